@@ -1,0 +1,133 @@
+//! The machine with its set-up, ready to be evaluated: forward kinematics and the linear words of a tip.
+
+use crate::geometry::{Mat3, Screw, Vec3};
+use crate::machine::{Machine, Side};
+
+/// A tool pose in the workpiece frame W.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolPose {
+    /// Tool tip w [mm].
+    pub tip_mm: Vec3,
+    /// Unit tool axis t, from the tip into the spindle.
+    pub axis: Vec3,
+}
+
+/// Axis positions: programmed linear words q and kinematic angles θ (words with the control's sense undone), the
+/// rotaries in the profile's order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joints {
+    /// `(X, Y, Z)` [mm].
+    pub linear_mm: Vec3,
+    /// θ of the first and the second rotary axis of the profile [rad].
+    pub rotary_rad: [f64; 2],
+}
+
+/// What is mounted on the machine and which axes are believed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// Work offset o: W's origin in M at zero pose [mm].
+    pub work_offset_mm: Vec3,
+    /// Tool length L, added along the zero-pose tool axis to head axis points [mm].
+    pub tool_length_mm: f64,
+    /// Whether location errors and squareness count.
+    pub apply_errors: bool,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self { work_offset_mm: Vec3::zeros(), tool_length_mm: 0.0, apply_errors: true }
+    }
+}
+
+/// One machine with one set-up: the two screws u, v from the workpiece to the tool, and where between them the
+/// linear axes sit. Closed form throughout.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinematics {
+    /// u, v; head lines relative to the zero-pose tool tip.
+    pub(super) screws: [Screw; 2],
+    /// Index of u and of v in the profile.
+    pub(super) profile_index: [usize; 2],
+    /// How many of the two, counted from the tool, are head axes: the linear axes come after that many.
+    pub(super) head_axes: usize,
+    pub(super) work_offset_mm: Vec3,
+    pub(super) linear_directions: Mat3,
+    pub(super) linear_words: Mat3,
+}
+
+impl Kinematics {
+    /// The machine with its set-up. The calibrated lines are screws like any other: nothing is linearised.
+    #[must_use]
+    pub fn new(machine: &Machine, setup: &Setup) -> Self {
+        let profile_index = machine.workpiece_to_tool();
+        let lines = machine.screws(setup.apply_errors);
+        let screws = profile_index.map(|index| {
+            let mut line = lines[index];
+            if machine.rotary_axes()[index].side == Side::Head {
+                line.point_mm += Machine::TOOL_AXIS * setup.tool_length_mm;
+            }
+            line
+        });
+        let head_axes = machine.rotary_axes().iter().filter(|axis| axis.side == Side::Head).count();
+        let linear_directions =
+            if setup.apply_errors { machine.squareness().matrix() } else { Mat3::identity() };
+        // Columns are unit vectors within 0.05 rad of x, y, z, so the inverse always exists.
+        let linear_words = linear_directions.try_inverse().unwrap_or_else(Mat3::identity);
+        Self {
+            screws,
+            profile_index,
+            head_axes,
+            work_offset_mm: setup.work_offset_mm,
+            linear_directions,
+            linear_words,
+        }
+    }
+
+    /// The pose of the tool in W: `w = E_t⁻¹(S q + o + E_h·0) − o`, `t = R_t⁻¹ R_h t0` (§1).
+    #[must_use]
+    pub fn forward(&self, joints: &Joints) -> ToolPose {
+        ToolPose {
+            tip_mm: self.tip_mm(joints.linear_mm, joints.rotary_rad),
+            axis: self.axis(joints.rotary_rad),
+        }
+    }
+
+    /// The tool axis t in W at these rotary angles (profile order) [rad]: `exp(θ_u û) exp(θ_v v̂) t0`.
+    #[must_use]
+    pub fn axis(&self, rotary_rad: [f64; 2]) -> Vec3 {
+        let [u, v] = self.profile_index.map(|index| rotary_rad[index]);
+        self.screws[0].turn(u, self.screws[1].turn(v, Machine::TOOL_AXIS))
+    }
+
+    /// The tool tip in W \[mm\] at linear words q \[mm\] and rotary angles [rad].
+    #[must_use]
+    pub fn tip_mm(&self, linear_mm: Vec3, rotary_rad: [f64; 2]) -> Vec3 {
+        let mut p = Vec3::zeros();
+        for (stage, k) in [1, 0].into_iter().enumerate() {
+            if stage == self.head_axes {
+                p += self.linear_directions * linear_mm + self.work_offset_mm;
+            }
+            p = self.screws[k].carry(rotary_rad[self.profile_index[k]], p);
+        }
+        if self.head_axes == 2 {
+            p += self.linear_directions * linear_mm + self.work_offset_mm;
+        }
+        p - self.work_offset_mm
+    }
+
+    /// The linear words q \[mm\] that put the tip at `tip_mm` in W with these rotary angles [rad]:
+    /// `q = S⁻¹(E_t(w + o) − o − E_h·0)` (§1), exact.
+    #[must_use]
+    pub fn linear_mm(&self, tip_mm: Vec3, rotary_rad: [f64; 2]) -> Vec3 {
+        let mut from_workpiece = tip_mm + self.work_offset_mm;
+        let mut from_tool = Vec3::zeros();
+        for (count, k) in [1, 0].into_iter().enumerate() {
+            if count < self.head_axes {
+                from_tool = self.screws[k].carry(rotary_rad[self.profile_index[k]], from_tool);
+            }
+        }
+        for k in 0..2 - self.head_axes {
+            from_workpiece = self.screws[k].carry(-rotary_rad[self.profile_index[k]], from_workpiece);
+        }
+        self.linear_words * (from_workpiece - self.work_offset_mm - from_tool)
+    }
+}

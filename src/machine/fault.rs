@@ -1,0 +1,117 @@
+//! Everything that can be wrong with a profile, as facts with numbers.
+
+use thiserror::Error;
+
+/// A number-bearing field of one rotary axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AxisField {
+    /// Component of the direction.
+    Direction(usize),
+    /// Component of the reference point.
+    Point(usize),
+    /// One end of the travel: 0 lower, 1 upper.
+    Travel(usize),
+    /// Component of the location error: 0–2 `e_x e_y e_z`, 3–5 `e_a e_b e_c`.
+    LocationError(usize),
+}
+
+/// A number-bearing field of the profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProfileField {
+    /// A field of the rotary axis with this index.
+    Axis(usize, AxisField),
+    /// Linear axis 0–2 and end 0–1 of its travel.
+    LinearTravel(usize, usize),
+    /// 0 `e_c0y`, 1 `e_b0z`, 2 `e_a0z`.
+    Squareness(usize),
+    /// The interpolation period.
+    InterpolationPeriod,
+}
+
+/// Which axis a travel belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Rotary axis by index.
+    Rotary(usize),
+    /// Linear axis by index, X Y Z.
+    Linear(usize),
+}
+
+/// One reason why a profile describes no five-axis machine.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum MachineFault {
+    /// Not exactly two rotary axes.
+    #[error("a five-axis machine has two rotary axes, this profile has {count}")]
+    AxisCount {
+        /// Number of rotary axes given.
+        count: usize,
+    },
+    /// Two axes of the same letter.
+    #[error("rotary axis {index} repeats the letter {letter}")]
+    RepeatedLetter {
+        /// Index of the second one.
+        index: usize,
+        /// The letter.
+        letter: char,
+    },
+    /// NaN, infinite or absurdly large.
+    #[error("{value} is not a finite number of magnitude at most {max_abs}")]
+    Absurd {
+        /// Which field.
+        field: ProfileField,
+        /// The value given.
+        value: f64,
+        /// Largest magnitude accepted, in the field's own unit.
+        max_abs: f64,
+    },
+    /// A direction without a length.
+    #[error("direction of rotary axis {index} has length {length}; it must be above {min_length}")]
+    ZeroDirection {
+        /// Index of the axis.
+        index: usize,
+        /// Length given.
+        length: f64,
+        /// Smallest accepted.
+        min_length: f64,
+    },
+    /// Lower end not below the upper one.
+    #[error("travel from {min} to {max} is upside down or empty")]
+    TravelUpsideDown {
+        /// Whose travel.
+        motion: Motion,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// The two rotary axes are parallel, so that they cannot point the tool.
+    #[error("the rotary axes are parallel within {angle_deg}°; at least {min_deg}° is needed")]
+    ParallelRotaries {
+        /// Angle between the lines, 0–90 [deg].
+        angle_deg: f64,
+        /// Smallest accepted [deg].
+        min_deg: f64,
+    },
+    /// The tool axis lies along the rotary axis next to the tool, which then only spins it.
+    #[error(
+        "the tool axis lies along rotary axis {index} within {angle_deg}°, which cannot tilt it; at least {min_deg}° is needed"
+    )]
+    ToolAlongLastRotary {
+        /// Index of the axis in the profile.
+        index: usize,
+        /// Angle between tool axis and rotary axis, 0–90 [deg].
+        angle_deg: f64,
+        /// Smallest accepted [deg].
+        min_deg: f64,
+    },
+    /// The interpolation period is not in its range.
+    #[error("interpolation period {period_s} s is not between {min_s} s and {max_s} s")]
+    InterpolationPeriod {
+        /// Given [s].
+        period_s: f64,
+        /// Smallest accepted [s].
+        min_s: f64,
+        /// Largest accepted [s].
+        max_s: f64,
+    },
+}

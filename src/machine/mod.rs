@@ -1,0 +1,14 @@
+//! What a machine tool is: two rotary axes as screws, travel, errors, tool. Data only; no code here or elsewhere
+//! asks which class of machine it has.
+
+mod fault;
+mod location_error;
+mod profile;
+mod rotary_axis;
+mod tool;
+
+pub use fault::{AxisField, MachineFault, Motion, ProfileField};
+pub use location_error::{LocationError, Squareness};
+pub use profile::{Machine, MachineParts};
+pub use rotary_axis::{RotaryAxis, RotaryLetter, Side, Travel};
+pub use tool::{Tool, ToolFault};

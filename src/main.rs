@@ -1,0 +1,2 @@
+//! The `trunnion` binary.
+fn main() {}
