@@ -6,4 +6,6 @@
 pub mod geometry;
 pub mod kinematics;
 pub mod machine;
+pub mod motion;
+pub mod program;
 pub mod units;
