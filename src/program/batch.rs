@@ -63,8 +63,10 @@ pub enum BlockKind {
     Comment,
     /// The tape mark `%`.
     Percent,
-    /// Text before the program proper: a listing's banner, or the header row of a CSV program.
+    /// Text before the program proper: a listing's banner.
     Banner,
+    /// The header row of a CSV program.
+    Header,
     /// Assignments of parameters, or statements that only talk to the outside (`DPRNT`), and no words.
     Assignment,
     /// A call of a subprogram by an O word or a `CALL` statement.
@@ -136,10 +138,10 @@ pub struct Block {
 }
 
 impl Block {
-    /// Whether it counts as a block: not empty and not only a comment.
+    /// Whether it counts as a block: not empty, not only a comment, not the header of a table.
     #[must_use]
     pub fn counts(&self) -> bool {
-        !matches!(self.kind, BlockKind::Blank | BlockKind::Comment | BlockKind::Banner)
+        !matches!(self.kind, BlockKind::Blank | BlockKind::Comment | BlockKind::Header)
     }
 }
 

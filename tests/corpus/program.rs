@@ -1,0 +1,169 @@
+//! The reader over programs that nobody here wrote.
+
+use std::path::{Path, PathBuf};
+
+use trunnion::program::{Address, Batch, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, WordForm};
+
+/// The folder of real programs, or a line that says why the test does nothing.
+fn programs() -> Option<PathBuf> {
+    let folder = std::env::var_os("TRUNNION_SHARED").map(|shared| Path::new(&shared).join("programs"));
+    if folder.is_none() {
+        println!("skipped: TRUNNION_SHARED does not name the folder of real programs");
+    }
+    folder
+}
+
+fn every_file(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            every_file(&path, found);
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+fn read(text: &[u8], dialect: Option<Dialect>, chunk: usize) -> Result<Vec<Batch>, ReadFault> {
+    let mut reader = Reader::new(dialect, ReadLimits::default());
+    let mut batches = Vec::new();
+    let mut batch = Batch::new();
+    for piece in text.chunks(chunk) {
+        reader.feed(piece);
+        while reader.next_batch(&mut batch)? {
+            batches.push(batch.clone());
+        }
+    }
+    reader.finish();
+    while reader.next_batch(&mut batch)? {
+        batches.push(batch.clone());
+    }
+    Ok(batches)
+}
+
+#[test]
+fn every_file_is_covered_by_its_blocks_byte_for_byte() {
+    let Some(folder) = programs() else { return };
+    let mut files = Vec::new();
+    every_file(&folder, &mut files);
+    assert!(files.len() > 150, "only {} files", files.len());
+    for path in files {
+        let text = std::fs::read(&path).unwrap();
+        let batches = read(&text, Some(Dialect::Iso), 4096).unwrap();
+        let mut printed = Vec::new();
+        let mut line = 1;
+        for batch in &batches {
+            assert_eq!(batch.offset(), printed.len() as u64);
+            for block in batch.blocks() {
+                assert_eq!(block.line, line);
+                line += 1;
+                printed.extend_from_slice(batch.block_text(block));
+            }
+        }
+        assert!(printed == text, "{}", path.display());
+        assert!(read(&text, Some(Dialect::Iso), 997).unwrap() == batches, "{}", path.display());
+    }
+}
+
+/// File, blocks, and in how many blocks an address stands.
+type Count = (&'static str, usize, &'static [(char, usize)]);
+
+const COUNTS: [Count; 17] = [
+    (
+        "5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc",
+        4498,
+        &[('X', 4491), ('Y', 4491), ('Z', 4491), ('A', 4491), ('C', 4491)],
+    ),
+    (
+        "5axis/nx_mori_nmv5000_bc_g43.4.txt",
+        889,
+        &[('Z', 423), ('X', 597), ('Y', 232), ('B', 364), ('C', 367)],
+    ),
+    (
+        "5axis/zhangty_simple_curve_bc_machine.gcode",
+        41680,
+        &[('X', 41516), ('Y', 41516), ('Z', 41535), ('B', 41516), ('C', 41516)],
+    ),
+    (
+        "5axis/linuxcnc_xyzab_dual_rotary_demo.ngc",
+        38,
+        &[('X', 8), ('Y', 13), ('Z', 10), ('A', 18), ('B', 16)],
+    ),
+    ("5axis/linuxcnc_twp_g68.2_simple.ngc", 8, &[('X', 4), ('Y', 4), ('Z', 4)]),
+    ("5axis/linuxcnc_twp_circular_pocket.ngc", 12, &[('X', 2), ('Z', 5), ('Y', 1)]),
+    ("5axis/nx_sundstrand_4axis_b_no_blanks.ptp", 371, &[('X', 249), ('Y', 58), ('Z', 233), ('B', 213)]),
+    ("5axis/nx_okuma_7000m.txt", 161, &[('W', 2), ('X', 41), ('Y', 51), ('Z', 33)]),
+    ("5axis/nx_roeders_finish_36k.ptp", 36746, &[('X', 33760), ('Y', 34641), ('Z', 1498)]),
+    ("other/nist_d2mi_op1_g41_macro.nc", 1008, &[('Z', 237), ('X', 691), ('Y', 597)]),
+    ("other/nist_mtc_box_op4_engraving.nc", 5220, &[('X', 4675), ('Y', 4773), ('Z', 2758)]),
+    ("other/gcws_macro7.nc", 84, &[]),
+    ("other/gcws_fanuc0m.nc", 33, &[('X', 10), ('Y', 10), ('Z', 9)]),
+    ("other/gcws_haas.nc", 40, &[('X', 12), ('Y', 12), ('Z', 15)]),
+    ("other/camotics_tiger_67k.nc", 67426, &[('X', 64080), ('Y', 2601), ('Z', 63099)]),
+    ("other/linuxcnc_3d_chips.ngc", 4698, &[]),
+    ("other/linuxcnc_cds.ngc", 273, &[('Z', 45), ('X', 202), ('Y', 138)]),
+];
+
+#[test]
+fn blocks_and_words_are_counted_as_the_index_counts_them() {
+    let Some(folder) = programs() else { return };
+    let mut wrong = Vec::new();
+    for (name, blocks, words) in COUNTS {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let batches = read(&text, None, 64 * 1024).unwrap();
+        let counted = batches.iter().flat_map(Batch::blocks).filter(|block| block.counts()).count();
+        if counted != blocks {
+            wrong.push(format!("{name}: {counted} blocks, not {blocks}"));
+        }
+        for &(letter, expected) in words {
+            let address = Address::from_letter(letter as u8).unwrap();
+            let found: usize = batches
+                .iter()
+                .map(|batch| {
+                    let has = |block| batch.words(block).iter().any(|word| word.address == address && word.form == WordForm::Number);
+                    batch.blocks().iter().filter(|block| has(block)).count()
+                })
+                .sum();
+            if found != expected {
+                wrong.push(format!("{name}: {found} blocks with {letter}, not {expected}"));
+            }
+        }
+        for fault in batches.iter().flat_map(Batch::faults) {
+            if name != "other/gcws_macro7.nc" {
+                wrong.push(format!("{name}: {fault}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn foreign_dialects_are_named_and_not_misread() {
+    let Some(folder) = programs() else { return };
+    use ForeignDialect::{Apt, Heidenhain, Siemens};
+    let mut wrong = Vec::new();
+    for (name, dialect, line) in [
+        ("5axis/nx_dmu70evo_840d_bc_traori.mpf", Siemens, 2),
+        ("5axis/elmoe_achskreuz_840d_bc_3plus2.mpf", Siemens, 3),
+        ("5axis/nx_huron_kx20_840d_g41.mpf", Siemens, 1),
+        ("other/gcws_sinumerik840d.nc", Siemens, 1),
+        ("5axis/nx_dmc100_heidenhain_m128.h", Heidenhain, 1),
+        ("cl/aamorim_boss_posted_11.h", Heidenhain, 1),
+        ("cl/aamorim_boss_posted_12.h", Heidenhain, 1),
+        ("other/aamorim_machine_cirstud.h", Heidenhain, 1),
+        ("other/aamorim_machine_printr1.h", Heidenhain, 1),
+        ("cl/aamorim_boss.apt", Apt, 1),
+        ("cl/aamorim_tilt_support.apt", Apt, 1),
+        ("cl/aamorim_interface_glue.clt", Apt, 1),
+    ] {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let expected = ReadFault::NotReadYet { line, dialect };
+        match read(&text, None, 1000) {
+            Err(fault) if fault == expected => {}
+            Err(fault) => wrong.push(format!("{name}: {fault}")),
+            Ok(_) => wrong.push(format!("{name}: read")),
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -1,0 +1,3 @@
+//! Laws, held for inputs that nobody chose.
+
+mod program;
