@@ -2,8 +2,13 @@
 
 mod batch;
 mod chain;
+mod error;
 mod instruction_set;
+mod inverse;
+mod pointing;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};
+pub use error::InverseError;
 pub use instruction_set::InstructionSet;
+pub use inverse::{Branch, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD, TRAVEL_SLACK};

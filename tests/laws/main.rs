@@ -1,0 +1,4 @@
+//! Laws: what must hold for every machine and every input.
+
+mod inverse;
+mod machines;
