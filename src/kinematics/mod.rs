@@ -1,5 +1,14 @@
 //! Tool poses to axis positions and back, for any two rotary axes.
 
+mod batch;
 mod chain;
+mod error;
+mod instruction_set;
+mod inverse;
+mod pointing;
 
+pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};
+pub use error::InverseError;
+pub use instruction_set::InstructionSet;
+pub use inverse::{Branch, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD, TRAVEL_SLACK};

@@ -1,3 +1,5 @@
-//! Laws, held for inputs that nobody chose.
+//! Laws: sentences that hold for every machine and every program.
 
+mod inverse;
+mod machines;
 mod program;
