@@ -3,9 +3,12 @@
 //!
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
 
+pub mod contact;
 pub mod geometry;
 pub mod kinematics;
 pub mod machine;
 pub mod motion;
+pub mod plot;
+pub mod process;
 pub mod program;
 pub mod units;

@@ -2,6 +2,7 @@
 
 mod batch;
 mod chain;
+mod curvature;
 mod error;
 mod instruction_set;
 mod inverse;

@@ -1,0 +1,3 @@
+//! Numbers from outside: tables, closed forms, second methods.
+
+mod cutter_contact;
