@@ -1,5 +1,9 @@
 //! Laws: sentences that hold for every machine and every program.
 
+#[path = "../models/mod.rs"]
+mod models;
+
+mod compensation;
 mod inverse;
 mod machines;
 mod program;
