@@ -121,7 +121,12 @@ fn blocks_and_words_are_counted_as_the_index_counts_them() {
             let found: usize = batches
                 .iter()
                 .map(|batch| {
-                    let has = |block| batch.words(block).iter().any(|word| word.address == address && word.form == WordForm::Number);
+                    let has = |block| {
+                        batch
+                            .words(block)
+                            .iter()
+                            .any(|word| word.address == address && word.form == WordForm::Number)
+                    };
                     batch.blocks().iter().filter(|block| has(block)).count()
                 })
                 .sum();
