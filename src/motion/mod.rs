@@ -5,11 +5,13 @@
 //! alone; nothing is guessed.
 
 mod codes;
+mod execute;
 mod feed;
 mod interpreter;
 mod modal;
 mod motions;
 mod position;
+mod travel;
 mod unfollowable;
 mod words;
 

@@ -150,8 +150,32 @@ impl Block {
 pub(super) struct Habits {
     /// Some number below one was written without its zero: `.5`.
     pub(super) drops_zero: bool,
-    /// Some coordinate was written with a point.
+    /// Some number was written with a point.
     pub(super) points: bool,
+    /// How lines end.
+    pub(super) line_ending: LineEnding,
+}
+
+/// How lines end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum LineEnding {
+    /// LF, also where no line has ended yet.
+    #[default]
+    Lf,
+    /// CR LF.
+    CrLf,
+    /// CR alone.
+    Cr,
+}
+
+impl LineEnding {
+    pub(super) const fn bytes(self) -> &'static [u8] {
+        match self {
+            Self::Lf => b"\n",
+            Self::CrLf => b"\r\n",
+            Self::Cr => b"\r",
+        }
+    }
 }
 
 /// A few hundred consecutive blocks with their text. Blocks cover the text without gap or overlap.
@@ -251,6 +275,17 @@ impl Batch {
     #[must_use]
     pub fn columns(&self) -> &[Address] {
         &self.columns
+    }
+
+    /// Notes how the first line that has an ending ends.
+    pub(super) fn note_line_ending(&mut self) {
+        if let Some(block) = self.blocks.iter().find(|block| block.end > block.body_end) {
+            self.habits.line_ending = match self.text.get(block.body_end as usize..block.end as usize) {
+                Some(b"\r\n") => LineEnding::CrLf,
+                Some(b"\r") => LineEnding::Cr,
+                _ => LineEnding::Lf,
+            };
+        }
     }
 
     pub(super) fn clear(&mut self) {

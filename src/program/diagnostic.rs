@@ -136,9 +136,6 @@ pub enum DiagnosticCode {
         /// The word.
         text: Excerpt,
     },
-    /// A program without a block that moves an axis.
-    #[error("the program moves no axis")]
-    NoMotion,
 }
 
 impl DiagnosticCode {
@@ -146,9 +143,7 @@ impl DiagnosticCode {
     #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
-            Self::RepeatedAddress { .. } | Self::Call { .. } | Self::UnknownCode { .. } | Self::NoMotion => {
-                Severity::Warning
-            }
+            Self::RepeatedAddress { .. } | Self::Call { .. } | Self::UnknownCode { .. } => Severity::Warning,
             _ => Severity::Refusal,
         }
     }
@@ -168,7 +163,6 @@ impl DiagnosticCode {
             Self::RepeatedAddress { .. } => "repeated_address",
             Self::Call { .. } => "call",
             Self::UnknownCode { .. } => "unknown_code",
-            Self::NoMotion => "no_motion",
         }
     }
 }

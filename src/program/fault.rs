@@ -111,8 +111,11 @@ pub enum WriteFault {
         /// Number of blocks.
         blocks: usize,
     },
-    /// A CSV program has no column for the word.
-    #[error("the table has no column {address}")]
+    /// A table has motions only: no row can hold a feed alone.
+    #[error("a row of a table cannot hold a feed alone")]
+    NoFeedRow,
+    /// A CSV program has no column for the word, or the dialect no such word.
+    #[error("the program has no column or word {address}")]
     NoColumn {
         /// Of the word.
         address: Address,

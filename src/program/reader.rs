@@ -93,6 +93,7 @@ impl Reader {
         let filled = self.fill().inspect_err(|fault| self.failed = Some(*fault))?;
         if filled {
             batch.clear();
+            self.current.note_line_ending();
             let offset = self.current.offset + self.current.text.len() as u64;
             std::mem::swap(batch, &mut self.current);
             self.current.clear();

@@ -255,14 +255,18 @@ impl Line<'_> {
         };
         let words_end = self.batch.words.len();
         let kind = self.kind.unwrap_or({
+            let body = self.text.get(self.start..body_end).unwrap_or_default();
             if words_end > self.first_word || self.flags.has(BlockFlags::DELETE) {
                 BlockKind::Words
             } else if self.flags.has(BlockFlags::ASSIGNS) {
                 BlockKind::Assignment
             } else if self.flags.has(BlockFlags::COMMENT) {
                 BlockKind::Comment
-            } else {
+            } else if body.trim_ascii().is_empty() {
                 BlockKind::Blank
+            } else {
+                // Control bytes, as old tapes and systems leave them: a block without words.
+                BlockKind::Words
             }
         });
         #[expect(clippy::cast_possible_truncation, reason = "fewer words than bytes")]
