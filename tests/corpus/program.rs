@@ -304,3 +304,68 @@ fn readable_programs_are_not_refused() {
     }
     assert!(refused.is_empty(), "{}", refused.join("\n"));
 }
+
+/// Positions of the reference interpreter are printed with four decimals.
+const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
+
+/// X Y Z A C after every motion, from the canonical calls of the reference interpreter [mm, deg].
+fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
+    let mut positions = Vec::new();
+    let mut scale = 1.0;
+    let (mut at, mut plane) = ([0.0; 5], 1);
+    for line in expected.lines() {
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
+        let arguments = rest.trim_end().trim_end_matches(')');
+        let numbers: Vec<f64> = arguments.split(',').filter_map(|text| text.trim().parse().ok()).collect();
+        match name {
+            "USE_LENGTH_UNITS" => scale = if arguments.contains("INCHES") { 25.4 } else { 1.0 },
+            "SELECT_PLANE" => plane = if arguments.contains("XY") { 1 } else { 0 },
+            "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[2] * scale, numbers[3], numbers[5]];
+                positions.push(at);
+            }
+            "ARC_FEED" if plane == 1 => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[5] * scale, numbers[6], numbers[8]];
+                positions.push(at);
+            }
+            _ => {}
+        }
+    }
+    positions
+}
+
+#[test]
+fn ends_agree_with_the_reference_interpreter() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let arcs = ["small", "medium", "big"].into_iter().flat_map(|size| {
+        ["metric", "imperial"].map(|units| {
+            let name = format!("good/good-arc.{size}.{units}.center-format.ngc");
+            (name.clone(), format!("{name}.expected"), 2)
+        })
+    });
+    let conversion = ("unit-conversion/test.ngc".to_owned(), "unit-conversion/expected".to_owned(), 1);
+    for (name, expected, count) in arcs.chain([conversion]) {
+        let folder = folder.join("corpus/linuxcnc-interp");
+        let expected = canonical_positions(&std::fs::read_to_string(folder.join(expected)).unwrap());
+        // The reference starts at the origin; here a position is known once it has been programmed.
+        let mut text = b"G0 X0 Y0 Z0 A0 C0\n".to_vec();
+        text.extend(std::fs::read(folder.join(&name)).unwrap());
+        let (motions, diagnostics) = follow(&text, &machine);
+        assert_eq!(diagnostics.count(Severity::Refusal), 0, "{name}");
+        assert_eq!((motions.len() - 1, expected.len()), (count, count), "{name}");
+        for (motion, expected) in motions.iter().skip(1).zip(&expected) {
+            let end = motion.end.unwrap();
+            let [x, y, z] = end.linear_mm;
+            let [a, c] = end.rotary_deg;
+            for (got, expected) in [x, y, z, a, c].iter().zip(expected) {
+                assert!(
+                    (got - expected).abs() <= PRINTED_MM,
+                    "{name} line {}: {got}, {expected}",
+                    motion.line
+                );
+            }
+        }
+    }
+}
