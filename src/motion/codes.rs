@@ -58,26 +58,11 @@ pub(super) fn meaning(tenths: u32) -> Code {
         20 | 30 => Motion(Arc),
         40 | 220 | 230 => NoMotion,
         50 | 51 | 52 | 60 | 61 | 62 => MotionWithAxes(Spline),
-        53
-        | 80
-        | 81
-        | 90
-        | 110
-        | 250
-        | 260
-        | 610..=612
-        | 620
-        | 630
-        | 640
-        | 960
-        | 970
-        | 980
-        | 990
-        | 1030
-        | 1870 => Harmless,
+        // Among them the sense of I J K (G90.1), which no end depends on.
+        53 | 80 | 81 | 90 | 110 | 250 | 260 | 390 | 610..=612 | 620 | 630 | 640 | 901 | 911 => Harmless,
+        960 | 970 | 980 | 990 | 1030 | 1870 => Harmless,
         600 => MotionWithAxes(Thread),
-        70 => Transform(Cylinder, true),
-        71 | 1070 => Transform(Cylinder, true),
+        70 | 71 | 1070 => Transform(Cylinder, true),
         100 => WriteOffsets,
         121 | 1120 => Transform(PolarInterpolation, true),
         131 | 1130 => Transform(PolarInterpolation, false),
@@ -86,19 +71,17 @@ pub(super) fn meaning(tenths: u32) -> Code {
         170 | 171 => Plane(2),
         180 | 181 => Plane(1),
         190 | 191 => Plane(0),
-        200 => Units(MM_PER_INCH),
-        210 => Units(1.0),
+        200 | 700 => Units(MM_PER_INCH),
+        210 | 710 => Units(1.0),
         280 | 300 | 301 => Reference,
         270 | 290 | 360 | 370 | 531..=536 => Elsewhere,
         310..=319 | 380..=389 => Motion(Probing),
         330..=332 | 340 => Motion(Thread),
-        390 => Harmless,
         400 => Compensation(false),
         410..=429 => Compensation(true),
-        430 | 440 | 431 | 432 => Code::ToolLength(ToolLength::Plain),
+        430..=432 | 440 | 490 | 491 => Code::ToolLength(ToolLength::Plain),
         434 | 2340 => Code::ToolLength(ToolLength::Tcp),
         435 => Code::ToolLength(ToolLength::Vector),
-        490 | 491 => Code::ToolLength(ToolLength::Plain),
         450..=489 => MotionWithAxes(Thread),
         500 => Transform(Scaling, false),
         510 => Transform(Scaling, true),
@@ -116,8 +99,6 @@ pub(super) fn meaning(tenths: u32) -> Code {
         800 => EndCycle,
         900 => Incremental(false),
         910 => Incremental(true),
-        // The sense of I J K, which no end depends on.
-        901 | 911 => Harmless,
         921..=923 => OtherShift,
         930 => Feed(FeedMode::InverseTime),
         940 => Feed(FeedMode::PerMinute),

@@ -19,7 +19,6 @@ enum Action {
     Elsewhere,
     Call,
     Unknown,
-    Probing,
     /// A spline, thread or the like in this block only.
     Odd(Unfollowable),
 }
@@ -94,11 +93,8 @@ impl Interpreter {
             None => self.move_axes(index, block, reason, motions),
             Some(Action::Consume) => {}
             Some(Action::Shift) => {
-                if axis_words != 0
-                    || self.block.present & !(bit(Address::N) | bit(Address::E) | bit(Address::S)) == 0
-                        && !self.block.has(Address::E)
-                        && !self.block.has(Address::S)
-                {
+                // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
+                if axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S)) {
                     self.shift_offsets();
                 }
                 if self.block.has(Address::E) {
@@ -106,6 +102,7 @@ impl Interpreter {
                 }
             }
             Some(Action::Reference) => {
+                self.set_feed();
                 self.opaque(index, block, Unfollowable::Reference, motions);
                 // U V W name the linear axes incrementally on some controls.
                 let incremental = bit(Address::U) | bit(Address::V) | bit(Address::W);
@@ -117,10 +114,6 @@ impl Interpreter {
             }
             Some(Action::Elsewhere) => {
                 self.opaque(index, block, Unfollowable::Reference, motions);
-                self.position.forget_axes();
-            }
-            Some(Action::Probing) => {
-                self.opaque(index, block, Unfollowable::Probing, motions);
                 self.position.forget_axes();
             }
             Some(Action::Odd(reason)) => {
@@ -148,22 +141,26 @@ impl Interpreter {
 
     /// What the way the block is written forbids.
     fn block_reason(
-        &self,
+        &mut self,
         batch: &Batch,
         block: &Block,
         diagnostics: &mut Diagnostics,
     ) -> Option<Unfollowable> {
         let mut reason = None;
+        let words = batch.words(block);
         if block.flags.has(BlockFlags::COMMA) {
             reason = Some(Unfollowable::Corner);
         }
-        if block.flags.has(BlockFlags::REPEATED)
-            && let Some(word) = repeated(batch.words(block))
-        {
-            let address = word.address;
-            let code = DiagnosticCode::RepeatedAddress { address };
-            diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
-            reason = Some(Unfollowable::RepeatedAddress { address });
+        if block.flags.has(BlockFlags::REPEATED) {
+            for (_, word) in words.iter().enumerate().filter(|(index, word)| is_repeated(words, *index, word))
+            {
+                let address = word.address;
+                let code = DiagnosticCode::RepeatedAddress { address };
+                diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
+                reason = Some(Unfollowable::RepeatedAddress { address });
+                // Which of the two holds, nobody can tell.
+                self.block.unknown |= bit(address);
+            }
         }
         if block.flags.has(BlockFlags::DELETE) {
             reason = Some(Unfollowable::BlockDelete);
@@ -178,7 +175,7 @@ impl Interpreter {
         let mut motion_codes = 0;
         let mut ends_cycle = false;
         let axis_words = self.block.present & AXES;
-        let mut also = |action: &mut Option<Action>, new: Action| {
+        let also = |action: &mut Option<Action>, new: Action| {
             // Two codes that want the axis words: what moves unseen wins.
             let wins = !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere));
             if action.is_some() && *action != Some(new) && axis_words != 0 {
@@ -188,7 +185,7 @@ impl Interpreter {
             }
         };
         for index in 0..self.block.g_count {
-            let code = meaning(self.block.g_codes[index]);
+            let code = self.code(index);
             match code {
                 Code::Motion(mode) => {
                     motion_codes += u32::from(motion_codes == 0 || self.modal.motion != Some(mode));
@@ -198,7 +195,7 @@ impl Interpreter {
                     self.modal.motion = Some(MotionMode::Spline);
                 }
                 Code::MotionWithAxes(_) if axis_words != 0 => {
-                    also(&mut action, Action::Odd(Unfollowable::Thread));
+                    also(&mut action, Action::Odd(Unfollowable::SpecialMotion));
                 }
                 Code::EndCycle => ends_cycle = true,
                 Code::Plane(plane) => self.modal.plane = Some(plane),
@@ -267,10 +264,17 @@ impl Interpreter {
             self.modal.motion = None;
         }
         // Unknown codes and calls are never hidden by a conflict.
-        if self.block.g_codes().iter().any(|&code| meaning(code) == Code::Unknown) {
+        if (0..self.block.g_count).any(|index| self.code(index) == Code::Unknown) {
             action = Some(Action::Unknown);
         }
         (action, machine_coordinates)
+    }
+
+    /// The meaning of a G code in this block: G70 and G71 with P or Q are turning cycles.
+    fn code(&self, index: usize) -> Code {
+        let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
+        let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
+        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(tenths) }
     }
 
     fn change_work_offset(&mut self, code: u32) {
@@ -347,14 +351,11 @@ impl Interpreter {
     }
 }
 
-/// The second of two words of the same address.
-fn repeated(words: &[Word]) -> Option<&Word> {
-    words.iter().enumerate().find_map(|(index, word)| {
-        let repeatable = matches!(word.address, Address::G | Address::M | Address::N);
-        let before = words.get(..index)?;
-        (!repeatable && before.iter().any(|other| other.address == word.address && other.form == word.form))
-            .then_some(word)
-    })
+/// Whether a word has another of the same address before it, where one only makes sense.
+fn is_repeated(words: &[Word], index: usize, word: &Word) -> bool {
+    let repeatable = matches!(word.address, Address::G | Address::M | Address::N);
+    let before = words.get(..index).unwrap_or_default();
+    !repeatable && before.iter().any(|other| other.address == word.address && other.form == word.form)
 }
 
 fn is_unknown(word: &Word) -> bool {

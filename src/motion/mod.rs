@@ -11,6 +11,8 @@ mod interpreter;
 mod modal;
 mod motions;
 mod position;
+#[cfg(test)]
+mod tests;
 mod travel;
 mod unfollowable;
 mod words;

@@ -45,7 +45,9 @@ impl Interpreter {
             None => return self.move_unseen(index, block, mode_unknown(ModalGroup::Motion), motions),
             Some(MotionMode::Cycle) => return self.run_cycle(index, block, motions),
             Some(MotionMode::Spline) => return self.move_unseen(index, block, Unfollowable::Spline, motions),
-            Some(MotionMode::Thread) => return self.move_unseen(index, block, Unfollowable::Thread, motions),
+            Some(MotionMode::Thread) => {
+                return self.move_unseen(index, block, Unfollowable::SpecialMotion, motions);
+            }
             Some(MotionMode::Probing) => {
                 return self.move_unseen(index, block, Unfollowable::Probing, motions);
             }
@@ -62,7 +64,7 @@ impl Interpreter {
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
-        if in_program_axes {
+        if in_program_axes && reason != Some(Unfollowable::MachineCoordinates) {
             motion.start = start;
             motion.end = self.position.axis_words();
         }
@@ -189,7 +191,7 @@ impl Interpreter {
     }
 
     #[inline]
-    fn set_feed(&mut self) {
+    pub(super) fn set_feed(&mut self) {
         if self.block.present & (1 << FEED) != 0 {
             let known = self.block.unknown & (1 << FEED) == 0;
             self.modal.feed = known.then(|| (self.block.values[FEED], self.block.decimals[FEED]));

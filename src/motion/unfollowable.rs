@@ -99,9 +99,9 @@ pub enum Unfollowable {
     /// Splines and NURBS.
     #[error("the motion is a spline")]
     Spline,
-    /// Threads, single-direction positioning, tapping.
-    #[error("the motion is a thread")]
-    Thread,
+    /// Threads (G33), single-direction positioning (G60), moves by tool offsets (G45–G48).
+    #[error("the motion is a thread, a single-direction positioning or a move by tool offsets")]
+    SpecialMotion,
     /// Probing and skip.
     #[error("the motion is a probing move")]
     Probing,

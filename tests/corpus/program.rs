@@ -2,7 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use trunnion::program::{Address, Batch, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, WordForm};
+use trunnion::geometry::Vec3;
+use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use trunnion::motion::{FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind};
+use trunnion::program::{
+    Address, Batch, Diagnostics, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, Severity, WordForm,
+};
 
 /// The folder of real programs, or a line that says why the test does nothing.
 fn programs() -> Option<PathBuf> {
@@ -171,4 +176,196 @@ fn foreign_dialects_are_named_and_not_misread() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn table_machine(first: RotaryLetter, second: RotaryLetter) -> Machine {
+    let axis = |letter| RotaryAxis {
+        letter,
+        side: Side::Table,
+        direction: match letter {
+            RotaryLetter::A => Vec3::x(),
+            RotaryLetter::B => Vec3::y(),
+            RotaryLetter::C => Vec3::z(),
+        },
+        point_mm: Vec3::zeros(),
+        travel_deg: None,
+        reversed: false,
+        location_error: LocationError::default(),
+    };
+    Machine::new(MachineParts {
+        name: "table".to_owned(),
+        rotary_axes: vec![axis(first), axis(second)],
+        linear_travel_mm: [None; 3],
+        squareness: Squareness::default(),
+        interpolation_period_s: 0.002,
+    })
+    .unwrap()
+}
+
+fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
+    let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+    let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
+    for batch in read(text, None, 64 * 1024).unwrap() {
+        interpreter.interpret(&batch, &mut motions, &mut diagnostics);
+    }
+    (motions, diagnostics)
+}
+
+#[test]
+fn the_impeller_is_followed_from_end_to_end() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::A, RotaryLetter::C));
+    assert_eq!(diagnostics.kept(), []);
+    assert!(motions.len() >= 4491);
+    let complete: Vec<_> =
+        motions.iter().filter(|motion| motion.start.is_some() && motion.end.is_some()).collect();
+    assert!(complete.len() >= 4489, "{}", complete.len());
+    for motion in complete.iter().filter(|motion| motion.kind == MotionKind::Linear) {
+        assert_eq!(motion.feed.mode, Some(FeedMode::InverseTime), "line {}", motion.line);
+        assert!(motion.feed.word_in_block && motion.feed.decimals == 0, "line {}", motion.line);
+        assert_eq!(motion.decimals.linear, 3);
+        assert_eq!(motion.unfollowable, None, "line {}", motion.line);
+        // M428 is a code of one machine's builder, not a TCP switch.
+        assert_eq!(motion.interpolation, Interpolation::Machine);
+    }
+    let least =
+        complete.iter().filter_map(|motion| motion.end).map(|end| end.rotary_deg[1]).fold(0.0, f64::min);
+    assert!(least < -390.0, "C is not unwound: {least}");
+}
+
+#[test]
+fn the_printed_curve_is_followed_in_machine_coordinates() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/zhangty_simple_curve_bc_machine.gcode")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    assert_eq!(diagnostics.count(Severity::Refusal), 0);
+    let cuts: Vec<_> = motions
+        .iter()
+        .filter(|motion| {
+            motion.kind == MotionKind::Linear && motion.end.is_some() && motion.unfollowable.is_none()
+        })
+        .collect();
+    let with_extruder = cuts.iter().filter(|motion| motion.extra.is_some()).count();
+    assert_eq!(with_extruder, 41_494);
+    assert!(
+        cuts.iter().all(|motion| !motion.offset_changed && motion.interpolation == Interpolation::Machine)
+    );
+    let complete = motions.iter().filter(|motion| motion.start.is_some() && motion.end.is_some()).count();
+    assert!(complete > 41_510, "{complete}");
+}
+
+#[test]
+fn tool_centre_point_is_on_where_the_mori_program_says_so() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/nx_mori_nmv5000_bc_g43.4.txt")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    for diagnostic in diagnostics.kept() {
+        println!("{diagnostic}");
+    }
+    assert_eq!(diagnostics.count(Severity::Refusal), 0);
+    let tcp = motions.iter().filter(|motion| motion.interpolation == Interpolation::Tcp).count();
+    assert!(tcp > 400, "{tcp}");
+    let simultaneous: Vec<_> =
+        motions.iter().filter(|motion| motion.line > 440 && motion.line < 700).collect();
+    assert!(simultaneous.iter().any(|motion| motion.unfollowable.is_none() && motion.start.is_some()));
+    assert!(motions.iter().all(|motion| (motion.mm_per_unit - 25.4).abs() < 1e-12));
+}
+
+#[test]
+fn templates_and_control_flow_are_refused_with_their_lines() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    for (name, line) in [
+        ("other/gcws_macro7.nc", 4),
+        ("5axis/linuxcnc_twp_circular_pocket.ngc", 1),
+        ("corpus/gcode-rs/_libgcode_slot.ngc", 3),
+        ("corpus/linuxcnc-interp/bad/nested.ngc", 3),
+    ] {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let (_, diagnostics) = follow(&text, &machine);
+        assert_eq!(diagnostics.refusals().next().map(|refusal| refusal.line), Some(line), "{name}");
+    }
+}
+
+#[test]
+fn readable_programs_are_not_refused() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let mut refused = Vec::new();
+    for (name, _, _) in COUNTS {
+        if matches!(name, "other/gcws_macro7.nc" | "5axis/linuxcnc_twp_circular_pocket.ngc") {
+            continue;
+        }
+        let (motions, diagnostics) = follow(&std::fs::read(folder.join(name)).unwrap(), &machine);
+        let unfollowable = motions.iter().filter(|motion| motion.unfollowable.is_some()).count();
+        println!("{name}: {} motions, {unfollowable} left alone", motions.len());
+        refused.extend(diagnostics.refusals().map(|refusal| format!("{name}: {refusal}")));
+    }
+    assert!(refused.is_empty(), "{}", refused.join("\n"));
+}
+
+/// Positions of the reference interpreter are printed with four decimals.
+const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
+
+/// X Y Z A C after every motion, from the canonical calls of the reference interpreter [mm, deg].
+fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
+    let mut positions = Vec::new();
+    let mut scale = 1.0;
+    let (mut at, mut plane) = ([0.0; 5], 1);
+    for line in expected.lines() {
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
+        let arguments = rest.trim_end().trim_end_matches(')');
+        let numbers: Vec<f64> = arguments.split(',').filter_map(|text| text.trim().parse().ok()).collect();
+        match name {
+            "USE_LENGTH_UNITS" => scale = if arguments.contains("INCHES") { 25.4 } else { 1.0 },
+            "SELECT_PLANE" => plane = if arguments.contains("XY") { 1 } else { 0 },
+            "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[2] * scale, numbers[3], numbers[5]];
+                positions.push(at);
+            }
+            "ARC_FEED" if plane == 1 => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[5] * scale, numbers[6], numbers[8]];
+                positions.push(at);
+            }
+            _ => {}
+        }
+    }
+    positions
+}
+
+#[test]
+fn ends_agree_with_the_reference_interpreter() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let arcs = ["small", "medium", "big"].into_iter().flat_map(|size| {
+        ["metric", "imperial"].map(|units| {
+            let name = format!("good/good-arc.{size}.{units}.center-format.ngc");
+            (name.clone(), format!("{name}.expected"), 2)
+        })
+    });
+    let conversion = ("unit-conversion/test.ngc".to_owned(), "unit-conversion/expected".to_owned(), 1);
+    for (name, expected, count) in arcs.chain([conversion]) {
+        let folder = folder.join("corpus/linuxcnc-interp");
+        let expected = canonical_positions(&std::fs::read_to_string(folder.join(expected)).unwrap());
+        // The reference starts at the origin; here a position is known once it has been programmed.
+        let mut text = b"G0 X0 Y0 Z0 A0 C0\n".to_vec();
+        text.extend(std::fs::read(folder.join(&name)).unwrap());
+        let (motions, diagnostics) = follow(&text, &machine);
+        assert_eq!(diagnostics.count(Severity::Refusal), 0, "{name}");
+        assert_eq!((motions.len() - 1, expected.len()), (count, count), "{name}");
+        for (motion, expected) in motions.iter().skip(1).zip(&expected) {
+            let end = motion.end.unwrap();
+            let [x, y, z] = end.linear_mm;
+            let [a, c] = end.rotary_deg;
+            for (got, expected) in [x, y, z, a, c].iter().zip(expected) {
+                assert!(
+                    (got - expected).abs() <= PRINTED_MM,
+                    "{name} line {}: {got}, {expected}",
+                    motion.line
+                );
+            }
+        }
+    }
 }
