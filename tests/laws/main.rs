@@ -2,3 +2,4 @@
 
 mod inverse;
 mod machines;
+mod path;
