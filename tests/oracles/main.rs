@@ -1,0 +1,3 @@
+//! Oracles: numbers and formulas from outside, compared within named tolerances.
+
+mod kinematics;
