@@ -54,10 +54,12 @@ pub struct Subdivision {
 
 /// More parts than this are not tried: the block does not converge, or the program would drown.
 const MAX_PARTS: u32 = 4096;
-/// How far beyond the expected number the search goes before the decimals are blamed.
-const SEARCH_FACTOR: u32 = 4;
-/// … and at least so many more parts.
-const SEARCH_EXTRA: u32 = 12;
+/// Numbers of parts are searched to one in so many: well within the 5 % that an optimal division may save.
+const FINENESS: u32 = 64;
+/// So many numbers of parts from the expected one upward are tried one after the other …
+const CLOSE_TRIES: u32 = 6;
+/// … then the number is doubled, as long as two doublings bring the deviation down to this share.
+const STAGNATION: f64 = 0.8;
 
 /// The nodes of `parts` equal parts: rotary words rounded first, then X Y Z for the rounded ones (§2).
 #[must_use]
@@ -123,18 +125,56 @@ pub fn divide(
 ) -> Result<Subdivision, f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before the cast")]
     let first = (max_deviation_mm / tolerance_mm).sqrt().ceil().clamp(2.0, f64::from(MAX_PARTS) + 1.0) as u32;
-    let last = first.saturating_mul(SEARCH_FACTOR).saturating_add(SEARCH_EXTRA).min(MAX_PARTS);
+    if first > MAX_PARTS {
+        return Err(max_deviation_mm);
+    }
+    let mut attempt = |parts: u32| {
+        let nodes = nodes(block, correction, parts, resolution);
+        verify(block, &nodes, tolerance_mm, evaluations).map(|after| Subdivision { nodes, after })
+    };
     let mut reachable_mm = max_deviation_mm;
     let mut parts = first;
-    while parts <= last {
-        let nodes = nodes(block, correction, parts, resolution);
-        match verify(block, &nodes, tolerance_mm, evaluations) {
-            Ok(after) => return Ok(Subdivision { nodes, after }),
+    for _ in 0..CLOSE_TRIES {
+        match attempt(parts) {
+            Ok(divided) => return Ok(divided),
             Err(found_mm) => reachable_mm = reachable_mm.min(found_mm),
         }
-        parts += 1 + parts / 64;
+        parts = (parts + 1 + parts / FINENESS).min(MAX_PARTS);
+    }
+    // The square-root law does not hold here: the contact swings fast somewhere in the block, or the decimals are
+    // too coarse. Doubling tells the two apart.
+    let mut failed = parts.saturating_sub(1).max(first);
+    let mut earlier = [f64::INFINITY, reachable_mm];
+    while failed < MAX_PARTS {
+        let parts = failed.saturating_mul(2).min(MAX_PARTS);
+        match attempt(parts) {
+            Ok(divided) => return Ok(fewest_between(failed, parts, divided, attempt)),
+            Err(found_mm) => reachable_mm = reachable_mm.min(found_mm),
+        }
+        if reachable_mm > STAGNATION * earlier[0] {
+            break;
+        }
+        earlier = [earlier[1], reachable_mm];
+        failed = parts;
     }
     Err(reachable_mm)
+}
+
+/// Halves the gap between a number of parts that failed and one that holds, down to the fineness of the search.
+fn fewest_between(
+    mut failed: u32,
+    mut holding: u32,
+    mut best: Subdivision,
+    mut attempt: impl FnMut(u32) -> Result<Subdivision, f64>,
+) -> Subdivision {
+    while holding - failed > 1 + failed / FINENESS {
+        let middle = failed + (holding - failed) / 2;
+        match attempt(middle) {
+            Ok(divided) => (holding, best) = (middle, divided),
+            Err(_) => failed = middle,
+        }
+    }
+    best
 }
 
 /// Checks every part; the error is the largest deviation over all parts, so that it can be reported.

@@ -5,6 +5,7 @@
 
 use multiversion::multiversion;
 
+use super::lanes::{difference, sum, turn};
 use super::{InstructionSet, Kinematics};
 use crate::geometry::trig;
 use crate::machine::Machine;
@@ -215,29 +216,6 @@ fn forward_loop<const HEAD_AXES: usize>(chain: &Chain, joints: &Input, poses: &m
             poses[k][lane] = tip[k];
         }
     }
-}
-
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn turn(d: [f64; 3], sin: f64, cos: f64, v: [f64; 3]) -> [f64; 3] {
-    let dot = d[0] * v[0] + d[1] * v[1] + d[2] * v[2];
-    let cross = [d[1] * v[2] - d[2] * v[1], d[2] * v[0] - d[0] * v[2], d[0] * v[1] - d[1] * v[0]];
-    std::array::from_fn(|k| {
-        let along = d[k] * dot;
-        along + (v[k] - along) * cos + cross[k] * sin
-    })
-}
-
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[cfg(test)]

@@ -48,6 +48,18 @@ pub enum InverseError {
         /// Index of the pose.
         pose: usize,
     },
+    /// The start stands outside a travel.
+    #[error("the start word {commanded} is outside the travel {min} to {max}")]
+    StartOutOfTravel {
+        /// The axis.
+        axis: Motion,
+        /// Its word [deg].
+        commanded: f64,
+        /// Lower end of the travel [deg].
+        min: f64,
+        /// Upper end of the travel [deg].
+        max: f64,
+    },
     /// More combinations of pose, branch and turn than are kept.
     #[error("{poses} poses times {states} combinations of branch and turn are more than {max_cells}")]
     TooManyStates {

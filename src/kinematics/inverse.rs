@@ -46,8 +46,6 @@ pub struct Candidate {
 /// The directions' part of one pose, examined with care.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solution {
-    /// Unit tool axis.
-    pub(super) axis: Vec3,
     /// NC words of u, v \[deg\] for each branch.
     pub(super) words_deg: [[f64; 2]; 2],
     /// One where both branches meet.
@@ -164,7 +162,6 @@ impl Kinematics {
         }
         let one = beyond_rad >= -MERGE_RAD;
         Ok(Solution {
-            axis,
             words_deg: if one { [self.pointing.solve_at_limit(t, far); 2] } else { pointed.words_deg },
             branches: if one { 1 } else { 2 },
             conditioning: if one { 0.0 } else { pointed.conditioning },

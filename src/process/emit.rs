@@ -221,7 +221,9 @@ impl Emitter {
             if has_feed_column
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
             {
-                let always = motion.feed.mode == Some(FeedMode::InverseTime);
+                // A table row has a cell for F whether it changes or not.
+                let always =
+                    motion.feed.mode == Some(FeedMode::InverseTime) || batch.dialect() == Dialect::Csv;
                 if always || differs(feed.value, modal_feed) {
                     list.push(feed);
                     modal_feed = feed.value;

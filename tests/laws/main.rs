@@ -7,3 +7,4 @@ mod compensation;
 mod inverse;
 mod machines;
 mod program;
+mod path;

@@ -104,6 +104,7 @@ impl Tables {
         (tip, turned(zero(self.second), angle[1], turned(zero(self.first), angle[0], V::z())))
     }
 
+    /// The normal, scaled so that the stated contact point is met exactly.
     fn normal(&self, line: &Line) -> V {
         let (w, t) = self.forward(line.q, line.angle);
         let c = self.contact(line);
@@ -112,7 +113,7 @@ impl Tables {
             let d = w - c;
             scaled -= (d - t * d.dot(&t)).normalize() * self.core;
         }
-        scaled.normalize()
+        scaled / self.corner
     }
 
     fn contact(&self, line: &Line) -> V {
@@ -137,11 +138,13 @@ impl Tables {
                 let q = run.0.q + (run.1.q - run.0.q) * s;
                 let turn = [0, 1].map(|k| run.0.angle[k] + (run.1.angle[k] - run.0.angle[k]) * s);
                 let (w, t) = self.forward(q, turn);
-                let n = if angle < 1e-12 {
-                    n0
+                let (a, b) = (n0.normalize(), n1.normalize());
+                let direction = if angle < 1e-12 {
+                    a
                 } else {
-                    (n0 * ((1.0 - f) * angle).sin() + n1 * (f * angle).sin()) / angle.sin()
+                    (a * ((1.0 - f) * angle).sin() + b * (f * angle).sin()) / angle.sin()
                 };
+                let n = direction * (n0.norm() * (1.0 - f) + n1.norm() * f);
                 let c = self.touch(w, t, n);
                 let l = c1 - c0;
                 if l.norm() < 1e-12 { (c - c0).norm() } else { (c - c0).cross(&l).norm() / l.norm() }

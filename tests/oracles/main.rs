@@ -1,3 +1,4 @@
-//! Numbers from outside: tables, closed forms, second methods.
+//! Oracles: numbers and formulas from outside (tables, closed forms, second methods), compared within named tolerances.
 
 mod cutter_contact;
+mod kinematics;
