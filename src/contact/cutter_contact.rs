@@ -36,6 +36,25 @@ pub enum CutterContact {
     Tip,
 }
 
+impl CutterContact {
+    /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
+    #[must_use]
+    pub fn offset_mm(&self, tool: &Tool, axis: Vec3) -> Vec3 {
+        match self {
+            Self::Tip => Vec3::zeros(),
+            Self::Offset { axial_mm, radial_mm, inward } => axis * *axial_mm - inward * *radial_mm,
+            Self::Normal { direction, magnitude } => {
+                let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+                let mut offset_mm = (axis - direction * *magnitude) * corner;
+                if core > 0.0 {
+                    offset_mm -= across(*direction, axis).normalize() * core;
+                }
+                offset_mm
+            }
+        }
+    }
+}
+
 /// A contact with what a report has to say about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {

@@ -2,8 +2,8 @@
 
 mod batch;
 mod chain;
-mod curvature;
 mod choice;
+mod curvature;
 mod error;
 mod instruction_set;
 mod inverse;

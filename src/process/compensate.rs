@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 
 use super::emit::{Emitter, plan};
-use super::judge::{Checked, Judge};
+use super::judge::{Checked, Judge, Verdict};
 use super::stream::{Passage, Passages};
 use super::verify::{Expected, Group, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
@@ -101,23 +101,26 @@ impl<'a> Run<'a> {
     fn passage(&mut self, passage: &Passage, following: Option<&Motion>) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         let mut copied = 0;
+        self.judge.prepare(motions);
         for (index, motion) in motions.iter().enumerate() {
             let text =
                 batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
-            let next = motions.get(index + 1).or(following);
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
                 self.modes[self.judge.mode(motion) as usize] += 1;
             }
             let largest = self.verifier.after.max_mm();
-            let checked = self.judge.judge(motion, next, text, largest);
-            self.checked += u64::from(checked.is_some());
-            let changed = match checked {
-                Some(checked) if checked.over_tolerance => {
+            let verdict = self.judge.judge(motions, index, following, text, largest);
+            self.checked += u64::from(verdict.is_some());
+            let changed = match verdict {
+                Some(Verdict::Over(checked)) => {
                     self.over += 1;
                     self.divide(batch, motion, text, checked, &mut copied)?
                 }
-                checked => {
-                    let checked = checked.map(|checked| (checked.block.line.length_mm, checked.before));
+                verdict => {
+                    let checked = match verdict {
+                        Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
+                        _ => None,
+                    };
                     self.verifier.expect(Expected::Same { motion: *motion, checked });
                     self.restore_feed(batch, motion, &mut copied)?
                 }

@@ -4,27 +4,37 @@ use super::fault::{LineFaultKind, LineFaults};
 use super::warnings::Warnings;
 use super::{CcParameters, ContactSource, WarningKind};
 use crate::contact::{
-    Carry, CutterContact, Sampled, SourceBlock, Station, Touch, feed_plane_normal, rotary_rad,
-    sample_until_sure,
+    Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, feed_plane_normal, quick_look,
+    rotary_rad, sample_until_sure,
 };
 use crate::geometry::Vec3;
-use crate::kinematics::Kinematics;
+use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 
 /// Words this far outside the travel are still rounding of the decimals [mm or deg].
 const TRAVEL_SLACK: f64 = 1e-6;
-/// With one step in the middle the true maximum exceeds it by at most this share of `|c″|`: `1/(8·2²)`.
-const MIDPOINT_SLACK: f64 = 1.0 / 32.0;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
-/// A motion that was checked.
+/// What a checked motion turned out to be.
+#[derive(Debug)]
+pub(super) enum Verdict<'a> {
+    /// Within tolerance.
+    Within {
+        /// Length of the contact line [mm].
+        path_mm: f64,
+        before: Sampled,
+    },
+    /// To be divided.
+    Over(Checked<'a>),
+}
+
+/// A motion over tolerance.
 #[derive(Debug, Clone)]
 pub(super) struct Checked<'a> {
     pub(super) block: SourceBlock<'a>,
     pub(super) before: Sampled,
-    pub(super) over_tolerance: bool,
     /// U V W words gave the contacts, so that new blocks get U V W of the contact aimed at.
     pub(super) contact_from_words: bool,
     /// U V W or nx ny nz of the start point, if it has them.
@@ -38,7 +48,30 @@ struct Point {
     mode: Interpolation,
     words: ContactWords,
     touch: Option<Touch>,
+    /// The contact that the touch gives, W [mm].
+    contact_mm: Vec3,
     line: u64,
+}
+
+impl Point {
+    fn new(station: Station, mode: Interpolation, motion: &Motion) -> Self {
+        let contact_mm = station.pose.tip_mm;
+        Self { station, mode, words: motion.contact, touch: None, contact_mm, line: motion.line }
+    }
+}
+
+/// Half way between two positions.
+fn middle<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+}
+
+/// The pose of one lane; with TCP the linear words are the tip themselves.
+fn pose(lanes: &PoseLanes, mode: Interpolation, index: usize, linear_mm: &[f64; 3]) -> ToolPose {
+    let tip_mm = match mode {
+        Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
+        Interpolation::Tcp => Vec3::from(*linear_mm),
+    };
+    ToolPose { tip_mm, axis: Vec3::new(lanes.i[index], lanes.j[index], lanes.k[index]) }
 }
 
 /// Looks at motion after motion, in the order of the program.
@@ -51,6 +84,9 @@ pub(super) struct Judge<'a> {
     pub(super) warnings: Warnings,
     pub(super) faults: LineFaults,
     pub(super) evaluations: u64,
+    joints: JointLanes,
+    ends: PoseLanes,
+    middles: PoseLanes,
 }
 
 impl<'a> Judge<'a> {
@@ -69,7 +105,38 @@ impl<'a> Judge<'a> {
             warnings: Warnings::default(),
             faults: LineFaults::default(),
             evaluations: 0,
+            joints: JointLanes::default(),
+            ends: PoseLanes::default(),
+            middles: PoseLanes::default(),
         }
+    }
+
+    /// Computes the poses at the ends and in the middle of these motions, many at a time; to be called before they
+    /// are judged.
+    pub(super) fn prepare(&mut self, motions: &[Motion]) {
+        self.joints.clear();
+        for motion in motions {
+            self.push_joints(motion.end);
+        }
+        self.kinematics.forward_lanes(&self.joints, &mut self.ends);
+        self.joints.clear();
+        for motion in motions {
+            self.push_joints(motion.start.zip(motion.end).map(|(start, end)| AxisWords {
+                linear_mm: middle(&start.linear_mm, &end.linear_mm),
+                rotary_deg: middle(&start.rotary_deg, &end.rotary_deg),
+            }));
+        }
+        self.kinematics.forward_lanes(&self.joints, &mut self.middles);
+    }
+
+    fn push_joints(&mut self, words: Option<AxisWords>) {
+        // A motion without known ends keeps its lane; nobody looks at it.
+        let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
+        self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
+    }
+
+    fn station(&self, mode: Interpolation, index: usize, words: AxisWords) -> Station {
+        Station { words, pose: pose(&self.ends, mode, index, &words.linear_mm) }
     }
 
     /// The mode a motion is judged in: the parameter wins over the program's own switches.
@@ -77,28 +144,24 @@ impl<'a> Judge<'a> {
         self.parameters.interpolation.unwrap_or(motion.interpolation)
     }
 
-    /// Judges `motion`; `following` is the motion after it, `text` its block. Deviations that could be the
-    /// largest so far (`largest_after_mm`) are measured, smaller ones only bounded. `None`: not checked.
+    /// Judges the motion of this index among those prepared; `following` is the first motion after them, `text` the
+    /// motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured, smaller
+    /// ones only bounded. `None`: not checked.
     pub(super) fn judge(
         &mut self,
-        motion: &Motion,
+        motions: &[Motion],
+        index: usize,
         following: Option<&Motion>,
         text: &[u8],
         largest_after_mm: f64,
-    ) -> Option<Checked<'a>> {
+    ) -> Option<Verdict<'a>> {
+        let motion = &motions[index];
         let mode = self.mode(motion);
-        let end = motion.end.map(|words| Point {
-            station: Station::new(self.machine, self.kinematics, mode, words),
-            mode,
-            words: motion.contact,
-            touch: None,
-            line: motion.line,
-        });
+        let end = motion.end.map(|words| Point::new(self.station(mode, index, words), mode, motion));
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
         }
-        let start = self.point.take();
-        self.point = end;
+        let start = std::mem::replace(&mut self.point, end);
         let (Some(start_words), Some(mut end)) = (motion.start, end) else {
             self.say_why_not(motion);
             return None;
@@ -109,74 +172,91 @@ impl<'a> Judge<'a> {
         }
         let mut start = start
             .filter(|point| point.mode == mode && point.station.words == start_words)
-            .unwrap_or_else(|| Point {
-                station: Station::new(self.machine, self.kinematics, mode, start_words),
-                mode,
-                words: ContactWords::None,
-                touch: None,
-                line: motion.line,
+            .unwrap_or_else(|| {
+                let station = Station::new(self.machine, self.kinematics, mode, start_words);
+                Point { words: ContactWords::None, ..Point::new(station, mode, motion) }
             });
         let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
         if start.touch.is_none() {
             // The first point of a pass: its neighbour is only the next one.
-            start.touch = self.touch(&start, to - from, text);
+            self.touch(&mut start, to - from, text);
         }
-        let beyond = following
+        let next = motions.get(index + 1).or(following);
+        let beyond = next
             .filter(|next| checkable(next) && next.start == motion.end && self.mode(next) == mode)
             .and_then(|next| next.end)
-            .map_or(to, |words| Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm);
-        end.touch = self.touch(&end, beyond - from, text);
+            .map_or(to, |words| {
+                if index + 1 < motions.len() {
+                    return self.station(mode, index + 1, words).pose.tip_mm;
+                }
+                Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
+            });
+        self.touch(&mut end, beyond - from, text);
         self.point = Some(end);
-        let (Some(start_touch), Some(end_touch)) = (start.touch, end.touch) else {
+        if start.touch.is_none() || end.touch.is_none() {
             self.warnings.add(WarningKind::NoContact, Some(motion.line));
             return None;
-        };
-        let start_contact = match start.words {
-            ContactWords::None => None,
-            ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
-        };
-        let ends = [start.station, end.station];
-        Some(self.measure(mode, ends, [&start_touch, &end_touch], start_contact, largest_after_mm))
+        }
+        let half_way = middle(&start_words.linear_mm, &end.station.words.linear_mm);
+        let middle = pose(&self.middles, mode, index, &half_way);
+        Some(self.measure(&start, &end, &middle, largest_after_mm))
     }
 
     fn measure(
         &mut self,
-        mode: Interpolation,
-        ends: [Station; 2],
-        touches: [&Touch; 2],
-        start_contact: Option<[f64; 3]>,
+        start: &Point,
+        end: &Point,
+        middle: &ToolPose,
         largest_after_mm: f64,
-    ) -> Checked<'a> {
+    ) -> Verdict<'a> {
         let tool = self.parameters.tool;
-        let carry = Carry::between(&tool, touches.map(|touch| &touch.contact), ends.map(|end| end.pose.axis));
-        let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
         let tolerance_mm = self.parameters.tolerance.mm();
-        let whole = block.whole();
-        let middle = block.deviation_at(&whole, 0.5);
+        let mode = end.mode;
+        let ends = [start.station, end.station];
+        let contacts = [start, end]
+            .map(|point| point.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact));
+        let contacts_mm = [start.contact_mm, end.contact_mm];
         self.evaluations += 1;
-        let at_most = block
-            .curvature_bound_mm(&whole)
-            .map_or(f64::INFINITY, |bound| middle.distance_mm + MIDPOINT_SLACK * bound);
-        let before = if at_most <= tolerance_mm && at_most <= largest_after_mm {
-            Sampled {
+        let look = quick_look(self.kinematics, &tool, mode, &ends, contacts, contacts_mm, middle);
+        if let Some(QuickLook { middle, at_most_mm }) = look
+            && at_most_mm <= tolerance_mm
+            && at_most_mm <= largest_after_mm
+        {
+            let before = Sampled {
                 max_mm: middle.distance_mm,
                 mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
                 max_excess_mm: middle.along_normal_mm.max(0.0),
                 max_gouge_mm: (-middle.along_normal_mm).max(0.0),
                 evaluations: 1,
-            }
-        } else {
-            sample_until_sure(&block, &whole, tolerance_mm)
-        };
+            };
+            return Verdict::Within { path_mm: (end.contact_mm - start.contact_mm).norm(), before };
+        }
+        let carry = Carry::between(&tool, contacts, ends.map(|end| end.pose.axis));
+        let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
+        let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
         self.evaluations += before.evaluations;
-        let over_tolerance = before.max_mm > tolerance_mm;
+        if before.max_mm <= tolerance_mm {
+            return Verdict::Within { path_mm: block.line.length_mm, before };
+        }
+        let start_contact = match start.words {
+            ContactWords::None => None,
+            ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
+        };
         let contact_from_words = self.contact == ContactSource::Program;
-        Checked { block, before, over_tolerance, contact_from_words, start_contact }
+        Verdict::Over(Checked { block, before, contact_from_words, start_contact })
     }
 
-    /// The contact at a point; `chord_mm` is the chord of its neighbouring tips. Faults are noted, and no contact
-    /// comes back then.
-    fn touch(&mut self, point: &Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
+    /// Finds the contact at a point; `chord_mm` is the chord of its neighbouring tips. Faults are noted, and the
+    /// point then has no contact.
+    fn touch(&mut self, point: &mut Point, chord_mm: Vec3, text: &[u8]) {
+        point.touch = self.find_touch(point, chord_mm, text);
+        if let Some(touch) = &point.touch {
+            let pose = &point.station.pose;
+            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.parameters.tool, pose.axis);
+        }
+    }
+
+    fn find_touch(&mut self, point: &Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
         let tool = &self.parameters.tool;
         let pose = &point.station.pose;
         let feed_direction = chord_mm.try_normalize(f64::MIN_POSITIVE);

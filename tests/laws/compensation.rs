@@ -25,15 +25,15 @@ pub(crate) fn parameters(part: &Finishing) -> CcParameters {
     CcParameters { setup: part.setup, ..CcParameters::new(part.tool) }
 }
 
-pub(crate) fn run(part: &Finishing, parameters: &CcParameters, text: &str) -> Result<(String, CcReport), Fault> {
+pub(crate) fn run(
+    part: &Finishing,
+    parameters: &CcParameters,
+    text: &str,
+) -> Result<(String, CcReport), Fault> {
     let mut output = Vec::new();
-    let report = compensate(
-        &part.machine,
-        parameters,
-        &text.as_bytes().to_vec(),
-        &mut output,
-        &|| ControlFlow::Continue(()),
-    )?;
+    let report = compensate(&part.machine, parameters, &text.as_bytes().to_vec(), &mut output, &|| {
+        ControlFlow::Continue(())
+    })?;
     Ok((String::from_utf8(output).expect("text"), report))
 }
 
@@ -80,7 +80,11 @@ fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes
                         assert!(
                             verdict.after <= tolerance_mm + ARITHMETIC_MM,
                             "{} {form:?} line {}: {} mm after, {} before, {} parts",
-                            part.name, verdict.line, verdict.after, verdict.before, verdict.parts
+                            part.name,
+                            verdict.line,
+                            verdict.after,
+                            verdict.before,
+                            verdict.parts
                         );
                         if verdict.before > tolerance_mm {
                             over += 1;
@@ -89,9 +93,18 @@ fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes
                         } else {
                             assert_eq!(verdict.parts, 1, "line {} was within tolerance", verdict.line);
                         }
-                        assert!((verdict.time_ratio - 1.0).abs() < TIME_SHARE, "line {}: {}", verdict.line, verdict.time_ratio);
+                        assert!(
+                            (verdict.time_ratio - 1.0).abs() < TIME_SHARE,
+                            "line {}: {}",
+                            verdict.line,
+                            verdict.time_ratio
+                        );
                     }
-                    assert!(blocks <= BLOCK_SHARE * fewest, "{}: {blocks} blocks, {fewest} needed", part.name);
+                    assert!(
+                        blocks <= BLOCK_SHARE * fewest,
+                        "{}: {blocks} blocks, {fewest} needed",
+                        part.name
+                    );
                     assert_eq!(report.motions_over_tolerance, over);
                     assert_eq!(report.motions_checked, verdicts.len() as u64);
                     let largest = |value: fn(&crate::models::witness::Verdict) -> f64| {
@@ -103,10 +116,12 @@ fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes
                     ] {
                         assert!(
                             (ours - theirs).abs() <= WITNESS_SHARE * theirs + ARITHMETIC_MM,
-                            "{}: {ours} {theirs}", part.name
+                            "{}: {ours} {theirs}",
+                            part.name
                         );
                     }
-                    let worst = verdicts.iter().max_by(|a, b| a.before.total_cmp(&b.before)).expect("motions");
+                    let worst =
+                        verdicts.iter().max_by(|a, b| a.before.total_cmp(&b.before)).expect("motions");
                     let at_worst = verdicts.iter().find(|v| Some(v.line as u64) == report.before.worst_line);
                     let at_worst = at_worst.expect("the worst line is a motion").before;
                     assert!(at_worst >= worst.before * (1.0 - WITNESS_SHARE));
@@ -130,7 +145,10 @@ fn lines_within_tolerance_come_back_byte_for_byte() {
     for (index, line) in text.lines().enumerate() {
         assert!(changed.contains(&(index + 1)) || written.contains(line), "{line}");
     }
-    assert_eq!(report.blocks_out - report.blocks_in, scan(&output, ['A', 'C']).len() as u64 - scan(&text, ['A', 'C']).len() as u64);
+    assert_eq!(
+        report.blocks_out - report.blocks_in,
+        scan(&output, ['A', 'C']).len() as u64 - scan(&text, ['A', 'C']).len() as u64
+    );
 }
 
 #[test]
@@ -152,12 +170,16 @@ fn a_program_within_tolerance_comes_back_as_it_was() {
 fn contacts_from_words_and_from_normals_are_the_same_contacts() {
     for part in parts(tool(6.0, 1.5)) {
         let by_words = run(&part, &parameters(&part), &part.program(Form::ContactWords, FeedForm::PerMinute));
-        let by_normals = run(&part, &parameters(&part), &part.program(Form::NormalTable, FeedForm::PerMinute));
+        let by_normals =
+            run(&part, &parameters(&part), &part.program(Form::NormalTable, FeedForm::PerMinute));
         let (by_words, by_normals) = (by_words.expect("compensated").1, by_normals.expect("compensated").1);
         assert_eq!(by_words.contact, ContactSource::Program);
         assert_eq!(by_normals.contact, ContactSource::Normals);
         // The pull-up between passes is a G0 in the one and a row of the table in the other.
-        assert!((by_words.before.max_mm - by_normals.before.max_mm).abs() < 1e-3 || by_normals.before.max_mm > by_words.before.max_mm);
+        assert!(
+            (by_words.before.max_mm - by_normals.before.max_mm).abs() < 1e-3
+                || by_normals.before.max_mm > by_words.before.max_mm
+        );
         assert!(by_normals.after.max_mm <= 0.01);
     }
 }
@@ -173,7 +195,8 @@ fn foot_keeps_the_tolerance_too_and_seed_reports_what_it_leaves() {
         assert_eq!(seed.motions_over_tolerance, foot.motions_over_tolerance);
         assert!(seed.after.max_mm > foot.after.max_mm);
         // Interpolated: far more blocks than minimal.
-        let steps = run(&part, &with(Correction::Even, OutputForm::Interpolated), &text).expect("compensated").1;
+        let steps =
+            run(&part, &with(Correction::Even, OutputForm::Interpolated), &text).expect("compensated").1;
         assert!(steps.after.max_mm <= 0.01);
         assert!(steps.blocks_out > 2 * foot.blocks_out);
     }

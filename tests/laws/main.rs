@@ -6,5 +6,5 @@ mod models;
 mod compensation;
 mod inverse;
 mod machines;
-mod program;
 mod path;
+mod program;

@@ -162,7 +162,8 @@ fn cut(
             let mut normal = ds.cross(&dh).normalize();
             let contact_mm = surface(s, h);
             // Out of the part: upward for the dome, away from the axis for the flanks.
-            let outward = if name.starts_with("dome") { Vec3::z() } else { Vec3::new(contact_mm.x, contact_mm.y, 0.0) };
+            let outward =
+                if name.starts_with("dome") { Vec3::z() } else { Vec3::new(contact_mm.x, contact_mm.y, 0.0) };
             if name == "blade" {
                 let inside = Vec3::new(0.0, 0.0, contact_mm.z);
                 if normal.dot(&(contact_mm - inside)) < 0.0 {
@@ -239,7 +240,8 @@ impl Finishing {
                 let [x, y, z]: [f64; 3] = point.linear_mm.into();
                 let [n1, n2, n3]: [f64; 3] = point.normal.into();
                 let [p, q] = point.rotary_deg;
-                writeln!(text, "{x:.4},{y:.4},{z:.4},{p:.4},{q:.4},{n1:.7},{n2:.7},{n3:.7},1200").expect("text");
+                writeln!(text, "{x:.4},{y:.4},{z:.4},{p:.4},{q:.4},{n1:.7},{n2:.7},{n3:.7},1200")
+                    .expect("text");
             }
             return text;
         }
