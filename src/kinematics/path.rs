@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 
 use super::choice::{Choice, Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::{BLOCK, JointBlock, PointedBlock, PoseBlock, PoseSource, join, point};
-use super::pointing::principal_deg;
+use super::lanes::{BLOCK, JointBlock, Lane, PointedBlock, PoseBlock, PoseSource, join, point};
+use super::pointing::{nearest_integer, principal_deg};
+use super::two_way::{Rules, Weights, weigh};
 use super::{
     InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, REACH_SLACK_RAD, ToolPose,
 };
@@ -173,8 +174,7 @@ impl Kinematics {
     }
 
     fn check_start(&self, words_deg: [f64; 2]) -> Result<(), InverseError> {
-        for k in 0..2 {
-            let commanded = words_deg[k];
+        for (k, commanded) in words_deg.into_iter().enumerate() {
             let axis = Motion::Rotary(self.profile_index[k]);
             let max_abs = crate::machine::Machine::MAX_TRAVEL_DEG;
             let Travel { min, max } = self.travel_deg[k].unwrap_or(Travel { min: -max_abs, max: max_abs });
@@ -188,6 +188,8 @@ impl Kinematics {
 }
 
 const ALIVE: [u8; 2] = [1, 2];
+/// Both branches, nothing to watch.
+const PLAIN: u8 = 3;
 const HELD: u8 = 4;
 /// Near pole or reach limit: has a residual to be told.
 const LIMIT: u8 = 8;
@@ -248,7 +250,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.out.conditioning[begin..begin + size].copy_from_slice(&pointed.conditioning[..size]);
             for (lane, margin) in pointed.margin[..size].iter().enumerate() {
                 let tip_ok = (0..3).all(|k| block.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-                let careful = !(*margin > 0.0) || !tip_ok || linear_limited || self.options.singly;
+                let sound = *margin > 0.0;
+                let careful = !sound || !tip_ok || linear_limited || self.options.singly;
                 if !careful {
                     continue;
                 }
@@ -372,11 +375,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         for words in stage.words_deg {
             let linear_mm = kinematics.joints_at(self.poses.pose(pose).tip_mm, words).linear_mm;
             let mut misses = kinematics.linear_miss(pose, linear_mm);
-            for k in 0..2 {
+            for (k, word) in words.into_iter().enumerate() {
                 if let (true, Some(travel)) =
-                    (turn_range(words[k], kinematics.travel_deg[k]).is_empty(), kinematics.travel_deg[k])
+                    (turn_range(word, kinematics.travel_deg[k]).is_empty(), kinematics.travel_deg[k])
                 {
-                    let (commanded, excess) = least_excess(words[k], travel);
+                    let (commanded, excess) = least_excess(word, travel);
                     let axis = Motion::Rotary(kinematics.profile_index[k]);
                     let (min, max) = (travel.min, travel.max);
                     let error = InverseError::OutOfTravel { pose, axis, commanded, min, max };
@@ -399,18 +402,50 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
         }
         let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
-        for pose in 0..poses {
-            if pose % BLOCK == 0 {
-                self.go_on()?;
+        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
+        let mut weights = Box::new(Weights::new());
+        let mut words = Box::new([[0.0; BLOCK]; 4]);
+        for begin in (0..poses).step_by(BLOCK) {
+            self.go_on()?;
+            let end = poses.min(begin + BLOCK);
+            if let Some(rules) = &rules {
+                self.weigh(begin, end, rules, &mut words, &mut weights);
             }
-            let stage = self.stage(pose);
-            let reached = if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
-            if !reached {
-                return Err(self.no_way(pose));
+            let mut pose = begin;
+            while pose < end {
+                let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                if rules.is_some() && pose > 0 && plain > 0 {
+                    let last = self.stage(pose + plain - 1);
+                    let reached = choice.advance_lanes(&weights, pose - begin..pose - begin + plain, &last);
+                    if reached < plain {
+                        return Err(self.no_way(pose + reached));
+                    }
+                    pose += plain;
+                    continue;
+                }
+                let stage = self.stage(pose);
+                let reached =
+                    if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
+                if !reached {
+                    return Err(self.no_way(pose));
+                }
+                pose += 1;
             }
         }
         let states = choice.finish();
         Ok(self.follow(&grid, &states))
+    }
+
+    /// The weights of the steps into the poses `begin..end`.
+    fn weigh(&self, begin: usize, end: usize, rules: &Rules, words: &mut [Lane; 4], weights: &mut Weights) {
+        let joints = &self.out.joints;
+        let stored = [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad];
+        let mut previous = [0.0; 4];
+        for k in 0..4 {
+            words[k][..end - begin].copy_from_slice(&stored[k][begin..end]);
+            previous[k] = stored[k][begin.saturating_sub(1)];
+        }
+        weigh(self.options.instructions, rules, previous, words, weights);
     }
 
     /// The words along the chosen states; those of axes without end by the nearest turn.
@@ -459,17 +494,41 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let count = self.poses.count();
         let mut previous = self.start;
         let (mut u_deg, mut v_deg) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for pose in 0..count {
-            if pose % BLOCK == 0 {
-                self.go_on()?;
+        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
+        let mut weights = Box::new(Weights::new());
+        let mut lanes = Box::new([[0.0; BLOCK]; 4]);
+        let mut branch = 0;
+        for begin in (0..count).step_by(BLOCK) {
+            self.go_on()?;
+            let end = count.min(begin + BLOCK);
+            if let Some(rules) = &rules {
+                self.weigh(begin, end, rules, &mut lanes, &mut weights);
             }
-            let stage = self.stage(pose);
-            let Some(words) = grid.nearest(&stage, previous, self.options.rewind_deg) else {
-                return Err(self.no_way(pose));
-            };
-            u_deg.push(words[0]);
-            v_deg.push(words[1]);
-            previous = Some(words);
+            let mut pose = begin;
+            while pose < end {
+                if let (Some(rules), Some(mut words), true) = (&rules, previous, pose > 0) {
+                    let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                    let run = pose - begin..pose - begin + plain;
+                    let taken = nearest_run(rules, &weights, &lanes, run, &mut branch, &mut words, |words| {
+                        u_deg.push(words[0]);
+                        v_deg.push(words[1]);
+                    });
+                    previous = Some(words);
+                    pose += taken;
+                    if pose == end {
+                        break;
+                    }
+                }
+                let stage = self.stage(pose);
+                let Some((chosen, words)) = grid.nearest(&stage, previous, self.options.rewind_deg) else {
+                    return Err(self.no_way(pose));
+                };
+                branch = chosen;
+                u_deg.push(words[0]);
+                v_deg.push(words[1]);
+                previous = Some(words);
+                pose += 1;
+            }
         }
         Ok(Chosen { u_deg, v_deg })
     }
@@ -563,4 +622,38 @@ fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
         .into_iter()
         .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
         .map(|turns| 360.0 * turns)
+}
+
+/// Follows the nearest branches along lanes as far as nothing ties and nothing is out of travel. Returns how many
+/// lanes were taken; `branch` and `words` are those of the last one.
+fn nearest_run(
+    rules: &Rules,
+    weights: &Weights,
+    lanes: &[Lane; 4],
+    run: std::ops::Range<usize>,
+    branch: &mut usize,
+    words: &mut [f64; 2],
+    mut take: impl FnMut([f64; 2]),
+) -> usize {
+    let start = run.start;
+    for lane in run.clone() {
+        let from = *branch & 1;
+        let nearest = weights.nearest[from][lane];
+        let to = usize::from(nearest > 0.5);
+        let tied = nearest > 0.25 && nearest < 0.75;
+        if tied || weights.rewinds[2 * from + to][lane] > 1.5 {
+            return lane - start;
+        }
+        for k in 0..2 {
+            let principal = lanes[2 * to + k][lane];
+            words[k] = if rules.period[k] > 0.0 {
+                principal + 360.0 * nearest_integer((words[k] - principal) * (1.0 / 360.0))
+            } else {
+                principal + rules.turn_deg[k]
+            };
+        }
+        *branch = to;
+        take(*words);
+    }
+    run.len()
 }
