@@ -122,7 +122,9 @@ impl Kinematics {
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Path, InverseError> {
-        self.path_of(poses, options, stop)
+        let mut path = Path::default();
+        self.path_of(poses, options, stop, &mut path)?;
+        Ok(path)
     }
 
     /// [`Kinematics::path`] for poses in arrays: faster, nothing is rearranged.
@@ -135,7 +137,23 @@ impl Kinematics {
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Path, InverseError> {
-        self.path_of(poses, options, stop)
+        let mut path = Path::default();
+        self.path_of(poses, options, stop, &mut path)?;
+        Ok(path)
+    }
+
+    /// [`Kinematics::path_lanes`] into a path whose memory is used again: for many paths one after the other.
+    ///
+    /// # Errors
+    /// As [`Kinematics::path`]; `path` is then without meaning.
+    pub fn path_lanes_into(
+        &self,
+        poses: &PoseLanes,
+        options: &PathOptions,
+        stop: &dyn Fn() -> ControlFlow<()>,
+        path: &mut Path,
+    ) -> Result<(), InverseError> {
+        self.path_of(poses, options, stop, path)
     }
 
     /// Combinations of branch and turns kept per pose: for estimates before the work starts.
@@ -150,27 +168,27 @@ impl Kinematics {
         poses: &P,
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Path, InverseError> {
+        out: &mut Path,
+    ) -> Result<(), InverseError> {
         let start = options.start_words_deg.map(|words| self.profile_index.map(|index| words[index]));
         if let Some(words) = start {
             self.check_start(words)?;
         }
-        if poses.count() == 0 {
-            return Ok(Path::default());
-        }
-        let mut walk =
-            Walk { kinematics: self, poses, options, start, stop, out: Path::default(), marks: Vec::new() };
+        let mut walk = Walk { kinematics: self, poses, options, start, stop, out, marks: Vec::new() };
         let grid = Grid::new(self.travel_deg);
         walk.examine()?;
-        let chosen = match options.selection {
+        if poses.count() == 0 {
+            return Ok(());
+        }
+        match options.selection {
             Selection::Nearest => walk.choose_nearest(grid)?,
-            Selection::Cheapest => match walk.choose_relaxed(grid)? {
-                Some(chosen) => chosen,
-                None => walk.choose_cheapest(grid)?,
-            },
-        };
-        walk.join(&chosen)?;
-        Ok(walk.out)
+            Selection::Cheapest => {
+                if !walk.choose_relaxed(grid)? {
+                    walk.choose_cheapest(grid)?;
+                }
+            }
+        }
+        walk.join()
     }
 
     fn check_start(&self, words_deg: [f64; 2]) -> Result<(), InverseError> {
@@ -194,8 +212,9 @@ const HELD: u8 = 4;
 /// Near pole or reach limit: has a residual to be told.
 const LIMIT: u8 = 8;
 
-/// One path being solved. Until [`Walk::join`] the output's arrays hold the words of both branches: `x`, `y` those
-/// of u, v of the first, `z`, `first` those of the second.
+/// One path being solved. Until a choice is made the output's arrays hold the words of both branches: `x`, `y` those
+/// of u, v of the first, `z`, `first` those of the second. Then `x`, `y` hold the chosen words of u, v, whole turns
+/// included, until [`Walk::join`] makes joints of them.
 struct Walk<'a, P: ?Sized> {
     kinematics: &'a Kinematics,
     poses: &'a P,
@@ -203,14 +222,8 @@ struct Walk<'a, P: ?Sized> {
     /// In the order u, v [deg].
     start: Option<[f64; 2]>,
     stop: &'a dyn Fn() -> ControlFlow<()>,
-    out: Path,
+    out: &'a mut Path,
     marks: Vec<u8>,
-}
-
-/// The words of u, v of every pose \[deg\], whole turns included.
-struct Chosen {
-    u_deg: Vec<f64>,
-    v_deg: Vec<f64>,
 }
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
@@ -226,9 +239,17 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let count = self.poses.count();
         let kinematics = self.kinematics;
         let joints = &mut self.out.joints;
-        for lane in [&mut joints.x_mm, &mut joints.y_mm, &mut joints.z_mm, &mut joints.first_rad] {
+        for lane in [
+            &mut joints.x_mm,
+            &mut joints.y_mm,
+            &mut joints.z_mm,
+            &mut joints.first_rad,
+            &mut joints.second_rad,
+        ] {
             lane.resize(count, 0.0);
         }
+        self.out.warnings.clear();
+        self.marks.clear();
         self.out.conditioning.resize(count, 0.0);
         self.marks.resize(count, ALIVE[0] | ALIVE[1]);
         let cone = kinematics.pole_cone_rad();
@@ -395,7 +416,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         told.map_or(InverseError::NoWay { pose }, |(_, error)| error)
     }
 
-    fn choose_cheapest(&mut self, grid: Grid) -> Result<Chosen, InverseError> {
+    fn choose_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let poses = self.poses.count();
         let states = grid.states();
         if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
@@ -409,7 +430,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.go_on()?;
             let end = poses.min(begin + BLOCK);
             if let Some(rules) = &rules {
-                self.weigh(begin, end, rules, &mut words, &mut weights);
+                let before = self.both(begin.saturating_sub(1));
+                self.weigh(before, begin, end, rules, &mut words, &mut weights);
             }
             let mut pose = begin;
             while pose < end {
@@ -433,39 +455,48 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             }
         }
         let states = choice.finish();
-        Ok(self.follow(&grid, &states))
+        self.follow(&grid, &states);
+        Ok(())
     }
 
-    /// The weights of the steps into the poses `begin..end`.
-    fn weigh(&self, begin: usize, end: usize, rules: &Rules, words: &mut [Lane; 4], weights: &mut Weights) {
+    /// The weights of the steps into the poses `begin..end`, from the words `before` on.
+    fn weigh(
+        &self,
+        before: [f64; 4],
+        begin: usize,
+        end: usize,
+        rules: &Rules,
+        words: &mut [Lane; 4],
+        weights: &mut Weights,
+    ) {
         let joints = &self.out.joints;
         let stored = [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad];
-        let mut previous = [0.0; 4];
-        for k in 0..4 {
-            words[k][..end - begin].copy_from_slice(&stored[k][begin..end]);
-            previous[k] = stored[k][begin.saturating_sub(1)];
+        for (lane, from) in words.iter_mut().zip(stored) {
+            lane[..end - begin].copy_from_slice(&from[begin..end]);
         }
-        weigh(self.options.instructions, rules, previous, words, weights);
+        weigh(self.options.instructions, rules, before, words, weights);
     }
 
     /// The words along the chosen states; those of axes without end by the nearest turn.
-    fn follow(&mut self, grid: &Grid, states: &[u16]) -> Chosen {
+    fn follow(&mut self, grid: &Grid, states: &[u16]) {
         let mut previous = self.start;
-        let (mut u_deg, mut v_deg) = (Vec::with_capacity(states.len()), Vec::with_capacity(states.len()));
         for (pose, state) in states.iter().enumerate() {
             let (_, words) = grid.words_deg(usize::from(*state), &self.stage(pose), previous);
-            u_deg.push(words[0]);
-            v_deg.push(words[1]);
+            self.choose(pose, words);
             previous = Some(words);
         }
-        Chosen { u_deg, v_deg }
+    }
+
+    fn choose(&mut self, pose: usize, words_deg: [f64; 2]) {
+        self.out.joints.x_mm[pose] = words_deg[0];
+        self.out.joints.y_mm[pose] = words_deg[1];
     }
 
     /// With many turns: the way as if those axes had no end. No way within travels is cheaper, so if it fits after
-    /// a shift by whole turns it is the answer.
-    fn choose_relaxed(&mut self, grid: Grid) -> Result<Option<Chosen>, InverseError> {
+    /// a shift by whole turns it is the answer. False if it does not fit; the words of both branches then stand again.
+    fn choose_relaxed(&mut self, grid: Grid) -> Result<bool, InverseError> {
         if grid.states() <= RELAX_ABOVE {
-            return Ok(None);
+            return Ok(false);
         }
         let travel = self.kinematics.travel_deg;
         let one_turn = |k: usize| {
@@ -475,44 +506,48 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         };
         let relaxed: [Option<Travel>; 2] =
             std::array::from_fn(|k| if one_turn(k) { None } else { travel[k] });
-        let Ok(mut chosen) = self.choose_cheapest(Grid::new(relaxed)) else {
+        if self.choose_cheapest(Grid::new(relaxed)).is_err() {
             self.go_on()?;
-            return Ok(None);
-        };
+            return Ok(false);
+        }
         for k in 0..2 {
             let (Some(travel), None) = (travel[k], relaxed[k]) else { continue };
-            let words = if k == 0 { &mut chosen.u_deg } else { &mut chosen.v_deg };
-            let Some(shift) = best_shift(words, travel, self.start.is_some()) else { return Ok(None) };
+            let words = if k == 0 { &mut self.out.joints.x_mm } else { &mut self.out.joints.y_mm };
+            let Some(shift) = best_shift(words, travel, self.start.is_some()) else {
+                self.examine()?;
+                return Ok(false);
+            };
             for word in words {
                 *word += shift;
             }
         }
-        Ok(Some(chosen))
+        Ok(true)
     }
 
-    fn choose_nearest(&mut self, grid: Grid) -> Result<Chosen, InverseError> {
+    fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let count = self.poses.count();
         let mut previous = self.start;
-        let (mut u_deg, mut v_deg) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
         let mut weights = Box::new(Weights::new());
         let mut lanes = Box::new([[0.0; BLOCK]; 4]);
         let mut branch = 0;
+        // both branches' words of the pose before the block: the arrays there hold the choice already
+        let mut before = [0.0; 4];
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
             let end = count.min(begin + BLOCK);
             if let Some(rules) = &rules {
-                self.weigh(begin, end, rules, &mut lanes, &mut weights);
+                self.weigh(before, begin, end, rules, &mut lanes, &mut weights);
             }
+            before = self.both(end - 1);
             let mut pose = begin;
             while pose < end {
                 if let (Some(rules), Some(mut words), true) = (&rules, previous, pose > 0) {
                     let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
                     let run = pose - begin..pose - begin + plain;
-                    let taken = nearest_run(rules, &weights, &lanes, run, &mut branch, &mut words, |words| {
-                        u_deg.push(words[0]);
-                        v_deg.push(words[1]);
-                    });
+                    let joints = &mut self.out.joints;
+                    let chosen = [&mut joints.x_mm[pose..pose + plain], &mut joints.y_mm[pose..pose + plain]];
+                    let taken = nearest_run(rules, &weights, &lanes, run, &mut branch, &mut words, chosen);
                     previous = Some(words);
                     pose += taken;
                     if pose == end {
@@ -524,29 +559,32 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                     return Err(self.no_way(pose));
                 };
                 branch = chosen;
-                u_deg.push(words[0]);
-                v_deg.push(words[1]);
+                self.choose(pose, words);
                 previous = Some(words);
                 pose += 1;
             }
         }
-        Ok(Chosen { u_deg, v_deg })
+        Ok(())
+    }
+
+    fn both(&self, pose: usize) -> [f64; 4] {
+        let joints = &self.out.joints;
+        [joints.x_mm[pose], joints.y_mm[pose], joints.z_mm[pose], joints.first_rad[pose]]
     }
 
     /// Turns the chosen words into joints, block by block, and collects the warnings.
-    fn join(&mut self, chosen: &Chosen) -> Result<(), InverseError> {
+    fn join(&mut self) -> Result<(), InverseError> {
         let kinematics = self.kinematics;
         let chain = kinematics.linear_chain();
         let (mut block, mut joined) = (Box::new(PoseBlock::new()), Box::new(JointBlock::new()));
-        self.out.joints.second_rad.resize(self.poses.count(), 0.0);
         let swapped = kinematics.profile_index[0] == 1;
         let mut previous = self.start;
         for begin in (0..self.poses.count()).step_by(BLOCK) {
             self.go_on()?;
             let size = self.poses.load(begin, &mut block);
             let end = begin + size;
-            joined.words_deg[0][..size].copy_from_slice(&chosen.u_deg[begin..end]);
-            joined.words_deg[1][..size].copy_from_slice(&chosen.v_deg[begin..end]);
+            joined.words_deg[0][..size].copy_from_slice(&self.out.joints.x_mm[begin..end]);
+            joined.words_deg[1][..size].copy_from_slice(&self.out.joints.y_mm[begin..end]);
             join(self.options.instructions, &chain, &block.tip_mm, &mut joined);
             let (first, second) = if swapped { (1, 0) } else { (0, 1) };
             let joints = &mut self.out.joints;
@@ -633,7 +671,7 @@ fn nearest_run(
     run: std::ops::Range<usize>,
     branch: &mut usize,
     words: &mut [f64; 2],
-    mut take: impl FnMut([f64; 2]),
+    chosen: [&mut [f64]; 2],
 ) -> usize {
     let start = run.start;
     for lane in run.clone() {
@@ -653,7 +691,8 @@ fn nearest_run(
             };
         }
         *branch = to;
-        take(*words);
+        chosen[0][lane - start] = words[0];
+        chosen[1][lane - start] = words[1];
     }
     run.len()
 }
