@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
 use trunnion::kinematics::{
-    InstructionSet, JointLanes, Joints, Kinematics, PathOptions, PoseLanes, Selection, Setup, ToolPose,
+    InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
 use trunnion::machine::{LocationError, Machine, Preset, Travel};
 
@@ -132,8 +132,9 @@ fn main() {
         for selection in [Selection::Nearest, Selection::Cheapest] {
             for instructions in sets {
                 let options = PathOptions { selection, instructions, ..PathOptions::default() };
+                let mut path = Path::default();
                 let fast = rate(|| {
-                    black_box(kinematics.path_lanes(&lanes, &options, GO_ON).is_ok());
+                    black_box(kinematics.path_lanes_into(&lanes, &options, GO_ON, &mut path).is_ok());
                 });
                 let listed = rate(|| {
                     black_box(kinematics.path(&list, &options, GO_ON).is_ok());

@@ -11,6 +11,7 @@ mod lanes;
 mod path;
 mod pointing;
 mod singularity;
+mod two_way;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};

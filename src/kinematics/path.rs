@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 
 use super::choice::{Choice, Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::{BLOCK, JointBlock, PointedBlock, PoseBlock, PoseSource, join, point};
-use super::pointing::principal_deg;
+use super::lanes::{BLOCK, JointBlock, Lane, PointedBlock, PoseBlock, PoseSource, join, point};
+use super::pointing::{nearest_integer, principal_deg};
+use super::two_way::{Rules, Weights, weigh};
 use super::{
     InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, REACH_SLACK_RAD, ToolPose,
 };
@@ -121,7 +122,9 @@ impl Kinematics {
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Path, InverseError> {
-        self.path_of(poses, options, stop)
+        let mut path = Path::default();
+        self.path_of(poses, options, stop, &mut path)?;
+        Ok(path)
     }
 
     /// [`Kinematics::path`] for poses in arrays: faster, nothing is rearranged.
@@ -134,7 +137,23 @@ impl Kinematics {
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Path, InverseError> {
-        self.path_of(poses, options, stop)
+        let mut path = Path::default();
+        self.path_of(poses, options, stop, &mut path)?;
+        Ok(path)
+    }
+
+    /// [`Kinematics::path_lanes`] into a path whose memory is used again: for many paths one after the other.
+    ///
+    /// # Errors
+    /// As [`Kinematics::path`]; `path` is then without meaning.
+    pub fn path_lanes_into(
+        &self,
+        poses: &PoseLanes,
+        options: &PathOptions,
+        stop: &dyn Fn() -> ControlFlow<()>,
+        path: &mut Path,
+    ) -> Result<(), InverseError> {
+        self.path_of(poses, options, stop, path)
     }
 
     /// Combinations of branch and turns kept per pose: for estimates before the work starts.
@@ -149,32 +168,31 @@ impl Kinematics {
         poses: &P,
         options: &PathOptions,
         stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Path, InverseError> {
+        out: &mut Path,
+    ) -> Result<(), InverseError> {
         let start = options.start_words_deg.map(|words| self.profile_index.map(|index| words[index]));
         if let Some(words) = start {
             self.check_start(words)?;
         }
-        if poses.count() == 0 {
-            return Ok(Path::default());
-        }
-        let mut walk =
-            Walk { kinematics: self, poses, options, start, stop, out: Path::default(), marks: Vec::new() };
+        let mut walk = Walk { kinematics: self, poses, options, start, stop, out, marks: Vec::new() };
         let grid = Grid::new(self.travel_deg);
         walk.examine()?;
-        let chosen = match options.selection {
+        if poses.count() == 0 {
+            return Ok(());
+        }
+        match options.selection {
             Selection::Nearest => walk.choose_nearest(grid)?,
-            Selection::Cheapest => match walk.choose_relaxed(grid)? {
-                Some(chosen) => chosen,
-                None => walk.choose_cheapest(grid)?,
-            },
-        };
-        walk.join(&chosen)?;
-        Ok(walk.out)
+            Selection::Cheapest => {
+                if !walk.choose_relaxed(grid)? {
+                    walk.choose_cheapest(grid)?;
+                }
+            }
+        }
+        walk.join()
     }
 
     fn check_start(&self, words_deg: [f64; 2]) -> Result<(), InverseError> {
-        for k in 0..2 {
-            let commanded = words_deg[k];
+        for (k, commanded) in words_deg.into_iter().enumerate() {
             let axis = Motion::Rotary(self.profile_index[k]);
             let max_abs = crate::machine::Machine::MAX_TRAVEL_DEG;
             let Travel { min, max } = self.travel_deg[k].unwrap_or(Travel { min: -max_abs, max: max_abs });
@@ -188,12 +206,15 @@ impl Kinematics {
 }
 
 const ALIVE: [u8; 2] = [1, 2];
+/// Both branches, nothing to watch.
+const PLAIN: u8 = 3;
 const HELD: u8 = 4;
 /// Near pole or reach limit: has a residual to be told.
 const LIMIT: u8 = 8;
 
-/// One path being solved. Until [`Walk::join`] the output's arrays hold the words of both branches: `x`, `y` those
-/// of u, v of the first, `z`, `first` those of the second.
+/// One path being solved. Until a choice is made the output's arrays hold the words of both branches: `x`, `y` those
+/// of u, v of the first, `z`, `first` those of the second. Then `x`, `y` hold the chosen words of u, v, whole turns
+/// included, until [`Walk::join`] makes joints of them.
 struct Walk<'a, P: ?Sized> {
     kinematics: &'a Kinematics,
     poses: &'a P,
@@ -201,14 +222,8 @@ struct Walk<'a, P: ?Sized> {
     /// In the order u, v [deg].
     start: Option<[f64; 2]>,
     stop: &'a dyn Fn() -> ControlFlow<()>,
-    out: Path,
+    out: &'a mut Path,
     marks: Vec<u8>,
-}
-
-/// The words of u, v of every pose \[deg\], whole turns included.
-struct Chosen {
-    u_deg: Vec<f64>,
-    v_deg: Vec<f64>,
 }
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
@@ -224,9 +239,17 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let count = self.poses.count();
         let kinematics = self.kinematics;
         let joints = &mut self.out.joints;
-        for lane in [&mut joints.x_mm, &mut joints.y_mm, &mut joints.z_mm, &mut joints.first_rad] {
+        for lane in [
+            &mut joints.x_mm,
+            &mut joints.y_mm,
+            &mut joints.z_mm,
+            &mut joints.first_rad,
+            &mut joints.second_rad,
+        ] {
             lane.resize(count, 0.0);
         }
+        self.out.warnings.clear();
+        self.marks.clear();
         self.out.conditioning.resize(count, 0.0);
         self.marks.resize(count, ALIVE[0] | ALIVE[1]);
         let cone = kinematics.pole_cone_rad();
@@ -248,7 +271,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.out.conditioning[begin..begin + size].copy_from_slice(&pointed.conditioning[..size]);
             for (lane, margin) in pointed.margin[..size].iter().enumerate() {
                 let tip_ok = (0..3).all(|k| block.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-                let careful = !(*margin > 0.0) || !tip_ok || linear_limited || self.options.singly;
+                let sound = *margin > 0.0;
+                let careful = !sound || !tip_ok || linear_limited || self.options.singly;
                 if !careful {
                     continue;
                 }
@@ -372,11 +396,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         for words in stage.words_deg {
             let linear_mm = kinematics.joints_at(self.poses.pose(pose).tip_mm, words).linear_mm;
             let mut misses = kinematics.linear_miss(pose, linear_mm);
-            for k in 0..2 {
+            for (k, word) in words.into_iter().enumerate() {
                 if let (true, Some(travel)) =
-                    (turn_range(words[k], kinematics.travel_deg[k]).is_empty(), kinematics.travel_deg[k])
+                    (turn_range(word, kinematics.travel_deg[k]).is_empty(), kinematics.travel_deg[k])
                 {
-                    let (commanded, excess) = least_excess(words[k], travel);
+                    let (commanded, excess) = least_excess(word, travel);
                     let axis = Motion::Rotary(kinematics.profile_index[k]);
                     let (min, max) = (travel.min, travel.max);
                     let error = InverseError::OutOfTravel { pose, axis, commanded, min, max };
@@ -392,45 +416,87 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         told.map_or(InverseError::NoWay { pose }, |(_, error)| error)
     }
 
-    fn choose_cheapest(&mut self, grid: Grid) -> Result<Chosen, InverseError> {
+    fn choose_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let poses = self.poses.count();
         let states = grid.states();
         if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
             return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
         }
         let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
-        for pose in 0..poses {
-            if pose % BLOCK == 0 {
-                self.go_on()?;
+        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
+        let mut weights = Box::new(Weights::new());
+        let mut words = Box::new([[0.0; BLOCK]; 4]);
+        for begin in (0..poses).step_by(BLOCK) {
+            self.go_on()?;
+            let end = poses.min(begin + BLOCK);
+            if let Some(rules) = &rules {
+                let before = self.both(begin.saturating_sub(1));
+                self.weigh(before, begin, end, rules, &mut words, &mut weights);
             }
-            let stage = self.stage(pose);
-            let reached = if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
-            if !reached {
-                return Err(self.no_way(pose));
+            let mut pose = begin;
+            while pose < end {
+                let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                if rules.is_some() && pose > 0 && plain > 0 {
+                    let last = self.stage(pose + plain - 1);
+                    let reached = choice.advance_lanes(&weights, pose - begin..pose - begin + plain, &last);
+                    if reached < plain {
+                        return Err(self.no_way(pose + reached));
+                    }
+                    pose += plain;
+                    continue;
+                }
+                let stage = self.stage(pose);
+                let reached =
+                    if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
+                if !reached {
+                    return Err(self.no_way(pose));
+                }
+                pose += 1;
             }
         }
         let states = choice.finish();
-        Ok(self.follow(&grid, &states))
+        self.follow(&grid, &states);
+        Ok(())
+    }
+
+    /// The weights of the steps into the poses `begin..end`, from the words `before` on.
+    fn weigh(
+        &self,
+        before: [f64; 4],
+        begin: usize,
+        end: usize,
+        rules: &Rules,
+        words: &mut [Lane; 4],
+        weights: &mut Weights,
+    ) {
+        let joints = &self.out.joints;
+        let stored = [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad];
+        for (lane, from) in words.iter_mut().zip(stored) {
+            lane[..end - begin].copy_from_slice(&from[begin..end]);
+        }
+        weigh(self.options.instructions, rules, before, words, weights);
     }
 
     /// The words along the chosen states; those of axes without end by the nearest turn.
-    fn follow(&mut self, grid: &Grid, states: &[u16]) -> Chosen {
+    fn follow(&mut self, grid: &Grid, states: &[u16]) {
         let mut previous = self.start;
-        let (mut u_deg, mut v_deg) = (Vec::with_capacity(states.len()), Vec::with_capacity(states.len()));
         for (pose, state) in states.iter().enumerate() {
             let (_, words) = grid.words_deg(usize::from(*state), &self.stage(pose), previous);
-            u_deg.push(words[0]);
-            v_deg.push(words[1]);
+            self.choose(pose, words);
             previous = Some(words);
         }
-        Chosen { u_deg, v_deg }
+    }
+
+    fn choose(&mut self, pose: usize, words_deg: [f64; 2]) {
+        self.out.joints.x_mm[pose] = words_deg[0];
+        self.out.joints.y_mm[pose] = words_deg[1];
     }
 
     /// With many turns: the way as if those axes had no end. No way within travels is cheaper, so if it fits after
-    /// a shift by whole turns it is the answer.
-    fn choose_relaxed(&mut self, grid: Grid) -> Result<Option<Chosen>, InverseError> {
+    /// a shift by whole turns it is the answer. False if it does not fit; the words of both branches then stand again.
+    fn choose_relaxed(&mut self, grid: Grid) -> Result<bool, InverseError> {
         if grid.states() <= RELAX_ABOVE {
-            return Ok(None);
+            return Ok(false);
         }
         let travel = self.kinematics.travel_deg;
         let one_turn = |k: usize| {
@@ -440,54 +506,85 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         };
         let relaxed: [Option<Travel>; 2] =
             std::array::from_fn(|k| if one_turn(k) { None } else { travel[k] });
-        let Ok(mut chosen) = self.choose_cheapest(Grid::new(relaxed)) else {
+        if self.choose_cheapest(Grid::new(relaxed)).is_err() {
             self.go_on()?;
-            return Ok(None);
-        };
+            return Ok(false);
+        }
         for k in 0..2 {
             let (Some(travel), None) = (travel[k], relaxed[k]) else { continue };
-            let words = if k == 0 { &mut chosen.u_deg } else { &mut chosen.v_deg };
-            let Some(shift) = best_shift(words, travel, self.start.is_some()) else { return Ok(None) };
+            let words = if k == 0 { &mut self.out.joints.x_mm } else { &mut self.out.joints.y_mm };
+            let Some(shift) = best_shift(words, travel, self.start.is_some()) else {
+                self.examine()?;
+                return Ok(false);
+            };
             for word in words {
                 *word += shift;
             }
         }
-        Ok(Some(chosen))
+        Ok(true)
     }
 
-    fn choose_nearest(&mut self, grid: Grid) -> Result<Chosen, InverseError> {
+    fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let count = self.poses.count();
         let mut previous = self.start;
-        let (mut u_deg, mut v_deg) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for pose in 0..count {
-            if pose % BLOCK == 0 {
-                self.go_on()?;
+        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
+        let mut weights = Box::new(Weights::new());
+        let mut lanes = Box::new([[0.0; BLOCK]; 4]);
+        let mut branch = 0;
+        // both branches' words of the pose before the block: the arrays there hold the choice already
+        let mut before = [0.0; 4];
+        for begin in (0..count).step_by(BLOCK) {
+            self.go_on()?;
+            let end = count.min(begin + BLOCK);
+            if let Some(rules) = &rules {
+                self.weigh(before, begin, end, rules, &mut lanes, &mut weights);
             }
-            let stage = self.stage(pose);
-            let Some(words) = grid.nearest(&stage, previous, self.options.rewind_deg) else {
-                return Err(self.no_way(pose));
-            };
-            u_deg.push(words[0]);
-            v_deg.push(words[1]);
-            previous = Some(words);
+            before = self.both(end - 1);
+            let mut pose = begin;
+            while pose < end {
+                if let (Some(rules), Some(mut words), true) = (&rules, previous, pose > 0) {
+                    let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                    let run = pose - begin..pose - begin + plain;
+                    let joints = &mut self.out.joints;
+                    let chosen = [&mut joints.x_mm[pose..pose + plain], &mut joints.y_mm[pose..pose + plain]];
+                    let taken = nearest_run(rules, &weights, &lanes, run, &mut branch, &mut words, chosen);
+                    previous = Some(words);
+                    pose += taken;
+                    if pose == end {
+                        break;
+                    }
+                }
+                let stage = self.stage(pose);
+                let Some((chosen, words)) = grid.nearest(&stage, previous, self.options.rewind_deg) else {
+                    return Err(self.no_way(pose));
+                };
+                branch = chosen;
+                self.choose(pose, words);
+                previous = Some(words);
+                pose += 1;
+            }
         }
-        Ok(Chosen { u_deg, v_deg })
+        Ok(())
+    }
+
+    fn both(&self, pose: usize) -> [f64; 4] {
+        let joints = &self.out.joints;
+        [joints.x_mm[pose], joints.y_mm[pose], joints.z_mm[pose], joints.first_rad[pose]]
     }
 
     /// Turns the chosen words into joints, block by block, and collects the warnings.
-    fn join(&mut self, chosen: &Chosen) -> Result<(), InverseError> {
+    fn join(&mut self) -> Result<(), InverseError> {
         let kinematics = self.kinematics;
         let chain = kinematics.linear_chain();
         let (mut block, mut joined) = (Box::new(PoseBlock::new()), Box::new(JointBlock::new()));
-        self.out.joints.second_rad.resize(self.poses.count(), 0.0);
         let swapped = kinematics.profile_index[0] == 1;
         let mut previous = self.start;
         for begin in (0..self.poses.count()).step_by(BLOCK) {
             self.go_on()?;
             let size = self.poses.load(begin, &mut block);
             let end = begin + size;
-            joined.words_deg[0][..size].copy_from_slice(&chosen.u_deg[begin..end]);
-            joined.words_deg[1][..size].copy_from_slice(&chosen.v_deg[begin..end]);
+            joined.words_deg[0][..size].copy_from_slice(&self.out.joints.x_mm[begin..end]);
+            joined.words_deg[1][..size].copy_from_slice(&self.out.joints.y_mm[begin..end]);
             join(self.options.instructions, &chain, &block.tip_mm, &mut joined);
             let (first, second) = if swapped { (1, 0) } else { (0, 1) };
             let joints = &mut self.out.joints;
@@ -563,4 +660,39 @@ fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
         .into_iter()
         .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
         .map(|turns| 360.0 * turns)
+}
+
+/// Follows the nearest branches along lanes as far as nothing ties and nothing is out of travel. Returns how many
+/// lanes were taken; `branch` and `words` are those of the last one.
+fn nearest_run(
+    rules: &Rules,
+    weights: &Weights,
+    lanes: &[Lane; 4],
+    run: std::ops::Range<usize>,
+    branch: &mut usize,
+    words: &mut [f64; 2],
+    chosen: [&mut [f64]; 2],
+) -> usize {
+    let start = run.start;
+    for lane in run.clone() {
+        let from = *branch & 1;
+        let nearest = weights.nearest[from][lane];
+        let to = usize::from(nearest > 0.5);
+        let tied = nearest > 0.25 && nearest < 0.75;
+        if tied || weights.rewinds[2 * from + to][lane] > 1.5 {
+            return lane - start;
+        }
+        for k in 0..2 {
+            let principal = lanes[2 * to + k][lane];
+            words[k] = if rules.period[k] > 0.0 {
+                principal + 360.0 * nearest_integer((words[k] - principal) * (1.0 / 360.0))
+            } else {
+                principal + rules.turn_deg[k]
+            };
+        }
+        *branch = to;
+        chosen[0][lane - start] = words[0];
+        chosen[1][lane - start] = words[1];
+    }
+    run.len()
 }
