@@ -3,7 +3,22 @@
 //!
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
 
-pub mod geometry;
-pub mod kinematics;
-pub mod machine;
 pub mod units;
+
+pub mod geometry;
+
+pub mod machine;
+
+pub mod kinematics;
+
+pub mod wire;
+
+pub mod config;
+
+pub mod store;
+
+pub mod jobs;
+
+pub mod http;
+
+pub mod cli;

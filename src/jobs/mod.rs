@@ -1,0 +1,20 @@
+//! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
+
+mod clock;
+mod compensation;
+mod compute;
+mod estimate;
+mod kinematics;
+mod opening;
+mod spool;
+
+pub use clock::{Clock, IdSource, Sources, timestamp};
+pub use compensation::{
+    CompensateFault, CompensationRequest, Compensator, CompensatorFault, NotBuiltYet, Refusal, RefusalClass,
+    compensate,
+};
+pub use compute::{Compute, ComputeFault};
+pub use estimate::{Cost, TooCostly};
+pub use kinematics::{KinematicsFault, Limits, forward};
+pub use opening::{EXAMPLE_MACHINE_ID, OpenFault, open_data_directory, profile_sha256};
+pub use spool::{Spool, SpoolFault, Upload};
