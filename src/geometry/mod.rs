@@ -3,6 +3,7 @@
 mod angles;
 mod great_circle;
 mod screw;
+pub mod trig;
 
 pub use angles::{angle_about, angle_between, wrap_rad};
 pub use great_circle::GreatCircle;

@@ -1,6 +1,6 @@
 //! A rotary axis as a line in space: a screw of zero pitch.
 
-use super::{Mat3, Vec3, rotation_from_vector};
+use super::{Mat3, Vec3, rotation_from_vector, trig};
 
 /// A line with a sense: unit `direction` through `point_mm`. Turning by θ about it is `exp(θ ξ)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +16,7 @@ impl Screw {
     #[must_use]
     pub fn rotation(&self, angle_rad: f64) -> Mat3 {
         let d = self.direction;
-        let (sin, cos) = angle_rad.sin_cos();
+        let (sin, cos) = trig::sin_cos(angle_rad);
         Mat3::identity() * cos + d * d.transpose() * (1.0 - cos) + d.cross_matrix() * sin
     }
 
@@ -24,7 +24,7 @@ impl Screw {
     #[must_use]
     pub fn turn(&self, angle_rad: f64, v: Vec3) -> Vec3 {
         let d = self.direction;
-        let (sin, cos) = angle_rad.sin_cos();
+        let (sin, cos) = trig::sin_cos(angle_rad);
         let along = d * d.dot(&v);
         along + (v - along) * cos + d.cross(&v) * sin
     }

@@ -1,7 +1,8 @@
 //! The machine with its set-up, ready to be evaluated: forward kinematics and the linear words of a tip.
 
-use crate::geometry::{Mat3, Screw, Vec3};
-use crate::machine::{Machine, Side};
+use super::pointing::Pointing;
+use crate::geometry::{Mat3, Screw, Vec3, angle_between};
+use crate::machine::{Machine, Side, Travel};
 
 /// A tool pose in the workpiece frame W.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,16 @@ pub struct Kinematics {
     pub(super) work_offset_mm: Vec3,
     pub(super) linear_directions: Mat3,
     pub(super) linear_words: Mat3,
+    /// Sense in which the control counts u and v: −1 opposite to ISO 841.
+    pub(super) sense: [f64; 2],
+    /// Travel of the NC words of u and v [deg].
+    pub(super) travel_deg: [Option<Travel>; 2],
+    /// Travel of X Y Z [mm].
+    pub(super) linear_travel_mm: [Option<Travel>; 3],
+    /// Angles between nominal and calibrated direction of both axes, summed [rad].
+    pub(super) tilt_rad: f64,
+    /// The direction part of the inverse.
+    pub(super) pointing: Pointing,
 }
 
 impl Kinematics {
@@ -72,6 +83,12 @@ impl Kinematics {
             if setup.apply_errors { machine.squareness().matrix() } else { Mat3::identity() };
         // Columns are unit vectors within 0.05 rad of x, y, z, so the inverse always exists.
         let linear_words = linear_directions.try_inverse().unwrap_or_else(Mat3::identity);
+        let axes = profile_index.map(|index| &machine.rotary_axes()[index]);
+        let sense = axes.map(|axis| if axis.reversed { -1.0 } else { 1.0 });
+        let nominal = machine.screws(false);
+        let tilt_rad =
+            (0..2).map(|index| angle_between(nominal[index].direction, lines[index].direction)).sum();
+        let pointing = Pointing::new(screws[0].direction, screws[1].direction, Machine::TOOL_AXIS, sense);
         Self {
             screws,
             profile_index,
@@ -79,6 +96,11 @@ impl Kinematics {
             work_offset_mm: setup.work_offset_mm,
             linear_directions,
             linear_words,
+            sense,
+            travel_deg: axes.map(|axis| axis.travel_deg),
+            linear_travel_mm: *machine.linear_travel_mm(),
+            tilt_rad,
+            pointing,
         }
     }
 

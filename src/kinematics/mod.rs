@@ -1,5 +1,20 @@
 //! Tool poses to axis positions and back, for any two rotary axes.
 
+mod batch;
 mod chain;
+mod choice;
+mod error;
+mod instruction_set;
+mod inverse;
+mod lanes;
+mod path;
+mod pointing;
+mod singularity;
 
+pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};
+pub use error::InverseError;
+pub use instruction_set::InstructionSet;
+pub use inverse::{Branch, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD, TRAVEL_SLACK};
+pub use path::{MAX_CELLS, Path, PathOptions, PathWarning, REWIND_DEG, Selection, WarningKind};
+pub use singularity::MIN_CONE_DEG;

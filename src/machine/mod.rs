@@ -3,12 +3,14 @@
 
 mod fault;
 mod location_error;
+mod presets;
 mod profile;
 mod rotary_axis;
 mod tool;
 
 pub use fault::{AxisField, MachineFault, Motion, ProfileField};
 pub use location_error::{LocationError, Squareness};
+pub use presets::{EXAMPLE_ID, PRESETS, Preset};
 pub use profile::{Machine, MachineParts};
 pub use rotary_axis::{RotaryAxis, RotaryLetter, Side, Travel};
 pub use tool::{Tool, ToolFault};

@@ -1,0 +1,187 @@
+//! Throughput of the kinematics, in one thread, as medians of nine runs: `cargo bench --bench kinematics`.
+//!
+//! Every instruction set and, for the ratio, plain code of the obvious kind: one pose at a time, textbook
+//! formulas, the platform's trigonometry.
+
+use std::hint::black_box;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
+use trunnion::kinematics::{
+    InstructionSet, JointLanes, Joints, Kinematics, PathOptions, PoseLanes, Selection, Setup, ToolPose,
+};
+use trunnion::machine::{LocationError, Machine, Preset, Travel};
+
+const POSES: usize = 100_000;
+const GO_ON: &dyn Fn() -> ControlFlow<()> = &|| ControlFlow::Continue(());
+
+fn calibrated(id: &str) -> Option<Machine> {
+    let mut parts = Preset::by_id(id)?.parts();
+    for (k, axis) in parts.rotary_axes.iter_mut().enumerate() {
+        let sign = if k == 0 { 1.0 } else { -1.0 };
+        axis.point_mm += Vec3::new(0.3, -0.2, 0.7) * sign;
+        axis.location_error = LocationError {
+            translation_mm: Vec3::new(0.012, -0.021, 0.034) * sign,
+            rotation_rad: Vec3::new(41e-6, -63e-6, 29e-6),
+        };
+    }
+    parts.squareness.e_c0y_rad = 20e-6;
+    Machine::new(parts).ok()
+}
+
+/// A finishing pass: the axis wanders between 10° and 50° of tilt, the azimuth to and fro.
+fn poses() -> (Vec<ToolPose>, PoseLanes) {
+    let mut lanes = PoseLanes::default();
+    let mut list = Vec::new();
+    for n in 0..POSES {
+        let s = n as f64 * 1e-3;
+        let tilt = 0.52 + 0.34 * (s * 1.3).sin();
+        let azimuth = 2.4 * (s * 0.37).sin();
+        let axis = Vec3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
+        let tip_mm = Vec3::new(80.0 * s.cos(), 60.0 * (s * 0.7).sin(), 10.0 + 0.01 * s);
+        list.push(ToolPose { tip_mm, axis });
+        for (lane, value) in [
+            (&mut lanes.x_mm, tip_mm.x),
+            (&mut lanes.y_mm, tip_mm.y),
+            (&mut lanes.z_mm, tip_mm.z),
+            (&mut lanes.i, axis.x),
+            (&mut lanes.j, axis.y),
+            (&mut lanes.k, axis.z),
+        ] {
+            lane.push(value);
+        }
+    }
+    (list, lanes)
+}
+
+/// Millions a second, the median of nine runs.
+fn rate(mut run: impl FnMut()) -> f64 {
+    let mut times: Vec<f64> = (0..9)
+        .map(|_| {
+            let begin = Instant::now();
+            run();
+            begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    POSES as f64 / times[4] / 1e6
+}
+
+/// Plain code: textbook subproblem 2 with the platform's functions, both branches, the nearest kept.
+struct Plain<'a> {
+    kinematics: &'a Kinematics,
+    u: Screw,
+    v: Screw,
+    order: [usize; 2],
+}
+
+impl Plain<'_> {
+    fn nearest(&self, pose: &ToolPose, previous: [f64; 2]) -> Option<Joints> {
+        let (u, v, t) = (self.u.direction, self.v.direction, pose.axis.normalize());
+        let (sigma, tau, phi) =
+            (angle_between(u, v), angle_between(v, Machine::TOOL_AXIS), angle_between(u, t));
+        let cos_b = (phi.cos() - sigma.cos() * tau.cos()) / (sigma.sin() * tau.sin());
+        let b = cos_b.clamp(-1.0, 1.0).acos();
+        let b0 = angle_about(v, Machine::TOOL_AXIS, u);
+        let mut best: Option<(f64, [f64; 2])> = None;
+        for v_angle in [b0 + b, b0 - b] {
+            let u_angle = angle_about(u, self.v.turn(v_angle, Machine::TOOL_AXIS), t);
+            let words: [f64; 2] =
+                std::array::from_fn(|k| previous[k] + wrap_rad([u_angle, v_angle][k] - previous[k]));
+            let travel = (words[0] - previous[0]).abs() + (words[1] - previous[1]).abs();
+            if best.is_none_or(|(least, _)| travel < least) {
+                best = Some((travel, words));
+            }
+        }
+        let (_, words) = best?;
+        let mut rotary_rad = [0.0; 2];
+        rotary_rad[self.order[0]] = words[0];
+        rotary_rad[self.order[1]] = words[1];
+        Some(Joints { linear_mm: self.kinematics.linear_mm(pose.tip_mm, rotary_rad), rotary_rad })
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
+fn main() {
+    let sets = [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512];
+    let (list, lanes) = poses();
+    println!(
+        "M poses/s, one thread, {POSES} poses, calibrated machines; ratio to plain scalar code in brackets"
+    );
+    for id in ["ac-table", "nutating-b-head-c-table", "bc-head"] {
+        let Some(machine) = calibrated(id) else { continue };
+        let setup = Setup { work_offset_mm: Vec3::new(70.0, -40.0, 95.0), ..Setup::default() };
+        let kinematics = Kinematics::new(&machine, &setup);
+        let screws = machine.screws(true);
+        let order = machine.workpiece_to_tool();
+        let plain = Plain { kinematics: &kinematics, u: screws[order[0]], v: screws[order[1]], order };
+        let mut kept = Vec::with_capacity(POSES);
+        let base = rate(|| {
+            kept.clear();
+            let mut previous = [0.0; 2];
+            for pose in &list {
+                if let Some(joints) = plain.nearest(pose, previous) {
+                    previous = plain.order.map(|index| joints.rotary_rad[index]);
+                    kept.push(joints);
+                }
+            }
+            black_box(&kept);
+        });
+        println!("{id}: plain inverse, nearest {base:.1}");
+        for selection in [Selection::Nearest, Selection::Cheapest] {
+            for instructions in sets {
+                let options = PathOptions { selection, instructions, ..PathOptions::default() };
+                let fast = rate(|| {
+                    black_box(kinematics.path_lanes(&lanes, &options, GO_ON).is_ok());
+                });
+                let listed = rate(|| {
+                    black_box(kinematics.path(&list, &options, GO_ON).is_ok());
+                });
+                println!(
+                    "  {selection:?} {instructions:?}: {fast:.1} ({:.1}x), from a list of poses {listed:.1}",
+                    fast / base
+                );
+            }
+        }
+        let mut joints = JointLanes::default();
+        for joint in &kept {
+            joints.push(joint.linear_mm.into(), joint.rotary_rad);
+        }
+        let mut out = PoseLanes::default();
+        let mut poses = Vec::with_capacity(POSES);
+        let base = rate(|| {
+            poses.clear();
+            poses.extend(kept.iter().map(|joint| kinematics.forward(joint)));
+            black_box(&poses);
+        });
+        print!("  forward one by one {base:.1}");
+        for set in sets {
+            let fast = rate(|| {
+                kinematics.forward_lanes_on(set, &joints, &mut out);
+                black_box(&out);
+            });
+            print!(", {set:?} {fast:.1} ({:.1}x)", fast / base);
+        }
+        println!();
+    }
+    if let Some(machine) = calibrated("ac-table") {
+        let mut parts = Preset::by_id("ac-table").map(Preset::parts);
+        if let Some(parts) = &mut parts {
+            parts.rotary_axes = machine.rotary_axes().to_vec();
+            for turns in [2.0, 10.0, 100.0, 1000.0] {
+                parts.rotary_axes[1].travel_deg = Some(Travel { min: -360.0 * turns, max: 360.0 * turns });
+                let Ok(machine) = Machine::new(parts.clone()) else { continue };
+                let kinematics = Kinematics::new(&machine, &Setup::default());
+                let fast = rate(|| {
+                    black_box(kinematics.path_lanes(&lanes, &PathOptions::default(), GO_ON).is_ok());
+                });
+                println!("ac-table, C limited to ±{turns} turns, Cheapest Fastest: {fast:.1}");
+            }
+        }
+    }
+    let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    if let Some(line) = peak.lines().find(|line| line.starts_with("VmHWM")) {
+        println!("{line}");
+    }
+}

@@ -1,0 +1,247 @@
+//! Every exact set of joints that puts the tool where a pose says.
+
+use super::pointing::{Pointed, Pointing, principal_deg};
+use super::{InverseError, Joints, Kinematics, ToolPose};
+use crate::geometry::{Vec3, trig};
+use crate::machine::{Motion, Travel};
+
+/// Slack of travel comparisons [deg, mm]: the rounding of words that stand exactly at the end of a travel.
+pub const TRAVEL_SLACK: f64 = 1e-9;
+/// A direction beyond the reach limit by no more counts as on it [rad].
+pub const REACH_SLACK_RAD: f64 = 1e-9;
+/// Closer than this to a reach limit or to the pole [rad] the two solutions are one: the axis moves by no more.
+const MERGE_RAD: f64 = 1e-13;
+/// Largest coordinate of a pose taken for real [mm].
+pub const MAX_COORDINATE_MM: f64 = 1e6;
+
+/// Which of the two solutions of the direction: the sign of B in `v-angle = b0 ± B` (§1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Branch {
+    /// B positive, or zero where the two are one.
+    Plus,
+    /// B negative.
+    Minus,
+}
+
+impl Branch {
+    pub(super) const BOTH: [Self; 2] = [Self::Plus, Self::Minus];
+}
+
+/// One exact solution within travel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Which solution of the direction.
+    pub branch: Branch,
+    /// Whole turns of the NC words beyond (−180, 180], in the profile's order.
+    pub turns: [i32; 2],
+    /// Axis positions.
+    pub joints: Joints,
+    /// |t·(u × v′)|: 0 at the pole and at the reach limit, 1 at best.
+    pub conditioning: f64,
+    /// Angle by which the tool axis misses the pose's [rad]: 0 but for a pose beyond the reach limit by no more
+    /// than the tilt of the location errors.
+    pub axis_residual_rad: f64,
+}
+
+/// The directions' part of one pose, examined with care.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Solution {
+    /// NC words of u, v \[deg\] for each branch.
+    pub(super) words_deg: [[f64; 2]; 2],
+    /// One where both branches meet.
+    pub(super) branches: usize,
+    pub(super) conditioning: f64,
+    /// The axis is along ±u: the u-word is free.
+    pub(super) at_pole: bool,
+    /// min(φ, π − φ) [rad].
+    pub(super) polar_distance_rad: f64,
+    pub(super) axis_residual_rad: f64,
+}
+
+impl Kinematics {
+    /// Every exact candidate of a pose: both branches, every whole turn inside the travels (on an unlimited axis
+    /// one, word in (−180, 180]), X Y Z within travel. At the pole the word of the axis next to the workpiece is
+    /// free and becomes `free_word_deg`, moved into its travel. `index` names the pose in errors.
+    ///
+    /// The number of candidates is at most [`Kinematics::max_candidates`].
+    ///
+    /// # Errors
+    /// No direction, out of reach, or every solution out of travel.
+    pub fn candidates(
+        &self,
+        index: usize,
+        pose: &ToolPose,
+        free_word_deg: f64,
+    ) -> Result<Vec<Candidate>, InverseError> {
+        let mut solution = self.solution(index, pose)?;
+        if solution.at_pole {
+            let travel = self.travel_deg[0];
+            let word = travel.map_or(free_word_deg, |t| free_word_deg.clamp(t.min, t.max));
+            solution.words_deg[0][0] = word;
+        }
+        let mut found = Vec::new();
+        let mut nearest_miss: Option<(f64, InverseError)> = None;
+        let mut miss = |excess: f64, rank: f64, error: InverseError| {
+            if nearest_miss.is_none_or(|(least, _)| rank + excess < least) {
+                nearest_miss = Some((rank + excess, error));
+            }
+        };
+        for branch in 0..solution.branches {
+            let words = solution.words_deg[branch];
+            let principal = words.map(principal_deg);
+            let ranges: [_; 2] = std::array::from_fn(|k| turn_range(principal[k], self.travel_deg[k]));
+            for k in 0..2 {
+                if let (true, Some(travel)) = (ranges[k].is_empty(), self.travel_deg[k]) {
+                    let (commanded, excess) = least_excess(principal[k], travel);
+                    let axis = Motion::Rotary(self.profile_index[k]);
+                    let (min, max) = (travel.min, travel.max);
+                    miss(
+                        excess,
+                        ROTARY_RANK,
+                        InverseError::OutOfTravel { pose: index, axis, commanded, min, max },
+                    );
+                }
+            }
+            for turn_u in ranges[0].clone() {
+                for turn_v in ranges[1].clone() {
+                    let turned =
+                        [principal[0] + 360.0 * f64::from(turn_u), principal[1] + 360.0 * f64::from(turn_v)];
+                    let joints = self.joints_at(pose.tip_mm, turned);
+                    if let Some((excess, error)) = self.linear_miss(index, joints.linear_mm) {
+                        miss(excess, 0.0, error);
+                        continue;
+                    }
+                    let mut turns = [0; 2];
+                    turns[self.profile_index[0]] = turn_u;
+                    turns[self.profile_index[1]] = turn_v;
+                    found.push(Candidate {
+                        branch: Branch::BOTH[branch],
+                        turns,
+                        joints,
+                        conditioning: solution.conditioning,
+                        axis_residual_rad: solution.axis_residual_rad,
+                    });
+                }
+            }
+        }
+        match nearest_miss {
+            Some((_, error)) if found.is_empty() => Err(error),
+            _ => Ok(found),
+        }
+    }
+
+    /// The largest number of candidates a pose can have: for estimates of size before the work starts.
+    #[must_use]
+    pub fn max_candidates(&self) -> usize {
+        self.travel_deg.iter().fold(2, |count, travel| {
+            let turns = travel.map_or(1.0, |t| ((t.max - t.min) / 360.0).floor() + 1.0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 2001 turns")]
+            let turns = turns as usize;
+            count * turns
+        })
+    }
+
+    /// The tilt that the location errors give u and v [rad]: the angles between nominal and calibrated direction
+    /// of both axes, summed. 0 where errors are ignored.
+    #[must_use]
+    pub fn tilt_rad(&self) -> f64 {
+        self.tilt_rad
+    }
+
+    /// The directions of one pose with reach, pole and merging examined.
+    pub(super) fn solution(&self, index: usize, pose: &ToolPose) -> Result<Solution, InverseError> {
+        let Some(axis) = usable_axis(pose) else { return Err(InverseError::NoDirection { pose: index }) };
+        let t: [f64; 3] = axis.into();
+        let pointed = self.pointing.solve(t);
+        let Reach { tilt_rad, nearest, farthest, beyond_rad, far } = reach(&self.pointing, &pointed);
+        let polar_distance_rad = tilt_rad.min(std::f64::consts::PI - tilt_rad);
+        let at_pole = polar_distance_rad <= MERGE_RAD;
+        if beyond_rad > REACH_SLACK_RAD.max(self.tilt_rad) {
+            let [tilt_deg, min_deg, max_deg] = [tilt_rad, nearest, farthest].map(f64::to_degrees);
+            return Err(InverseError::OutOfReach { pose: index, tilt_deg, min_deg, max_deg });
+        }
+        let one = beyond_rad >= -MERGE_RAD;
+        Ok(Solution {
+            words_deg: if one { [self.pointing.solve_at_limit(t, far); 2] } else { pointed.words_deg },
+            branches: if one { 1 } else { 2 },
+            conditioning: if one { 0.0 } else { pointed.conditioning },
+            at_pole,
+            polar_distance_rad,
+            axis_residual_rad: if beyond_rad > REACH_SLACK_RAD { beyond_rad } else { 0.0 },
+        })
+    }
+
+    /// Joints for the NC words of u, v \[deg\]: the tip exact for these very words.
+    pub(super) fn joints_at(&self, tip_mm: Vec3, words_deg: [f64; 2]) -> Joints {
+        let mut rotary_rad = [0.0; 2];
+        for k in 0..2 {
+            rotary_rad[self.profile_index[k]] = self.sense[k] * words_deg[k].to_radians();
+        }
+        Joints { linear_mm: self.linear_mm(tip_mm, rotary_rad), rotary_rad }
+    }
+
+    /// The linear axis that leaves its travel most, if any, with the excess [mm].
+    pub(super) fn linear_miss(&self, index: usize, linear_mm: Vec3) -> Option<(f64, InverseError)> {
+        let mut worst: Option<(f64, InverseError)> = None;
+        for (k, travel) in self.linear_travel_mm.iter().enumerate() {
+            let Some(Travel { min, max }) = *travel else { continue };
+            let commanded = linear_mm[k];
+            let excess = (min - commanded).max(commanded - max);
+            if excess > TRAVEL_SLACK && worst.is_none_or(|(most, _)| excess > most) {
+                let axis = Motion::Linear(k);
+                worst = Some((excess, InverseError::OutOfTravel { pose: index, axis, commanded, min, max }));
+            }
+        }
+        worst
+    }
+}
+
+/// Rotary misses are told only where no branch gets as far as the linear axes.
+pub(super) const ROTARY_RANK: f64 = 1e9;
+
+/// The pose's axis, normalised; `None` for a zero vector or numbers that are not finite or absurd.
+pub(super) fn usable_axis(pose: &ToolPose) -> Option<Vec3> {
+    let tip_ok = pose.tip_mm.iter().all(|c| (-MAX_COORDINATE_MM..=MAX_COORDINATE_MM).contains(c));
+    let square = pose.axis.x * pose.axis.x + pose.axis.y * pose.axis.y + pose.axis.z * pose.axis.z;
+    (tip_ok && AXIS_SQUARE_RANGE.contains(&square)).then(|| pose.axis / square.sqrt())
+}
+
+/// Squares of lengths of tool axes that can be normalised without loss.
+pub(super) const AXIS_SQUARE_RANGE: std::ops::RangeInclusive<f64> = 1e-200..=1e200;
+
+struct Reach {
+    tilt_rad: f64,
+    nearest: f64,
+    farthest: f64,
+    /// How far the direction is beyond reach; negative inside.
+    beyond_rad: f64,
+    /// The farther limit is the closer one.
+    far: bool,
+}
+
+fn reach(pointing: &Pointing, pointed: &Pointed) -> Reach {
+    let [sin2, cos2] = pointed.half_tilt;
+    let tilt_rad = 2.0 * trig::atan2(sin2.sqrt(), cos2.sqrt());
+    let (sigma, tau) = (pointing.sigma_rad, pointing.tau_rad);
+    let nearest = (sigma - tau).abs();
+    let farthest = (sigma + tau).min(std::f64::consts::TAU - (sigma + tau));
+    let (below, above) = (nearest - tilt_rad, tilt_rad - farthest);
+    Reach { tilt_rad, nearest, farthest, beyond_rad: below.max(above), far: above > below }
+}
+
+/// The whole turns k for which `word + 360·k` is within travel; only 0 on an unlimited axis.
+pub(super) fn turn_range(word_deg: f64, travel: Option<Travel>) -> std::ops::Range<i32> {
+    let Some(Travel { min, max }) = travel else { return 0..1 };
+    let first = ((min - TRAVEL_SLACK - word_deg) / 360.0).ceil();
+    let last = ((max + TRAVEL_SLACK - word_deg) / 360.0).floor();
+    #[expect(clippy::cast_possible_truncation, reason = "travel ends are within a thousand turns")]
+    let range = first as i32..(last as i32) + 1;
+    range
+}
+
+/// The turned word that leaves the travel least, and by how much [deg].
+pub(super) fn least_excess(word_deg: f64, travel: Travel) -> (f64, f64) {
+    let turns = ((0.5 * (travel.min + travel.max) - word_deg) / 360.0).round();
+    let word = word_deg + 360.0 * turns;
+    (word, (travel.min - word).max(word - travel.max))
+}

@@ -1,0 +1,326 @@
+//! Path selection against brute force and against itself.
+
+use std::ops::ControlFlow;
+
+use proptest::prelude::*;
+use trunnion::geometry::{Vec3, angle_between};
+use trunnion::kinematics::{
+    InstructionSet, InverseError, Kinematics, Path, PathOptions, Selection, Setup, ToolPose, WarningKind,
+};
+use trunnion::machine::{Machine, MachineParts, PRESETS, Preset, Travel};
+
+use crate::machines::{direction, preset_machine, vector};
+
+const GO_ON: &dyn Fn() -> ControlFlow<()> = &|| ControlFlow::Continue(());
+/// Travels of two ways this close tie [deg].
+const TIE_DEG: f64 = 3e-6;
+
+fn parts_of(machine: &Machine) -> MachineParts {
+    MachineParts {
+        name: String::new(),
+        rotary_axes: machine.rotary_axes().to_vec(),
+        linear_travel_mm: *machine.linear_travel_mm(),
+        squareness: *machine.squareness(),
+        interpolation_period_s: machine.interpolation_period_s(),
+    }
+}
+
+fn with_travels(machine: &Machine, travels: [Option<Travel>; 2]) -> Machine {
+    let mut parts = parts_of(machine);
+    for (axis, travel) in parts.rotary_axes.iter_mut().zip(travels) {
+        axis.travel_deg = travel;
+    }
+    Machine::new(parts).unwrap()
+}
+
+fn travel() -> impl Strategy<Value = Option<Travel>> {
+    prop_oneof![
+        Just(None),
+        Just(Some(Travel { min: -120.0, max: 120.0 })),
+        Just(Some(Travel { min: -360.0, max: 360.0 })),
+        Just(Some(Travel { min: -190.0, max: 250.0 })),
+        Just(Some(Travel { min: 20.0, max: 500.0 })),
+    ]
+}
+
+/// A wandering path: steps of a size that now and then asks for a rewind.
+fn poses(count: usize) -> impl Strategy<Value = Vec<ToolPose>> {
+    (direction(), prop::collection::vec((vector(50.0), direction()), count), 0.05..1.0_f64).prop_map(
+        |(start, steps, size)| {
+            let mut axis = start;
+            steps
+                .into_iter()
+                .map(|(tip_mm, step)| {
+                    axis = (axis + step * size).try_normalize(1e-6).unwrap_or(start);
+                    ToolPose { tip_mm, axis }
+                })
+                .collect()
+        },
+    )
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cost {
+    rewinds: usize,
+    travel: f64,
+    sum: f64,
+}
+
+/// The cost of NC words along a path.
+fn cost(words: &[[f64; 2]], start: Option<[f64; 2]>) -> Cost {
+    let mut total = Cost { rewinds: 0, travel: 0.0, sum: 0.0 };
+    let mut previous = start;
+    for word in words {
+        if let Some(p) = previous {
+            let steps = [(word[0] - p[0]).abs(), (word[1] - p[1]).abs()];
+            total.rewinds += usize::from(steps[0] > 120.0 || steps[1] > 120.0);
+            total.travel += steps[0] + steps[1];
+        }
+        total.sum += word[0].abs() + word[1].abs();
+        previous = Some(*word);
+    }
+    total
+}
+
+fn words_of(machine: &Machine, path: &Path, count: usize) -> Vec<[f64; 2]> {
+    (0..count)
+        .map(|n| {
+            let rotary = path.get(n).unwrap().rotary_rad;
+            [machine.rotary_axes()[0].word_deg(rotary[0]), machine.rotary_axes()[1].word_deg(rotary[1])]
+        })
+        .collect()
+}
+
+/// All ways through the candidates, the unlimited axes by the nearest turn.
+fn brute_force(
+    machine: &Machine,
+    choices: &[Vec<[f64; 2]>],
+    start: Option<[f64; 2]>,
+    so_far: &mut Vec<[f64; 2]>,
+    best: &mut Option<Cost>,
+) {
+    let Some(here) = choices.get(so_far.len()) else {
+        let total = cost(so_far, start);
+        let better = best.is_none_or(|best| {
+            total.rewinds < best.rewinds
+                || (total.rewinds == best.rewinds
+                    && (total.travel < best.travel - TIE_DEG
+                        || (total.travel < best.travel + TIE_DEG && total.sum < best.sum)))
+        });
+        if better {
+            *best = Some(total);
+        }
+        return;
+    };
+    let previous = so_far.last().copied().or(start);
+    for candidate in here {
+        let mut words = *candidate;
+        for k in 0..2 {
+            if let (Some(previous), None) = (previous, machine.rotary_axes()[k].travel_deg) {
+                words[k] += 360.0 * ((previous[k] - words[k]) / 360.0).round();
+            }
+        }
+        so_far.push(words);
+        brute_force(machine, choices, start, so_far, best);
+        so_far.pop();
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn the_chosen_path_costs_what_brute_force_finds(
+        machine in preset_machine(true), travels in [travel(), travel()], poses in poses(4), started in any::<bool>(),
+    ) {
+        let machine = with_travels(&machine, travels);
+        let kinematics = Kinematics::new(&machine, &Setup::default());
+        let start = started.then(|| {
+            travels.map(|travel| travel.map_or(30.0, |t| 30.0_f64.clamp(t.min, t.max)))
+        });
+        let options = PathOptions { start_words_deg: start, ..PathOptions::default() };
+        let mut choices = Vec::new();
+        for (n, pose) in poses.iter().enumerate() {
+            match kinematics.candidates(n, pose, 0.0) {
+                Ok(candidates) => choices.push(
+                    candidates
+                        .iter()
+                        .map(|c| {
+                            let [first, second] = machine.rotary_axes();
+                            [first.word_deg(c.joints.rotary_rad[0]), second.word_deg(c.joints.rotary_rad[1])]
+                        })
+                        .collect::<Vec<_>>(),
+                ),
+                Err(_) => {
+                    prop_assert!(kinematics.path(&poses, &options, GO_ON).is_err());
+                    return Ok(());
+                }
+            }
+        }
+        let path = kinematics.path(&poses, &options, GO_ON).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        prop_assume!(path.warnings.iter().all(|w| w.kind != WarningKind::PoleHold));
+        let words = words_of(&machine, &path, poses.len());
+        let found = cost(&words, start);
+        let mut best = None;
+        brute_force(&machine, &choices, start, &mut Vec::new(), &mut best);
+        let best = best.unwrap();
+        prop_assert_eq!(found.rewinds, best.rewinds, "{:?} {:?}", words, best);
+        prop_assert!((found.travel - best.travel).abs() < TIE_DEG, "{words:?} {found:?} {best:?}");
+        prop_assert!(found.sum <= best.sum + 1e-3, "{words:?} {found:?} {best:?}");
+        let rewinds = path.warnings.iter().filter(|w| w.kind == WarningKind::Rewind).count();
+        prop_assert_eq!(rewinds, found.rewinds);
+    }
+
+    #[test]
+    fn a_path_keeps_tips_and_axes_and_lanes_change_no_bit(
+        machine in preset_machine(true), travels in [travel(), travel()], poses in poses(700), nearest in any::<bool>(),
+    ) {
+        let machine = with_travels(&machine, travels);
+        let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
+        let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
+        let options = PathOptions { selection, ..PathOptions::default() };
+        // what this machine can do of it
+        let poses: Vec<_> = poses.into_iter().filter(|p| kinematics.candidates(0, p, 0.0).is_ok()).collect();
+        let path = kinematics.path(&poses, &options, GO_ON);
+        for instructions in [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512] {
+            for singly in [false, true] {
+                let other = kinematics.path(&poses, &PathOptions { instructions, singly, ..options }, GO_ON);
+                prop_assert_eq!(&other, &path);
+            }
+        }
+        let Ok(path) = path else { return Ok(()) };
+        for (n, pose) in poses.iter().enumerate() {
+            let back = kinematics.forward(&path.get(n).unwrap());
+            prop_assert!((back.tip_mm - pose.tip_mm).norm() <= 1e-9);
+            let residual = path.warnings.iter().find(|w| w.pose == n).map_or(0.0, |w| w.axis_residual_rad);
+            prop_assert!((angle_between(back.axis, pose.axis) - residual).abs() <= 2e-12);
+        }
+    }
+}
+
+/// A C table that winds: poses on a cone about the pole.
+fn spiral(count: usize, turns: f64, tilt_deg: f64) -> Vec<ToolPose> {
+    (0..count)
+        .map(|n| {
+            let azimuth = std::f64::consts::TAU * turns * n as f64 / (count - 1) as f64;
+            let tilt = tilt_deg.to_radians();
+            ToolPose {
+                tip_mm: Vec3::new(10.0, 0.0, 0.0),
+                axis: Vec3::new(tilt.sin() * azimuth.sin(), -tilt.sin() * azimuth.cos(), tilt.cos()),
+            }
+        })
+        .collect()
+}
+
+fn ac_table(travels: [Option<Travel>; 2]) -> Machine {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    with_travels(&machine, travels)
+}
+
+#[test]
+fn a_limited_axis_starts_where_its_turns_suffice() {
+    let poses = spiral(4000, 19.0, 20.0);
+    for limit in [3600.0, 36_000.0, 360_000.0] {
+        let wound = Some(Travel { min: -limit, max: limit });
+        let machine = ac_table([Some(Travel { min: -120.0, max: 120.0 }), wound]);
+        let kinematics = Kinematics::new(&machine, &Setup::default());
+        let path = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap();
+        assert_eq!(path.warnings, [], "{limit}");
+        let words = words_of(&machine, &path, poses.len());
+        let total = cost(&words, None);
+        assert!((total.travel - 19.0 * 360.0).abs() < 1e-6, "{total:?}");
+        // 19 turns lie best with their middle near zero
+        let (first, last) = (words[0][1], words[poses.len() - 1][1]);
+        assert!((first + last).abs() <= 360.0 + 1e-6, "{first} {last}");
+    }
+}
+
+#[test]
+fn too_few_turns_cost_the_fewest_rewinds() {
+    let poses = spiral(4000, 19.0, 20.0);
+    let wound = Some(Travel { min: -900.0, max: 900.0 });
+    let machine = ac_table([Some(Travel { min: -5.0, max: 120.0 }), wound]);
+    let path =
+        Kinematics::new(&machine, &Setup::default()).path(&poses, &PathOptions::default(), GO_ON).unwrap();
+    // 19 turns in a travel of five: at least four pieces, three rewinds
+    assert_eq!(path.warnings.len(), 3);
+    assert!(path.warnings.iter().all(|w| w.kind == WarningKind::Rewind));
+}
+
+#[test]
+fn the_pole_is_passed_with_the_table_held() {
+    let machine = ac_table([Some(Travel { min: -120.0, max: 120.0 }), None]);
+    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let poses: Vec<_> = (-50..=50)
+        .map(|n| {
+            let tilt = f64::from(n) * 0.001_f64.to_radians();
+            ToolPose { tip_mm: Vec3::zeros(), axis: Vec3::new(tilt.sin(), 0.0, tilt.cos()) }
+        })
+        .collect();
+    let path = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap();
+    let held = path.warnings.iter().filter(|w| w.kind == WarningKind::PoleHold).count();
+    assert_eq!(held, 21);
+    assert_eq!(path.warnings.len(), held);
+    let words = words_of(&machine, &path, poses.len());
+    assert!(words.iter().all(|w| (w[1] - words[0][1]).abs() < 1e-9), "C stands still");
+    // a path that begins in the cone takes C from its first pose outside, or from the start
+    let late = kinematics.path(&poses[50..], &PathOptions::default(), GO_ON).unwrap();
+    let words = words_of(&machine, &late, 51);
+    assert!(words.iter().all(|w| (w[1].abs() - 90.0).abs() < 1e-9), "{words:?}");
+    let options = PathOptions { start_words_deg: Some([0.0, 33.0]), ..PathOptions::default() };
+    let late = kinematics.path(&poses[50..], &options, GO_ON).unwrap();
+    let words = words_of(&machine, &late, 51);
+    assert!((words[0][1] - 33.0).abs() < 1e-9 && (words[10][1] - 33.0).abs() < 1e-9);
+    let alone = kinematics.path(&poses[50..52], &PathOptions::default(), GO_ON).unwrap();
+    assert!(words_of(&machine, &alone, 2).iter().all(|w| w[1] == 0.0));
+}
+
+#[test]
+fn faults_name_pose_axis_and_numbers() {
+    let machine = ac_table([Some(Travel { min: -30.0, max: 30.0 }), None]);
+    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let mut poses = spiral(10, 0.1, 20.0);
+    poses.extend(spiral(10, 0.1, 45.0));
+    let error = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap_err();
+    let InverseError::OutOfTravel { pose: 10, commanded, min: -30.0, max: 30.0, .. } = error else {
+        panic!("{error}");
+    };
+    assert!((commanded.abs() - 45.0).abs() < 1e-9);
+    poses[3].axis = Vec3::zeros();
+    let error = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap_err();
+    assert_eq!(error, InverseError::NoDirection { pose: 3 });
+    poses[3].axis = Vec3::new(f64::NAN, 0.0, 1.0);
+    let error = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap_err();
+    assert_eq!(error, InverseError::NoDirection { pose: 3 });
+    let stopped = kinematics.path(&poses, &PathOptions::default(), &|| ControlFlow::Break(()));
+    assert_eq!(stopped.unwrap_err(), InverseError::Stopped);
+    let options = PathOptions { start_words_deg: Some([31.0, 0.0]), ..PathOptions::default() };
+    assert!(matches!(
+        kinematics.path(&poses[..3], &options, GO_ON),
+        Err(InverseError::StartOutOfTravel { commanded: 31.0, .. })
+    ));
+    let nutating = Machine::new(Preset::by_id("nutating-bc-table").unwrap().parts()).unwrap();
+    let down = [ToolPose { tip_mm: Vec3::zeros(), axis: Vec3::new(1.0, 0.0, -1.0) }];
+    let error = Kinematics::new(&nutating, &Setup::default())
+        .path(&down, &PathOptions::default(), GO_ON)
+        .unwrap_err();
+    let InverseError::OutOfReach { pose: 0, tilt_deg, max_deg, .. } = error else { panic!("{error}") };
+    assert!((tilt_deg - 135.0).abs() < 1e-9 && (max_deg - 90.0).abs() < 1e-9);
+}
+
+#[test]
+fn linear_travels_choose_the_branch() {
+    for (id, limits) in [("ac-table", [-1000.0, -1.0]), ("ac-table", [1.0, 1000.0])] {
+        let mut parts = Preset::by_id(id).unwrap().parts();
+        parts.linear_travel_mm[1] = Some(Travel { min: limits[0], max: limits[1] });
+        let machine = Machine::new(parts).unwrap();
+        let kinematics = Kinematics::new(&machine, &Setup::default());
+        let mut poses = spiral(50, 0.2, 30.0);
+        for pose in &mut poses {
+            pose.tip_mm = pose.axis * 100.0 + Vec3::new(0.0, 0.0, 50.0);
+        }
+        let path = kinematics.path(&poses, &PathOptions::default(), GO_ON).unwrap();
+        assert!(path.joints.y_mm.iter().all(|y| (limits[0]..=limits[1]).contains(y)), "{id}");
+    }
+    assert!(PRESETS.len() > 7);
+}
