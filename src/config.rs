@@ -125,8 +125,7 @@ impl Settings {
             }
             layers = layers.merge(Toml::file_exact(path));
         }
-        let settings: Self =
-            layers.merge(Serialized::defaults(flags)).extract().map_err(|error| Box::new(error))?;
+        let settings: Self = layers.merge(Serialized::defaults(flags)).extract().map_err(Box::new)?;
         settings.check()?;
         Ok(settings)
     }

@@ -2,6 +2,7 @@
 
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum_server::Handle;
@@ -13,7 +14,7 @@ use tokio::task::JoinHandle;
 use super::logs;
 use crate::config::{ConfigFault, Settings};
 use crate::http::{AppState, connections::Cap, router};
-use crate::jobs::{OpenFault, Sources};
+use crate::jobs::{Compensator, NotBuiltYet, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault};
 
 /// Why the service could not start.
@@ -66,7 +67,11 @@ pub struct Running {
 ///
 /// # Errors
 /// An address in use, a data directory that cannot be used or is in use, a database that cannot be migrated.
-pub async fn start(settings: Settings, sources: Sources) -> Result<Running, StartFault> {
+pub async fn start(
+    settings: Settings,
+    sources: Sources,
+    compensator: Arc<dyn Compensator>,
+) -> Result<Running, StartFault> {
     let path = settings.data_dir.clone();
     std::fs::create_dir_all(&path)
         .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
@@ -76,7 +81,7 @@ pub async fn start(settings: Settings, sources: Sources) -> Result<Running, Star
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
     let address = listener.local_addr().map_err(StartFault::Process)?;
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
-    let state = AppState::open(settings, sources).await?;
+    let state = AppState::open(settings, sources, compensator).await?;
     let handle = Handle::new();
     let mut server = axum_server::from_tcp(listener)
         .map_err(StartFault::Process)?
@@ -123,7 +128,7 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         let mut terminate = signal(SignalKind::terminate()).map_err(StartFault::Process)?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(StartFault::Process)?;
         let data_dir = settings.data_dir.clone();
-        let running = start(settings, Sources::real()).await?;
+        let running = start(settings, Sources::real(), Arc::new(NotBuiltYet)).await?;
         announce(running.address, &data_dir);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("told to stop by SIGTERM"),

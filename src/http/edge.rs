@@ -49,6 +49,7 @@ pub(super) async fn deadline(State(app): State<AppState>, request: Request, next
 }
 
 /// The answer to a panic.
+#[expect(clippy::needless_pass_by_value, reason = "the layer hands it over")]
 pub(super) fn panicked(cause: Box<dyn Any + Send + 'static>) -> Response {
     let text = cause.downcast_ref::<&str>().map(ToString::to_string);
     let text = text.or_else(|| cause.downcast_ref::<String>().cloned()).unwrap_or_default();

@@ -26,7 +26,7 @@ pub(super) struct Base;
 
 /// The description with everything a strict reader asks for.
 pub(super) fn completed(mut document: Document) -> Document {
-    document.info.version = env!("CARGO_PKG_VERSION").to_owned();
+    env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     document
 }

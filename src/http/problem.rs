@@ -349,6 +349,9 @@ impl From<KinematicsFault> for Problem {
             KinematicsFault::Values(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
             KinematicsFault::TooMany { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
             KinematicsFault::TooCostly(fault) => fault.into(),
+            KinematicsFault::Unreachable { pose, detail } => {
+                Self::new(ProblemType::UnreachablePose, detail).at_pose(pose)
+            }
             KinematicsFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
         }
     }

@@ -27,7 +27,6 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
 }
 
 /// The whole service.
-#[must_use]
 pub fn router(app: AppState) -> Router {
     let (router, document) = described();
     let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());

@@ -7,9 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
 
 use crate::config::Settings;
-use crate::jobs::{
-    Compensator, Compute, Limits, NotBuiltYet, OpenFault, Sources, Spool, open_data_directory,
-};
+use crate::jobs::{Compensator, Compute, Limits, OpenFault, Sources, Spool, open_data_directory};
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -43,7 +41,11 @@ impl AppState {
     ///
     /// # Errors
     /// The database cannot be opened or migrated, the files cannot be used.
-    pub async fn open(settings: Settings, sources: Sources) -> Result<Self, OpenFault> {
+    pub async fn open(
+        settings: Settings,
+        sources: Sources,
+        compensator: Arc<dyn Compensator>,
+    ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         Ok(Self {
             store,
@@ -51,7 +53,7 @@ impl AppState {
             spool: Spool::new(blobs, settings.max_body_bytes),
             sources,
             settings: Arc::new(settings),
-            compensator: Arc::new(NotBuiltYet),
+            compensator,
             recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
             draining: Arc::new(AtomicBool::new(false)),
         })

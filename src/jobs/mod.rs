@@ -15,6 +15,6 @@ pub use compensation::{
 };
 pub use compute::{Compute, ComputeFault};
 pub use estimate::{Cost, TooCostly};
-pub use kinematics::{KinematicsFault, Limits, forward};
-pub use opening::{EXAMPLE_MACHINE_ID, OpenFault, open_data_directory, profile_sha256};
+pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
+pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use spool::{Spool, SpoolFault, Upload};

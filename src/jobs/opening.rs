@@ -5,10 +5,7 @@ use thiserror::Error;
 use super::Sources;
 use crate::config::Settings;
 use crate::store::{BlobFault, Blobs, Store, StoreError, sha256_hex};
-use crate::wire::{Fault, MachineProfile, example_profile};
-
-/// Id of the machine that a new store begins with.
-pub const EXAMPLE_MACHINE_ID: &str = "example-ac-table";
+use crate::wire::{Fault, MachineProfile, example_machine};
 
 /// Why a data directory cannot be used.
 #[derive(Debug, Error)]
@@ -38,12 +35,14 @@ pub async fn open_data_directory(
     if removed > 0 {
         tracing::info!(removed_files = removed, "removed files that no job names");
     }
-    if store.has_no_machine_yet().await? {
-        let (profile, _machine) = example_profile().into_machine().map_err(OpenFault::Example)?;
+    if store.has_no_machine_yet().await?
+        && let Some((machine_id, profile)) = example_machine()
+    {
+        let (profile, _machine) = profile.into_machine().map_err(OpenFault::Example)?;
         let sha256 = profile_sha256(&profile);
         let now = sources.timestamp();
         // Nobody else has the directory, so nothing can have come first.
-        let _stored = store.put_machine(EXAMPLE_MACHINE_ID, profile, &sha256, None, &now).await?;
+        let _stored = store.put_machine(machine_id, profile, &sha256, None, &now).await?;
     }
     Ok((store, blobs))
 }

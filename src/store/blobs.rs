@@ -71,7 +71,6 @@ impl Blobs {
     ///
     /// # Errors
     /// A directory cannot be read or a file not removed.
-    #[expect(clippy::implicit_hasher, reason = "one caller, one set")]
     pub fn sweep(&self, named: &HashSet<Sha256Hex>) -> Result<usize, BlobFault> {
         let mut removed = 0;
         let entries = |path: &Path| -> Result<Vec<PathBuf>, BlobFault> {

@@ -172,7 +172,9 @@ impl MachineProfile {
         let machine = match Machine::new(self.parts(&letters)) {
             Ok(machine) => Some(machine),
             Err(found) => {
-                found.iter().for_each(|fault| faults.push(|| located(fault)));
+                for fault in &found {
+                    faults.push(|| located(fault));
+                }
                 None
             }
         };

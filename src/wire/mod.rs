@@ -30,7 +30,7 @@ pub use machine::{
 };
 pub use numbers::Fixed;
 pub use objects::Objects;
-pub use presets::{Preset, example_profile, presets};
+pub use presets::{Preset, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};

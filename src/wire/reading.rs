@@ -32,7 +32,7 @@ pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, Unreadable> {
     let mut reader = serde_json::Deserializer::from_slice(text);
     let read = T::deserialize(Objects(&mut reader)).and_then(|value| reader.end().map(|()| value));
     // Following the path costs time on every key, so it is only done once something is wrong.
-    read.or_else(|error| Err(locate::<T>(text, &error)))
+    read.map_err(|error| locate::<T>(text, &error))
 }
 
 fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unreadable {

@@ -107,13 +107,9 @@ impl<T: Row> Reader<T> {
     }
 
     fn refuse(&self, name: &str, detail: String) -> RowFault {
-        let mut pointer = format!("/{}", T::LIST);
-        if !self.cells.is_empty() {
-            pointer.push_str(&format!("/{}", self.rows.len()));
-        }
-        if !name.is_empty() {
-            pointer.push_str(&format!("/{name}"));
-        }
+        let row = if self.cells.is_empty() { String::new() } else { format!("/{}", self.rows.len()) };
+        let slash = if name.is_empty() { "" } else { "/" };
+        let pointer = format!("/{}{row}{slash}{name}", T::LIST);
         RowFault { line: self.line, fault: Fault::new(pointer, detail), too_many: false }
     }
 

@@ -1,7 +1,7 @@
 //! Tool poses to axis words and back, many at a time, as JSON or as streamed CSV.
 
 mod solve_forward;
-//mod solve_inverse;
+mod solve_inverse;
 mod table;
 
 use utoipa_axum::router::OpenApiRouter;
@@ -14,7 +14,7 @@ use crate::machine::Machine;
 /// The routes of this resource.
 pub(super) fn router() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
-        //INV
+        .routes(routes!(solve_inverse::solve_inverse_kinematics))
         .routes(routes!(solve_forward::solve_forward_kinematics))
 }
 

@@ -16,7 +16,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
 
 /// Read a machine
 ///
-/// The current revision. With `If-None-Match` of its ETag the answer is 304.
+/// The current revision. With `If-None-Match` of its `ETag` the answer is 304.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}",

@@ -19,13 +19,22 @@ refusals!(Refusals: MalformedRequest, NotFound);
     responses((status = 200, description = "A page", body = String, content_type = "text/html", example = "<!doctype html>"), Refusals)
 )]
 pub(super) async fn list_problems() -> Html<String> {
-    let rows: String = ProblemType::ALL
-        .iter()
-        .map(|kind| {
-            let (status, code, title, _) = kind.entry();
-            format!("<li><a href=\"/problems/{code}\">{code}</a> ({}) — {title}</li>\n", status.as_u16())
-        })
-        .collect();
+    let mut rows = String::new();
+    for kind in ProblemType::ALL {
+        let (status, code, title, _) = kind.entry();
+        let row = [
+            "<li><a href=\"/problems/",
+            code,
+            "\">",
+            code,
+            "</a> (",
+            status.as_str(),
+            ") — ",
+            title,
+            "</li>\n",
+        ];
+        rows.extend(row);
+    }
     page("Problems", &format!("<ul>\n{rows}</ul>"))
 }
 
