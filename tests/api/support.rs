@@ -19,21 +19,21 @@ use trunnion::wire::{
 };
 
 /// A running service.
-pub struct App {
-    pub client: Client,
-    pub base: String,
-    pub data: PathBuf,
+pub(crate) struct App {
+    pub(crate) client: Client,
+    pub(crate) base: String,
+    pub(crate) data: PathBuf,
     running: Running,
     directory: Option<TempDir>,
 }
 
 /// A service in a new directory.
-pub async fn spawn() -> App {
+pub(crate) async fn spawn() -> App {
     spawn_with(|_| {}).await
 }
 
 /// A service in a new directory with changed settings.
-pub async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
+pub(crate) async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
     let directory = TempDir::new().unwrap();
     let mut app = spawn_in(directory.path(), change).await;
     app.directory = Some(directory);
@@ -41,7 +41,7 @@ pub async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
 }
 
 /// A service in a given directory.
-pub async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
+pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
     let mut settings = Settings {
         listen: ([127, 0, 0, 1], 0).into(),
         data_dir: data.to_owned(),
@@ -61,37 +61,37 @@ pub async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
 }
 
 impl App {
-    pub fn url(&self, path: &str) -> String {
+    pub(crate) fn url(&self, path: &str) -> String {
         format!("{}{path}", self.base)
     }
 
-    pub async fn get(&self, path: &str) -> Response {
+    pub(crate) async fn get(&self, path: &str) -> Response {
         self.client.get(self.url(path)).send().await.unwrap()
     }
 
-    pub async fn post_json(&self, path: &str, body: &Value) -> Response {
+    pub(crate) async fn post_json(&self, path: &str, body: &Value) -> Response {
         self.client.post(self.url(path)).json(body).send().await.unwrap()
     }
 
-    pub async fn post_text(&self, path: &str, kind: &str, body: impl Into<reqwest::Body>) -> Response {
+    pub(crate) async fn post_text(&self, path: &str, kind: &str, body: impl Into<reqwest::Body>) -> Response {
         self.client.post(self.url(path)).header("content-type", kind).body(body).send().await.unwrap()
     }
 
-    pub async fn put_machine(&self, id: &str, profile: &Value) -> Response {
+    pub(crate) async fn put_machine(&self, id: &str, profile: &Value) -> Response {
         self.client.put(self.url(&format!("/v1/machines/{id}"))).json(profile).send().await.unwrap()
     }
 
-    pub async fn stop(self) -> Option<TempDir> {
+    pub(crate) async fn stop(self) -> Option<TempDir> {
         self.running.stop().await.unwrap();
         self.directory
     }
 
-    pub fn begin_draining(&self) {
+    pub(crate) fn begin_draining(&self) {
         self.running.state.begin_draining();
     }
 
     /// Files kept and half written.
-    pub fn files(&self) -> (usize, usize) {
+    pub(crate) fn files(&self) -> (usize, usize) {
         let count = |folder: &str| {
             fn files(path: &Path) -> usize {
                 std::fs::read_dir(path)
@@ -106,7 +106,7 @@ impl App {
 }
 
 /// Reads a problem document and checks everything that every problem has.
-pub async fn problem(response: Response, code: &str) -> Value {
+pub(crate) async fn problem(response: Response, code: &str) -> Value {
     let status = response.status();
     assert_eq!(response.headers()["content-type"], "application/problem+json", "status {status}");
     assert!(response.headers().contains_key("x-request-id"));
@@ -121,13 +121,13 @@ pub async fn problem(response: Response, code: &str) -> Value {
 }
 
 /// The pointers of a problem's errors.
-pub fn pointers(problem: &Value) -> Vec<String> {
+pub(crate) fn pointers(problem: &Value) -> Vec<String> {
     let errors = problem["errors"].as_array().cloned().unwrap_or_default();
     errors.iter().map(|error| error["pointer"].as_str().unwrap().to_owned()).collect()
 }
 
 /// An AC trunnion table.
-pub fn ac_table() -> Value {
+pub(crate) fn ac_table() -> Value {
     json!({
         "name": "DMU 80 T",
         "kinematics": {
