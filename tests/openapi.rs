@@ -135,25 +135,55 @@ const BARE: &[&str] = &[
 
 /// Objects that carry the unit of what is in them.
 fn carried(schema: &str, property: &str) -> bool {
-    matches!((schema, property), ("Squareness", "e_c0y" | "e_b0z" | "e_a0z"))
+    matches!((schema, property), ("Squareness" | "squareness_urad", "e_c0y" | "e_b0z" | "e_a0z"))
+        || (schema == "linear_limits_mm" || schema == "LinearLimits")
+}
+
+/// Whether a schema is a number, or an array of numbers, perhaps null.
+fn is_number(schema: &Value) -> bool {
+    let typed = |value: &Value| value == "number" || value.as_array().is_some_and(|all| all.contains(&"number".into()));
+    let fixed = schema["$ref"].as_str().is_some_and(|name| name.contains("/Numbers"));
+    typed(&schema["type"])
+        || fixed
+        || (schema["items"].is_object() && is_number(&schema["items"]))
+        || schema["oneOf"].as_array().into_iter().flatten().any(is_number)
+}
+
+/// Every number among the properties of a schema, at any depth, with the name of its schema.
+fn check_numbers(name: &str, schema: &Value, seen: &mut usize) {
+    for (property, body) in schema["properties"].as_object().into_iter().flatten() {
+        if is_number(body) {
+            *seen += 1;
+            let named = UNITS.iter().any(|unit| property.ends_with(unit)) || BARE.contains(&property.as_str());
+            assert!(named || carried(name, property), "{name}.{property} has no unit");
+        }
+    }
+    match schema {
+        Value::Object(members) => members.iter().for_each(|(key, value)| check_numbers(key, value, seen)),
+        Value::Array(items) => items.iter().for_each(|value| check_numbers(name, value, seen)),
+        _ => {}
+    }
 }
 
 #[test]
 fn every_number_carries_its_unit() {
-    let document = document();
     let mut seen = 0;
-    for (schema, body) in document["components"]["schemas"].as_object().unwrap() {
-        for (property, body) in body["properties"].as_object().into_iter().flatten() {
-            let text = body.to_string();
-            let number = text.contains("\"number\"") || text.contains("Numbers");
-            if !number {
-                continue;
-            }
-            seen += 1;
-            let named =
-                UNITS.iter().any(|unit| property.ends_with(unit)) || BARE.contains(&property.as_str());
-            assert!(named || carried(schema, property), "{schema}.{property} has no unit");
-        }
+    for (name, schema) in document()["components"]["schemas"].as_object().unwrap() {
+        check_numbers(name, schema, &mut seen);
     }
     assert!(seen > 40, "only {seen} numbers");
+    assert!(is_number(&serde_json::json!({"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/Numbers2"}]})));
+}
+
+#[test]
+fn every_parameter_that_is_a_number_carries_its_unit() {
+    let document = document();
+    for (name, operation) in operations(&document) {
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            let parameter_name = parameter["name"].as_str().unwrap();
+            if is_number(&parameter["schema"]) {
+                assert!(UNITS.iter().any(|unit| parameter_name.ends_with(unit)), "{name}: {parameter_name}");
+            }
+        }
+    }
 }

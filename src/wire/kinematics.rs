@@ -129,8 +129,8 @@ pub struct KinematicsOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[param(inline)]
     pub selection: Option<Selection>,
-    /// Rotary words before the first pose (inverse only).
-    #[param(style = DeepObject)]
+    /// Rotary words before the first pose, one parameter for each: `start.A`, `start.C` (inverse only).
+    #[param(inline)]
     pub start: Option<RotaryWords>,
     /// Whether measured errors count.
     #[param(inline)]
