@@ -3,12 +3,32 @@
 //!
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
 
-pub mod contact;
-pub mod geometry;
-pub mod kinematics;
-pub mod machine;
-pub mod motion;
-pub mod plot;
-pub mod process;
-pub mod program;
 pub mod units;
+
+pub mod geometry;
+
+pub mod machine;
+
+pub mod kinematics;
+
+pub mod program;
+
+pub mod motion;
+
+pub mod contact;
+
+pub mod process;
+
+pub mod plot;
+
+pub mod wire;
+
+pub mod config;
+
+pub mod store;
+
+pub mod jobs;
+
+pub mod http;
+
+pub mod cli;

@@ -1,2 +1,16 @@
-//! The `trunnion` binary.
-fn main() {}
+//! The `trunnion` binary: reads its settings, starts the service, drains it. Everything else is in the library.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use trunnion::cli::Cli;
+
+fn main() -> ExitCode {
+    match trunnion::cli::run(&Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("trunnion: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

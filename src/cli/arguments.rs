@@ -1,0 +1,41 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use super::{StartFault, serve};
+use crate::config::{Flags, Settings};
+
+/// One HTTP service for five-axis machine tools.
+#[derive(Debug, Parser)]
+#[command(name = "trunnion", version, about)]
+pub struct Cli {
+    /// What to do; without it, serve
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// TOML file with settings, named as the long flags with underscores
+    #[arg(long, env = "TRUNNION_CONFIG", global = true)]
+    pub config: Option<PathBuf>,
+    /// Every setting.
+    #[command(flatten)]
+    pub flags: Flags,
+}
+
+/// The commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+pub enum Command {
+    /// Run the service until it is told to stop
+    Serve,
+}
+
+/// Does what the command line says, to its end.
+///
+/// # Errors
+/// Settings that cannot be used, or a service that could not start.
+pub fn run(cli: &Cli) -> Result<(), StartFault> {
+    let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
+    match cli.command.unwrap_or(Command::Serve) {
+        Command::Serve => serve::until_stopped(settings),
+    }
+}

@@ -1,0 +1,8 @@
+//! The command line.
+
+mod arguments;
+mod logs;
+mod serve;
+
+pub use arguments::{Cli, Command, run};
+pub use serve::{Running, StartFault, start};

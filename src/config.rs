@@ -1,0 +1,163 @@
+//! Every setting: type, unit, default, environment name. Flags win over environment over file.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use figment::Figment;
+use figment::providers::{Format, Serialized, Toml};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Declares each setting once: the field, its type, its default and the name of its environment variable.
+macro_rules! settings {
+    ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal;)+) => {
+        /// The service's settings, complete.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Settings {
+            $($(#[doc = $doc])+ pub $name: $type,)+
+        }
+
+        impl Default for Settings {
+            fn default() -> Self {
+                Self { $($name: $default,)+ }
+            }
+        }
+
+        /// Settings given on the command line or in the environment; what is absent comes from the file or the
+        /// defaults.
+        #[derive(Debug, Clone, Default, Serialize, clap::Args)]
+        pub struct Flags {
+            $(
+                $(#[doc = $doc])+
+                #[arg(long, env = $env, global = true)]
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $name: Option<$type>,
+            )+
+        }
+
+        /// Name of each setting and of its environment variable.
+        pub const ENVIRONMENT: &[(&str, &str)] = &[$((stringify!($name), $env),)+];
+    };
+}
+
+settings! {
+    /// Address and port to listen on; port 0 lets the system choose
+    listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
+    /// Directory of the database, the programs and their results; created when missing
+    data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
+    /// Largest program or CSV body, after decompression [bytes]
+    max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
+    /// Largest JSON body, after decompression [bytes]
+    max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
+    /// Most poses, joints or samples in one request
+    max_poses: usize = 2_000_000, "TRUNNION_MAX_POSES";
+    /// Largest estimated cost of one computation [s of one core]
+    max_cost_s: f64 = 120.0, "TRUNNION_MAX_COST_S";
+    /// Computations that run side by side; 0 takes the number of cores
+    max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
+    /// Computations that may wait for their turn before the service answers 503
+    max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
+    /// Most open connections; further ones are closed at once
+    max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
+    /// Longest time from a request's header to its answer [s]
+    request_timeout_s: f64 = 300.0, "TRUNNION_REQUEST_TIMEOUT_S";
+    /// Longest time for a request's header, also for an idle connection [s]
+    header_timeout_s: f64 = 15.0, "TRUNNION_HEADER_TIMEOUT_S";
+    /// Longest pause within a request's body [s]
+    body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
+    /// Time that requests under way get to finish when the service stops [s]
+    drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
+    /// Database connections for reading
+    store_readers: u32 = 4, "TRUNNION_STORE_READERS";
+    /// What is logged, as `tracing` directives
+    log: String = "info".to_owned(), "TRUNNION_LOG";
+    /// Form of the log lines
+    log_format: LogFormat = LogFormat::Text, "TRUNNION_LOG_FORMAT";
+}
+
+/// Form of the log lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum LogFormat {
+    /// One readable line per event.
+    Text,
+    /// One JSON object per event.
+    Json,
+}
+
+/// Why the settings cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigFault {
+    /// A file that cannot be read, an unknown name or a value of the wrong type.
+    #[error("the settings cannot be read: {0}")]
+    Unreadable(#[from] Box<figment::Error>),
+    /// The named settings file does not exist.
+    #[error("there is no settings file {path}")]
+    NoFile {
+        /// The path given.
+        path: PathBuf,
+    },
+    /// A number outside its range.
+    #[error("{setting} is {value}, but must lie between {min} and {max}")]
+    OutOfRange {
+        /// Name of the setting.
+        setting: &'static str,
+        /// The value given.
+        value: f64,
+        /// Smallest accepted.
+        min: f64,
+        /// Largest accepted.
+        max: f64,
+    },
+}
+
+impl Settings {
+    /// Joins flags and environment over the optional TOML `file` over the defaults.
+    ///
+    /// # Errors
+    /// A file that is missing or does not parse, an unknown name in it, a value out of its range.
+    pub fn load(flags: &Flags, file: Option<&PathBuf>) -> Result<Self, ConfigFault> {
+        let mut layers = Figment::from(Serialized::defaults(Self::default()));
+        if let Some(path) = file {
+            if !path.is_file() {
+                return Err(ConfigFault::NoFile { path: path.clone() });
+            }
+            layers = layers.merge(Toml::file_exact(path));
+        }
+        let settings: Self = layers.merge(Serialized::defaults(flags)).extract().map_err(Box::new)?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// The number of computations that run side by side.
+    #[must_use]
+    pub fn computations(&self) -> usize {
+        match self.max_computations {
+            0 => std::thread::available_parallelism().map_or(2, std::num::NonZero::get),
+            given => given,
+        }
+    }
+
+    fn check(&self) -> Result<(), ConfigFault> {
+        let in_range = |setting, value: f64, min: f64, max: f64| {
+            if (min..=max).contains(&value) {
+                Ok(())
+            } else {
+                Err(ConfigFault::OutOfRange { setting, value, min, max })
+            }
+        };
+        in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
+        in_range("max_json_bytes", self.max_json_bytes as f64, 1.0, 1e9)?;
+        in_range("max_poses", self.max_poses as f64, 1.0, 1e8)?;
+        in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
+        in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
+        in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
+        in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
+        in_range("request_timeout_s", self.request_timeout_s, 0.001, 86_400.0)?;
+        in_range("header_timeout_s", self.header_timeout_s, 0.001, 3600.0)?;
+        in_range("body_pause_timeout_s", self.body_pause_timeout_s, 0.001, 3600.0)?;
+        in_range("drain_timeout_s", self.drain_timeout_s, 0.0, 3600.0)?;
+        in_range("store_readers", f64::from(self.store_readers), 1.0, 256.0)
+    }
+}

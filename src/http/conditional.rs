@@ -1,0 +1,126 @@
+//! Entity tags and the conditions built from them (RFC 9110 §13).
+
+use axum::response::{IntoResponse, Response};
+use http::header::{ETAG, IF_MATCH, IF_NONE_MATCH};
+use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
+
+use super::problem::{Problem, ProblemType};
+use crate::store::{Expected, Revision, Stale};
+
+/// Digits of the digest in a machine's tag.
+const DIGEST_DIGITS: usize = 16;
+
+/// The tag of a machine revision, without quotes.
+pub(super) fn machine_tag(revision: &Revision) -> String {
+    let digest = revision.sha256.get(..DIGEST_DIGITS).unwrap_or(&revision.sha256);
+    format!("r{}-{digest}", revision.document.revision)
+}
+
+/// Puts the tag on a response.
+pub(super) fn tagged(tag: &str, response: impl IntoResponse) -> Response {
+    let mut response = response.into_response();
+    if let Ok(value) = HeaderValue::try_from(format!("\"{tag}\"")) {
+        response.headers_mut().insert(ETAG, value);
+    }
+    response
+}
+
+/// The response, or 304 where the client has it already.
+pub(super) fn unless_known<R: IntoResponse>(
+    headers: &HeaderMap,
+    tag: &str,
+    respond: impl FnOnce() -> R,
+) -> Result<Response, Problem> {
+    let known = match tags(headers, &IF_NONE_MATCH)? {
+        Some(Tags::Any) => true,
+        Some(Tags::List(list)) => list.iter().any(|known| known.value == tag),
+        None => false,
+    };
+    Ok(if known { tagged(tag, StatusCode::NOT_MODIFIED) } else { tagged(tag, respond()) })
+}
+
+/// What the caller believes of a machine before it is replaced or deleted.
+pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem> {
+    match tags(headers, &IF_MATCH)? {
+        Some(Tags::Any) => return Ok(Some(Expected::Any)),
+        Some(Tags::List(list)) => {
+            let ours = list.iter().filter(|tag| !tag.weak).filter_map(|tag| {
+                let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
+                let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
+                Some((revision.parse().ok()?, digest))
+            });
+            return Ok(Some(Expected::OneOf(ours.collect())));
+        }
+        None => {}
+    }
+    Ok(match tags(headers, &IF_NONE_MATCH)? {
+        Some(Tags::Any) => Some(Expected::Nothing),
+        Some(Tags::List(_)) | None => None,
+    })
+}
+
+/// The refusal of a belief that does not fit.
+pub(super) fn stale(stale: Stale, machine_id: &str) -> Problem {
+    match stale {
+        Stale::Unconditional => Problem::new(
+            ProblemType::PreconditionRequired,
+            format!("machine {machine_id:?} exists; name the revision you mean by If-Match"),
+        ),
+        Stale::Changed => Problem::new(
+            ProblemType::PreconditionFailed,
+            format!("machine {machine_id:?} is at another revision than the condition allows"),
+        ),
+        Stale::Missing => Problem::new(
+            ProblemType::PreconditionFailed,
+            format!("machine {machine_id:?} does not exist, so no If-Match can fit"),
+        ),
+    }
+}
+
+struct Tag {
+    weak: bool,
+    value: String,
+}
+
+enum Tags {
+    Any,
+    List(Vec<Tag>),
+}
+
+fn tags(headers: &HeaderMap, name: &HeaderName) -> Result<Option<Tags>, Problem> {
+    let refuse = || {
+        let detail = format!("{name} is neither * nor a list of entity tags in double quotes");
+        Problem::new(ProblemType::MalformedRequest, detail)
+    };
+    let mut list = Vec::new();
+    let mut any = false;
+    for value in headers.get_all(name) {
+        let mut rest = value.to_str().map_err(|_not_text| refuse())?.trim();
+        if rest == "*" {
+            any = true;
+            continue;
+        }
+        while !rest.is_empty() {
+            let weak = rest.strip_prefix("W/");
+            let (inner, after) = weak
+                .unwrap_or(rest)
+                .strip_prefix('"')
+                .and_then(|text| text.split_once('"'))
+                .ok_or_else(refuse)?;
+            list.push(Tag { weak: weak.is_some(), value: inner.to_owned() });
+            let after = after.trim_start();
+            rest = match after.strip_prefix(',') {
+                Some(next) => next.trim_start(),
+                None if after.is_empty() => after,
+                None => return Err(refuse()),
+            };
+        }
+    }
+    match (any, list.is_empty()) {
+        (true, true) => Ok(Some(Tags::Any)),
+        (true, false) => Err(refuse()),
+        (false, true) if headers.contains_key(name) => Err(refuse()),
+        (false, true) => Ok(None),
+        (false, false) => Ok(Some(Tags::List(list))),
+    }
+}

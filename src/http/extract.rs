@@ -1,0 +1,91 @@
+//! Extractors that answer problems where axum's own would answer text.
+
+use axum::extract::{FromRequest, FromRequestParts, Request};
+use axum::response::{IntoResponse, Response};
+use http::header::CONTENT_TYPE;
+use http::request::Parts;
+use http::{HeaderValue, StatusCode};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::AppState;
+use super::body::{Incoming, media_type};
+use super::problem::{Problem, ProblemType};
+use crate::wire::{read_json, read_query};
+
+/// A JSON document, in or out.
+#[derive(Debug)]
+pub(super) struct Json<T>(pub(super) T);
+
+/// Query parameters as one document.
+#[derive(Debug)]
+pub(super) struct Query<T>(pub(super) T);
+
+/// Parts of the path.
+#[derive(Debug)]
+pub(super) struct Path<T>(pub(super) T);
+
+/// Bodies above this length are parsed in the pool [bytes].
+const PARSED_AT_ONCE: usize = 64 * 1024;
+
+impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &AppState) -> Result<Self, Problem> {
+        let (parts, body) = request.into_parts();
+        let kind = media_type(&parts.headers);
+        if !kind.as_deref().is_some_and(is_json) {
+            let found = kind.unwrap_or_else(|| "none".to_owned());
+            let detail = format!("the operation takes application/json, not {found}");
+            return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+        }
+        let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
+        let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
+        let read = if text.len() > PARSED_AT_ONCE {
+            app.compute.run(move |_stop| read_json(&text)).await?
+        } else {
+            read_json(&text)
+        };
+        Ok(Self(read?))
+    }
+}
+
+/// Whether a media type is JSON.
+pub(super) fn is_json(essence: &str) -> bool {
+    essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json"))
+}
+
+impl<T: Serialize> IntoResponse for Json<T> {
+    fn into_response(self) -> Response {
+        match serde_json::to_vec(&self.0) {
+            Ok(body) => json_response(body),
+            Err(fault) => Problem::internal(&fault).into_response(),
+        }
+    }
+}
+
+/// A response of JSON text.
+pub(super) fn json_response(body: impl Into<axum::body::Body>) -> Response {
+    let mut response = (StatusCode::OK, body.into()).into_response();
+    response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    response
+}
+
+impl<T: DeserializeOwned> FromRequestParts<AppState> for Query<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
+        Ok(Self(read_query(parts.uri.query().unwrap_or_default())?))
+    }
+}
+
+impl<T: DeserializeOwned + Send> FromRequestParts<AppState> for Path<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &AppState) -> Result<Self, Problem> {
+        match axum::extract::Path::<T>::from_request_parts(parts, app).await {
+            Ok(axum::extract::Path(path)) => Ok(Self(path)),
+            Err(fault) => Err(Problem::new(ProblemType::MalformedRequest, fault.body_text())),
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! The Idempotency-Key of a request that stores something.
+
+use http::request::Parts;
+
+use super::problem::{Problem, ProblemType};
+use crate::store::{KeyUse, sha256_hex};
+
+/// Longest key taken [bytes].
+const MAX_KEY_BYTES: usize = 255;
+
+/// The key of a request, if it has one, before its body is known.
+pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
+    let mut values = parts.headers.get_all("idempotency-key").iter();
+    let Some(value) = values.next() else { return Ok(None) };
+    let text = value.to_str().unwrap_or_default().trim();
+    let sound = !text.is_empty()
+        && text.len() <= MAX_KEY_BYTES
+        && text.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
+    if !sound || values.next().is_some() {
+        let detail =
+            format!("Idempotency-Key is not one text of 1 to {MAX_KEY_BYTES} visible ASCII characters");
+        return Err(Problem::new(ProblemType::MalformedRequest, detail));
+    }
+    Ok(Some(text.to_owned()))
+}
+
+/// The key with the digest of all that makes the request: method, path, query and what its body says.
+pub(super) fn used(parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
+    let uri = &parts.uri;
+    let head = format!("{}\n{}\n{}\n", parts.method, uri.path(), uri.query().unwrap_or_default());
+    key.map(|key| KeyUse { key, fingerprint: sha256_hex((head + &body.join("\n")).as_bytes()) })
+}

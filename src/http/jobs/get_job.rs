@@ -1,0 +1,46 @@
+//! Reads a job.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::conditional::unless_known;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{JobDocument, NoParameters};
+
+refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest);
+
+/// Read a job
+///
+/// What was asked, of which machine revision, of which bytes, and what came of it.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}",
+    tag = "jobs",
+    operation_id = "get_job",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The job", body = JobDocument, headers(("ETag" = String, description = "Its tag"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_job(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["application/json"])?;
+    let job = find(&app, &id).await?.document;
+    let tag = format!("{}-{}-{}", job.id, job.state.as_str(), job.progress);
+    unless_known(&headers, &tag, || Json(job))
+}

@@ -1,0 +1,48 @@
+//! Draws the plot of a job.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::conditional::unless_known;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::programs::answer;
+use crate::http::refusals::refusals;
+use crate::wire::NoParameters;
+
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest, Busy);
+
+/// Draw the plot of a job
+///
+/// The deviation along the path, before and after.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}/plot",
+    tag = "jobs",
+    operation_id = "get_job_plot",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The plot", body = String, content_type = "image/svg+xml",
+            headers(("ETag" = String, description = "Its tag"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_job_plot(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &[answer::SVG])?;
+    let job = find(&app, &id).await?;
+    let plot = answer::plot(&app, &job).await?;
+    unless_known(&headers, &answer::report_tag(&job, answer::SVG), || plot)
+}

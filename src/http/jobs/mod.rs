@@ -1,0 +1,33 @@
+//! Jobs: everything that was computed, with its report and its program.
+
+mod get_job;
+mod get_plot;
+mod get_program;
+mod get_report;
+mod list_jobs;
+
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+use super::problem::{Problem, ProblemType};
+use crate::store::JobRow;
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(list_jobs::list_jobs))
+        .routes(routes!(get_job::get_job))
+        .routes(routes!(get_program::get_job_program))
+        .routes(routes!(get_report::get_job_report))
+        .routes(routes!(get_plot::get_job_plot))
+}
+
+async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {
+    app.store.job(id).await?.ok_or_else(|| Problem::job_not_found(id))
+}
+
+fn no_result(job: &JobRow) -> Problem {
+    let detail = format!("the job is {}", job.document.state.as_str());
+    Problem::new(ProblemType::ResultNotFound, detail)
+}

@@ -1,0 +1,103 @@
+//! Axis words to tool poses.
+
+use axum::extract::{FromRequest, Request, State};
+use axum::response::Response;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::find;
+use super::table::{self, CSV, feed, is_table, offers};
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, json_response};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::{KinematicsFault, forward};
+use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
+    UnsupportedMediaType, InvalidRequest, TooCostly, Busy
+);
+
+/// Tool poses.
+#[derive(Debug, Serialize, ToSchema)]
+struct ForwardAnswer {
+    /// Revision it was computed on.
+    machine_revision: i64,
+    /// Tool poses in the workpiece.
+    poses: Vec<Pose>,
+}
+
+/// Turn axis words into tool poses
+///
+/// JSON, or `text/csv` with a header row both ways; the options are then query parameters.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/forward-kinematics",
+    tag = "kinematics",
+    operation_id = "solve_forward_kinematics",
+    params(("machine_id" = String, Path, description = "The machine", example = "example-ac-table"), KinematicsOptions),
+    request_body(
+        content(
+            (ForwardRequest = "application/json", example = json!({"joints": [{"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 30.0, "C": 45.0}]})),
+            (String = "text/csv", example = "X,Y,Z,A,C\n10,0,5,30,45\n"),
+        ),
+        description = "Axis words",
+    ),
+    responses(
+        (status = 200, description = "Tool poses", content((ForwardAnswer = "application/json"), (String = "text/csv"))),
+        Refusals,
+    )
+)]
+pub(super) async fn solve_forward_kinematics(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let table = is_table(request.headers())?;
+    let kind = choose(request.headers(), offers(table))?;
+    let (revision, machine) = find(&app, &machine_id).await?;
+    let (joints, options) = read(&app, table, request).await?;
+    if options.selection.is_some() || options.start.is_some() {
+        let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");
+        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+    }
+    let limits = app.limits();
+    let csv = kind == CSV;
+    let answer = app.compute.run(move |stop| {
+        let (setup, _) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
+        let poses = forward(&machine, &setup, &joints, limits, stop)?;
+        Ok::<_, KinematicsFault>(if csv { Err(poses) } else { Ok(print(revision, poses)) })
+    });
+    match answer.await?? {
+        Ok(text) => Ok(json_response(text.map_err(|fault| Problem::internal(&fault))?)),
+        Err(poses) => {
+            let header = Pose::CSV_HEADER.as_bytes().to_vec();
+            Ok(table::rows(revision, header, poses, |text, _, pose| pose.write_row(text)))
+        }
+    }
+}
+
+fn print(machine_revision: i64, poses: Vec<Pose>) -> Result<Vec<u8>, serde_json::Error> {
+    serde_json::to_vec(&ForwardAnswer { machine_revision, poses })
+}
+
+async fn read(
+    app: &AppState,
+    table: bool,
+    request: Request,
+) -> Result<(Vec<JointWords>, KinematicsOptions), Problem> {
+    let query = request.uri().query().unwrap_or_default().to_owned();
+    if !table {
+        let NoParameters {} = read_query(&query)?;
+        let Json(document) = Json::<ForwardRequest>::from_request(request, app).await?;
+        let options = document.options();
+        return Ok((document.joints, options));
+    }
+    let options = read_query(&query)?;
+    let (parts, body) = request.into_parts();
+    let mut rows = JointRows::new(app.settings.max_poses);
+    feed(app, &parts, body, |chunk| rows.feed(chunk)).await?;
+    Ok((rows.finish()?, options))
+}

@@ -1,0 +1,150 @@
+//! Tool poses to axis words.
+
+use axum::extract::{FromRequest, Request, State};
+use axum::response::Response;
+use http::{HeaderName, HeaderValue};
+use serde::{Serialize, Serializer};
+use utoipa::ToSchema;
+
+use super::find;
+use super::table::{self, CSV, feed, is_table, offers};
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, json_response};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::jobs::{InverseAnswer, InverseOptions, KinematicsFault, inverse};
+use crate::wire::{
+    InverseRequest, JointColumns, JointWords, KinematicsOptions, NoParameters, Pose, PoseRows, PoseWarning,
+    read_query,
+};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
+    UnsupportedMediaType, InvalidRequest, UnreachablePose, TooCostly, Busy
+);
+
+/// Axis words of poses.
+#[derive(Debug, Serialize, ToSchema)]
+struct SolvedPoses {
+    /// Revision it was computed on.
+    machine_revision: i64,
+    /// Selection `path`: one solution for each pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints: Option<Vec<JointWords>>,
+    /// Selection `all`: every solution of each pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<Vec<JointWords>>>)]
+    candidates: Option<Candidates>,
+    /// What is particular about some poses.
+    warnings: Vec<PoseWarning>,
+}
+
+/// The solutions of each pose, kept one after the other.
+#[derive(Debug)]
+struct Candidates {
+    joints: Vec<JointWords>,
+    ends: Vec<usize>,
+}
+
+impl Serialize for Candidates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let begins = std::iter::once(&0).chain(&self.ends);
+        let slices =
+            begins.zip(&self.ends).map(|(&begin, &end)| self.joints.get(begin..end).unwrap_or_default());
+        serializer.collect_seq(slices)
+    }
+}
+
+/// Turn tool poses into axis words
+///
+/// JSON, or `text/csv` with a header row both ways; the options are then query parameters, `selection=all` adds a
+/// `pose` column, and the header `Trunnion-Warnings` counts the warnings.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/inverse-kinematics",
+    tag = "kinematics",
+    operation_id = "solve_inverse_kinematics",
+    params(("machine_id" = String, Path, description = "The machine", example = "example-ac-table"), KinematicsOptions),
+    request_body(
+        content(
+            (InverseRequest = "application/json", example = json!({"poses": [{"x": 10.0, "y": 0.0, "z": 5.0, "i": 0.0, "j": -0.5, "k": 0.866}]})),
+            (String = "text/csv", example = "x,y,z,i,j,k\n10,0,5,0,-0.5,0.866\n"),
+        ),
+        description = "Tool poses in the workpiece; i j k need not be of unit length",
+    ),
+    responses(
+        (status = 200, description = "Axis words", content((SolvedPoses = "application/json"), (String = "text/csv"))),
+        Refusals,
+    )
+)]
+pub(super) async fn solve_inverse_kinematics(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let table = is_table(request.headers())?;
+    let kind = choose(request.headers(), offers(table))?;
+    let (revision, machine) = find(&app, &machine_id).await?;
+    let (poses, options) = read(&app, table, request).await?;
+    let limits = app.limits();
+    let csv = kind == CSV;
+    let solved = app.compute.run(move |stop| {
+        let (setup, start_words_deg) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
+        let options =
+            InverseOptions { setup, selection: options.selection.unwrap_or_default(), start_words_deg };
+        let answer = inverse(&machine, &options, &poses, limits, stop)?;
+        let columns = JointColumns::new(&machine, answer.ends.is_some());
+        Ok::<_, KinematicsFault>(if csv { Err((answer, columns)) } else { Ok(print(revision, answer)) })
+    });
+    match solved.await?? {
+        Ok(text) => Ok(json_response(text.map_err(|fault| Problem::internal(&fault))?)),
+        Err((answer, columns)) => Ok(rows(revision, answer, columns)),
+    }
+}
+
+fn print(machine_revision: i64, answer: InverseAnswer) -> Result<Vec<u8>, serde_json::Error> {
+    let InverseAnswer { joints, ends, warnings } = answer;
+    let (joints, candidates) = match ends {
+        None => (Some(joints), None),
+        Some(ends) => (None, Some(Candidates { joints, ends })),
+    };
+    serde_json::to_vec(&SolvedPoses { machine_revision, joints, candidates, warnings })
+}
+
+fn rows(revision: i64, answer: InverseAnswer, columns: JointColumns) -> Response {
+    let mut header = Vec::new();
+    columns.write_header(&mut header);
+    let InverseAnswer { joints, ends, warnings } = answer;
+    let mut pose = 0;
+    let mut response = table::rows(revision, header, joints, move |text, row, words| {
+        if let Some(ends) = &ends {
+            while ends.get(pose).is_some_and(|end| *end <= row) {
+                pose += 1;
+            }
+        }
+        columns.write_row(text, pose, words);
+    });
+    let name = HeaderName::from_static("trunnion-warnings");
+    response.headers_mut().insert(name, HeaderValue::from(warnings.len()));
+    response
+}
+
+async fn read(
+    app: &AppState,
+    table: bool,
+    request: Request,
+) -> Result<(Vec<Pose>, KinematicsOptions), Problem> {
+    let query = request.uri().query().unwrap_or_default().to_owned();
+    if !table {
+        let NoParameters {} = read_query(&query)?;
+        let Json(document) = Json::<InverseRequest>::from_request(request, app).await?;
+        let options = document.options();
+        return Ok((document.poses, options));
+    }
+    let options = read_query(&query)?;
+    let (parts, body) = request.into_parts();
+    let mut rows = PoseRows::new(app.settings.max_poses);
+    feed(app, &parts, body, |chunk| rows.feed(chunk)).await?;
+    Ok((rows.finish()?, options))
+}

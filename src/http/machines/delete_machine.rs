@@ -1,0 +1,45 @@
+//! Takes a machine out of the list.
+
+use axum::extract::State;
+use http::{HeaderMap, StatusCode};
+
+use crate::http::AppState;
+use crate::http::conditional::{expected, stale};
+use crate::http::extract::{Path, Query};
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::store::Stale;
+use crate::wire::NoParameters;
+
+refusals!(
+    Refusals: MalformedRequest, MachineNotFound, PreconditionFailed, PreconditionRequired, InvalidRequest
+);
+
+/// Delete a machine
+///
+/// Needs `If-Match`. Its revisions stay readable, for the jobs that name them; a machine put again under the same
+/// id goes on counting.
+#[utoipa::path(
+    delete,
+    path = "/v1/machines/{machine_id}",
+    tag = "machines",
+    operation_id = "delete_machine",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "dmu-80-t"),
+        ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
+    ),
+    responses((status = 204, description = "The machine is gone"), Refusals)
+)]
+pub(super) async fn delete_machine(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<StatusCode, Problem> {
+    let expected = expected(&headers)?;
+    match app.store.delete_machine(&machine_id, expected).await? {
+        Ok(()) => Ok(StatusCode::NO_CONTENT),
+        Err(Stale::Missing) => Err(Problem::machine_not_found(&machine_id)),
+        Err(reason) => Err(stale(reason, &machine_id)),
+    }
+}

@@ -1,0 +1,46 @@
+//! Reads a machine.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use crate::http::AppState;
+use crate::http::conditional::{machine_tag, unless_known};
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{MachineDocument, NoParameters};
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
+
+/// Read a machine
+///
+/// The current revision. With `If-None-Match` of its `ETag` the answer is 304.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}",
+    tag = "machines",
+    operation_id = "get_machine",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+    ),
+    responses(
+        (status = 200, description = "The current revision", body = MachineDocument,
+            headers(("ETag" = String, description = "Tag of the revision"))),
+        (status = 304, description = "The revision is the one that is known"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_machine(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["application/json"])?;
+    let found =
+        app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
+    unless_known(&headers, &machine_tag(&found), || Json(found.document))
+}

@@ -1,0 +1,88 @@
+//! Stores a machine: new, or as a new revision.
+
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use http::header::LOCATION;
+use http::{HeaderMap, StatusCode};
+
+use crate::http::AppState;
+use crate::http::conditional::{expected, machine_tag, stale, tagged};
+use crate::http::extract::{Json, Path, Query};
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::profile_sha256;
+use crate::store::PutOutcome;
+use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, RequestTimeout, PreconditionFailed, PreconditionRequired,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, InvalidMachine, Busy
+);
+
+/// Store a machine
+///
+/// A new id makes a machine (201). An existing one gets a new revision (200) and needs `If-Match` with the `ETag` of
+/// the revision that was read; an identical profile is the same revision. `If-None-Match: *` refuses to replace.
+#[utoipa::path(
+    put,
+    path = "/v1/machines/{machine_id}",
+    tag = "machines",
+    operation_id = "put_machine",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", pattern = "^[a-z0-9][a-z0-9-]{0,63}$"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the revision to be replaced"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: only make a new machine"),
+    ),
+    request_body(content = MachineProfile, description = "The profile", example = json!({
+        "name": "DMU 80 T",
+        "kinematics": {
+            "rotary_axes": [
+                {"name": "A", "side": "table", "direction": [1, 0, 0], "point_mm": [0, 0, -50], "limits_deg": [-120, 120]},
+                {"name": "C", "side": "table", "direction": [0, 0, 1], "point_mm": [0, 0, 0]}
+            ],
+            "linear_limits_mm": {"X": [-400, 400]}
+        }
+    })),
+    responses(
+        (status = 201, description = "A new machine", body = MachineDocument,
+            headers(("ETag" = String, description = "Tag of the revision"), ("Location" = String, description = "The machine"))),
+        (status = 200, description = "A new revision, or the same for an identical profile", body = MachineDocument,
+            headers(("ETag" = String, description = "Tag of the revision"))),
+        Refusals,
+    )
+)]
+pub(super) async fn put_machine(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    Json(profile): Json<MachineProfile>,
+) -> Result<Response, Problem> {
+    check_slug(&machine_id)?;
+    let expected = expected(&headers)?;
+    let (profile, _machine) =
+        profile.into_machine().map_err(|faults| Problem::invalid(ProblemType::InvalidMachine, faults))?;
+    let (sha256, now) = (profile_sha256(&profile), app.sources.timestamp());
+    let put = app.store.put_machine(&machine_id, profile, &sha256, expected, &now).await?;
+    match put.map_err(|reason| stale(reason, &machine_id))? {
+        PutOutcome::Created(stored) => {
+            let location = [(LOCATION, format!("/v1/machines/{machine_id}"))];
+            Ok(tagged(&machine_tag(&stored), (StatusCode::CREATED, location, Json(stored.document))))
+        }
+        PutOutcome::Replaced(stored) => {
+            Ok(tagged(&machine_tag(&stored), Json(stored.document).into_response()))
+        }
+    }
+}
+
+fn check_slug(machine_id: &str) -> Result<(), Problem> {
+    let word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
+    let sound = machine_id.len() <= 64
+        && machine_id.bytes().all(|byte| word(byte) || byte == b'-')
+        && machine_id.bytes().next().is_some_and(word);
+    if sound {
+        return Ok(());
+    }
+    let detail = "a machine id has 1 to 64 characters of a-z, 0-9 and -, and does not begin with -";
+    Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/machine_id", detail)]))
+}

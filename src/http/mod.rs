@@ -1,0 +1,24 @@
+//! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
+
+mod body;
+mod conditional;
+pub mod connections;
+mod edge;
+mod extract;
+mod idempotency;
+mod jobs;
+mod kinematics;
+mod machines;
+mod negotiate;
+mod openapi;
+mod paging;
+pub mod problem;
+mod programs;
+mod refusals;
+mod router;
+mod service;
+mod state;
+
+pub use openapi::{document, operations};
+pub use router::router;
+pub use state::AppState;

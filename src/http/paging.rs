@@ -1,0 +1,68 @@
+//! Pages of lists.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::problem::{Problem, ProblemType};
+use crate::store::{Cursor, Page};
+use crate::wire::{Fault, FaultList};
+
+/// Which page of a list.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields, default)]
+#[into_params(parameter_in = Query)]
+pub(super) struct PageQuery {
+    /// How many items.
+    #[param(minimum = 1, maximum = 200, default = 50)]
+    limit: Option<u64>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Most items of a page.
+const MAX_LIMIT: u32 = 200;
+/// Items of a page unless asked otherwise.
+const DEFAULT_LIMIT: u32 = 50;
+
+impl PageQuery {
+    /// The page of these two parameters.
+    pub(super) fn new(limit: Option<u64>, cursor: Option<String>) -> Self {
+        Self { limit, cursor }
+    }
+
+    /// The number of items and where to begin.
+    pub(super) fn read(&self) -> Result<(u32, Option<Cursor>), Problem> {
+        let mut faults = FaultList::default();
+        let limit = match self.limit.map(u32::try_from) {
+            None => DEFAULT_LIMIT,
+            Some(Ok(limit)) if (1..=MAX_LIMIT).contains(&limit) => limit,
+            Some(_) => {
+                faults.push(|| Fault::new("/limit", format!("limit is not between 1 and {MAX_LIMIT}")));
+                DEFAULT_LIMIT
+            }
+        };
+        let cursor = self.cursor.as_deref().map(str::parse).transpose();
+        if let Err(fault) = cursor {
+            faults.push(|| Fault::new("/cursor", crate::store::CursorFault::to_string(&fault)));
+        }
+        faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+        Ok((limit, cursor.unwrap_or_default()))
+    }
+}
+
+/// One page of a list, newest first.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Listed<T> {
+    /// The items.
+    items: Vec<T>,
+    /// For the next page; null at the end.
+    next_cursor: Option<String>,
+}
+
+impl<T> Listed<T> {
+    /// The page with its items in their wire form.
+    pub(super) fn new<R>(page: Page<R>, form: impl FnMut(R) -> T) -> Self {
+        let next_cursor = page.next.map(|cursor| cursor.to_string());
+        Self { items: page.items.into_iter().map(form).collect(), next_cursor }
+    }
+}

@@ -1,0 +1,395 @@
+//! The public catalogue of problems and the one form in which they leave (RFC 9457). Faults of every layer below
+//! become problems here and nowhere else.
+
+use axum::response::{IntoResponse, Response};
+use http::header::{CONTENT_TYPE, RETRY_AFTER};
+use http::{HeaderValue, StatusCode};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::jobs::{
+    CompensateFault, CompensatorFault, ComputeFault, KinematicsFault, RefusalClass, SpoolFault, TooCostly,
+};
+use crate::store::{BlobFault, StoreError};
+use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
+
+/// Media type of a problem document.
+pub const PROBLEM_JSON: &str = "application/problem+json";
+
+macro_rules! catalogue {
+    ($($variant:ident = $status:ident, $code:literal, $title:literal, $doc:literal;)+) => {
+        /// Every kind of problem this service answers.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum ProblemType {
+            $(#[doc = $title] $variant,)+
+        }
+
+        impl ProblemType {
+            /// The whole catalogue.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// Status, last part of the type's reference, title, and what the caller should do next.
+            #[must_use]
+            pub const fn entry(self) -> (StatusCode, &'static str, &'static str, &'static str) {
+                match self {
+                    $(Self::$variant => (StatusCode::$status, $code, $title, $doc),)+
+                }
+            }
+        }
+    };
+}
+
+catalogue! {
+    MalformedRequest = BAD_REQUEST, "malformed-request", "The request is malformed",
+        "A header, the query or the body's framing cannot be read: a bad entity tag, a query that is not percent-encoded UTF-8, a body that ends early or does not decompress. Correct the request; the same bytes will always be refused.";
+    UnreadableJson = BAD_REQUEST, "unreadable-json", "The body is not JSON",
+        "The text is not JSON: the detail says where. NaN and Infinity are not JSON.";
+    NotFound = NOT_FOUND, "not-found", "There is nothing at this address",
+        "The path belongs to no operation. The list of operations is at /docs.";
+    MachineNotFound = NOT_FOUND, "machine-not-found", "There is no such machine",
+        "No machine has this id, or it was deleted. GET /v1/machines lists them.";
+    RevisionNotFound = NOT_FOUND, "revision-not-found", "There is no such revision",
+        "The machine never had this revision. GET /v1/machines/{machine_id}/revisions lists them.";
+    JobNotFound = NOT_FOUND, "job-not-found", "There is no such job",
+        "No job has this id. GET /v1/jobs lists them.";
+    ResultNotFound = NOT_FOUND, "result-not-found", "The job has no result",
+        "The job has not succeeded, so that there is no program, report or plot. GET /v1/jobs/{id} says where it stands.";
+    MethodNotAllowed = METHOD_NOT_ALLOWED, "method-not-allowed", "The resource does not have this method",
+        "The Allow header names the methods it has.";
+    NotAcceptable = NOT_ACCEPTABLE, "not-acceptable", "No representation fits the Accept header",
+        "The detail names the media types there are.";
+    RequestTimeout = REQUEST_TIMEOUT, "request-timeout", "The body stopped coming",
+        "No byte of the body arrived for too long. Send it again.";
+    KeyReused = CONFLICT, "idempotency-key-reused", "The idempotency key was used for another request",
+        "The Idempotency-Key was first used with another body, query or path. Use a new key for a new request.";
+    PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the state you believe",
+        "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine. Read it again, decide again.";
+    PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
+        "Replacing or deleting a machine needs the If-Match header with the ETag of the revision that was read.";
+    BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
+        "The detail names the limit. It counts bytes after decompression.";
+    UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
+        "The detail names the media types the operation takes. Content codings are gzip and zstd.";
+    InvalidRequest = UNPROCESSABLE_ENTITY, "invalid-request", "A field or parameter is wrong",
+        "Something is unknown, missing, mistyped or out of its range. Each entry of errors names its place by JSON pointer; a query parameter's dotted name stands as a pointer.";
+    InvalidMachine = UNPROCESSABLE_ENTITY, "invalid-machine", "The profile describes no five-axis machine",
+        "Each entry of errors names a fault of the profile by JSON pointer.";
+    UnreachablePose = UNPROCESSABLE_ENTITY, "unreachable-pose", "A pose cannot be reached",
+        "The member pose is the index of the first such pose, from 0: the rotary axes cannot point the tool that way, or every solution lies outside the travel.";
+    ProgramFault = UNPROCESSABLE_ENTITY, "program-fault", "The program cannot be followed",
+        "The members line and block name the first faulty line of the upload, errors every fault that was kept. Nothing was stored.";
+    OutOfTravel = UNPROCESSABLE_ENTITY, "out-of-travel", "The program leaves the machine's travel",
+        "The members line and block name the first such line of the upload. Nothing was stored.";
+    ToleranceOutOfReach = UNPROCESSABLE_ENTITY, "tolerance-out-of-reach", "The program's decimals cannot keep the tolerance",
+        "Words keep the decimals of the source block; the detail gives the tolerance that they can keep. Ask for that, or post the program with more decimals.";
+    TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
+        "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
+    Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
+        "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
+    Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
+        "All places of the computation pool are taken. Retry after the time that Retry-After names.";
+    TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
+        "The computation was stopped and nothing was stored. Retry later or split the request.";
+    StorageUnavailable = SERVICE_UNAVAILABLE, "storage-unavailable", "Nothing can be stored now",
+        "The disk is full or the database does not answer. Nothing was stored.";
+    ShuttingDown = SERVICE_UNAVAILABLE, "shutting-down", "The service is stopping",
+        "The service is draining. Retry after the time that Retry-After names.";
+}
+
+impl ProblemType {
+    /// HTTP status.
+    #[must_use]
+    pub const fn status(self) -> StatusCode {
+        self.entry().0
+    }
+    /// Last part of the type's reference.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        self.entry().1
+    }
+    /// Short sentence that never changes.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        self.entry().2
+    }
+    /// What it means and what the caller should do next.
+    #[must_use]
+    pub const fn doc(self) -> &'static str {
+        self.entry().3
+    }
+    /// The type with this code.
+    #[must_use]
+    pub fn from_code(code: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.code() == code)
+    }
+    /// The problem that a bare status stands for.
+    pub(super) fn of_status(status: StatusCode) -> Self {
+        match status {
+            StatusCode::NOT_FOUND => Self::NotFound,
+            StatusCode::METHOD_NOT_ALLOWED => Self::MethodNotAllowed,
+            StatusCode::REQUEST_TIMEOUT => Self::RequestTimeout,
+            StatusCode::PAYLOAD_TOO_LARGE => Self::BodyTooLarge,
+            StatusCode::UNSUPPORTED_MEDIA_TYPE => Self::UnsupportedMediaType,
+            StatusCode::SERVICE_UNAVAILABLE => Self::Busy,
+            other if other.is_client_error() => Self::MalformedRequest,
+            _ => Self::Internal,
+        }
+    }
+}
+
+/// A problem document (RFC 9457).
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Problem)]
+pub struct ProblemDocument {
+    /// Stable reference of the kind of problem; resolves to a page.
+    #[serde(rename = "type")]
+    #[schema(example = "/problems/invalid-request")]
+    kind: String,
+    /// The kind in a sentence.
+    #[schema(example = "A field or parameter is wrong")]
+    title: &'static str,
+    /// The HTTP status.
+    #[schema(example = 422)]
+    status: u16,
+    /// What happened this time.
+    detail: String,
+    /// Every bad value.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    errors: Vec<Fault>,
+    /// Line of the upload, 1-based.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u64>,
+    /// Text of that line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    block: Option<String>,
+    /// Index of the pose, 0-based.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pose: Option<usize>,
+}
+
+/// A problem on its way to the client.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem(Box<Members>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Members {
+    kind: ProblemType,
+    detail: String,
+    errors: Vec<Fault>,
+    line: Option<u64>,
+    block: Option<String>,
+    pose: Option<usize>,
+}
+
+impl Problem {
+    /// A problem of this kind with what happened this time.
+    pub fn new(kind: ProblemType, detail: impl Into<String>) -> Self {
+        let detail = detail.into();
+        Self(Box::new(Members { kind, detail, errors: Vec::new(), line: None, block: None, pose: None }))
+    }
+
+    /// Bad values of a request.
+    #[must_use]
+    pub fn invalid(kind: ProblemType, errors: Vec<Fault>) -> Self {
+        let detail = match errors.as_slice() {
+            [] => kind.title().to_owned(),
+            [only] => format!("{}: {}", only.pointer, only.detail),
+            many if many.len() >= FaultList::KEPT => format!("{} values are wrong, perhaps more", many.len()),
+            many => format!("{} values are wrong", many.len()),
+        };
+        let mut problem = Self::new(kind, detail);
+        problem.0.errors = errors;
+        problem
+    }
+
+    /// The same problem, about this pose.
+    #[must_use]
+    pub fn at_pose(mut self, pose: usize) -> Self {
+        self.0.pose = Some(pose);
+        self
+    }
+
+    /// No machine with this id.
+    #[must_use]
+    pub fn machine_not_found(machine_id: &str) -> Self {
+        Self::new(ProblemType::MachineNotFound, format!("there is no machine {machine_id:?}"))
+    }
+
+    /// No job with this id.
+    #[must_use]
+    pub fn job_not_found(id: &str) -> Self {
+        Self::new(ProblemType::JobNotFound, format!("there is no job {id:?}"))
+    }
+
+    /// A fault of ours: logged here, its cause never sent.
+    pub fn internal(cause: &dyn std::fmt::Display) -> Self {
+        tracing::error!(error = %cause, "internal fault");
+        Self::new(ProblemType::Internal, "the service has a fault; the log names it by the request id")
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub fn kind(&self) -> ProblemType {
+        self.0.kind
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let Members { kind, detail, errors, line, block, pose } = *self.0;
+        let document = ProblemDocument {
+            kind: format!("/problems/{}", kind.code()),
+            title: kind.title(),
+            status: kind.status().as_u16(),
+            detail,
+            errors,
+            line,
+            block,
+            pose,
+        };
+        // Strings and whole numbers always print.
+        let body = serde_json::to_vec(&document).unwrap_or_default();
+        let mut response = (kind.status(), body).into_response();
+        response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
+        if kind.status() == StatusCode::SERVICE_UNAVAILABLE {
+            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from_static("2"));
+        }
+        response
+    }
+}
+
+impl From<Unreadable> for Problem {
+    fn from(fault: Unreadable) -> Self {
+        match fault {
+            Unreadable::Syntax { .. } => Self::new(ProblemType::UnreadableJson, fault.to_string()),
+            Unreadable::Document(fault) => Self::invalid(ProblemType::InvalidRequest, vec![fault]),
+        }
+    }
+}
+
+impl From<QueryFault> for Problem {
+    fn from(fault: QueryFault) -> Self {
+        match fault {
+            QueryFault::Encoding => Self::new(ProblemType::MalformedRequest, fault.to_string()),
+            QueryFault::Parameter(fault) => Self::invalid(ProblemType::InvalidRequest, vec![fault]),
+        }
+    }
+}
+
+impl From<RowFault> for Problem {
+    fn from(RowFault { line, fault, too_many }: RowFault) -> Self {
+        let kind = if too_many { ProblemType::TooCostly } else { ProblemType::InvalidRequest };
+        let mut problem = Self::invalid(kind, vec![fault]);
+        problem.0.line = Some(line);
+        problem
+    }
+}
+
+impl From<StoreError> for Problem {
+    fn from(fault: StoreError) -> Self {
+        match fault {
+            StoreError::Full(_) | StoreError::Busy(_) => {
+                tracing::error!(error = %fault, "the store is unavailable");
+                Self::new(ProblemType::StorageUnavailable, fault.to_string())
+            }
+            other => Self::internal(&other),
+        }
+    }
+}
+
+impl From<BlobFault> for Problem {
+    fn from(fault: BlobFault) -> Self {
+        if fault.is_full() {
+            tracing::error!(error = %fault, "the disk is full");
+            return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        }
+        Self::internal(&fault)
+    }
+}
+
+impl From<std::io::Error> for Problem {
+    fn from(fault: std::io::Error) -> Self {
+        if matches!(fault.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded) {
+            tracing::error!(error = %fault, "the disk is full");
+            return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        }
+        Self::internal(&fault)
+    }
+}
+
+impl From<SpoolFault> for Problem {
+    fn from(fault: SpoolFault) -> Self {
+        match fault {
+            SpoolFault::TooLarge { .. } => Self::new(ProblemType::BodyTooLarge, fault.to_string()),
+            SpoolFault::File(fault) => fault.into(),
+            SpoolFault::Write(fault) => fault.into(),
+        }
+    }
+}
+
+impl From<ComputeFault> for Problem {
+    fn from(fault: ComputeFault) -> Self {
+        match fault {
+            ComputeFault::Busy => Self::new(ProblemType::Busy, fault.to_string()),
+            ComputeFault::Panicked => Self::internal(&fault),
+        }
+    }
+}
+
+impl From<TooCostly> for Problem {
+    fn from(fault: TooCostly) -> Self {
+        Self::new(ProblemType::TooCostly, fault.to_string())
+    }
+}
+
+impl From<KinematicsFault> for Problem {
+    fn from(fault: KinematicsFault) -> Self {
+        match fault {
+            KinematicsFault::Values(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
+            KinematicsFault::TooMany { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
+            KinematicsFault::TooCostly(fault) => fault.into(),
+            KinematicsFault::Unreachable { pose, detail } => {
+                Self::new(ProblemType::UnreachablePose, detail).at_pose(pose)
+            }
+            KinematicsFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
+        }
+    }
+}
+
+impl From<CompensateFault> for Problem {
+    fn from(fault: CompensateFault) -> Self {
+        match fault {
+            CompensateFault::TooCostly(fault) => fault.into(),
+            CompensateFault::Compute(fault) => fault.into(),
+            CompensateFault::Compensator(fault) => fault.into(),
+            CompensateFault::Blob(fault) => fault.into(),
+            CompensateFault::Store(fault) => fault.into(),
+            CompensateFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
+            CompensateFault::Report(fault) => Self::internal(&fault),
+        }
+    }
+}
+
+impl From<CompensatorFault> for Problem {
+    fn from(fault: CompensatorFault) -> Self {
+        let refusal = match fault {
+            CompensatorFault::Refused(refusal) => *refusal,
+            CompensatorFault::Cancelled => return Self::new(ProblemType::TimedOut, fault.to_string()),
+            CompensatorFault::Io(fault) => return fault.into(),
+            CompensatorFault::VerificationFailed { .. } => return Self::internal(&fault),
+        };
+        let kind = match refusal.class {
+            RefusalClass::Program => ProblemType::ProgramFault,
+            RefusalClass::ToleranceOutOfReach => ProblemType::ToleranceOutOfReach,
+            RefusalClass::OutOfTravel => ProblemType::OutOfTravel,
+            RefusalClass::Parameter => ProblemType::InvalidRequest,
+            RefusalClass::TooCostly => ProblemType::TooCostly,
+        };
+        let mut problem = Self::new(kind, refusal.detail);
+        problem.0.errors = refusal.errors;
+        problem.0.line = refusal.line;
+        problem.0.block = refusal.block;
+        problem
+    }
+}

@@ -1,0 +1,75 @@
+//! The three faces of a finished job: its program, its report, its plot.
+
+use axum::body::Body;
+use axum::response::{IntoResponse, Response};
+use http::HeaderValue;
+use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
+use tokio_util::io::ReaderStream;
+
+use crate::http::AppState;
+use crate::http::problem::{Problem, ProblemType};
+use crate::store::JobRow;
+use crate::wire::{CcParameters, CcReport};
+
+/// Media types of a program.
+pub(in crate::http) const PROGRAM_TYPES: &[&str] = &["text/plain", "application/octet-stream", "text/csv"];
+/// Media types of a report.
+pub(in crate::http) const REPORT_TYPES: &[&str] = &["application/json", SVG];
+/// Media type of a plot.
+pub(in crate::http) const SVG: &str = "image/svg+xml";
+
+/// Bytes read from a file at a time.
+const CHUNK: usize = 128 * 1024;
+
+/// The program, streamed from its file.
+pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
+    let sha256 = job.document.output_sha256.clone().ok_or_else(|| without_result(job))?;
+    let blobs = app.spool.blobs().clone();
+    let file = tokio::task::spawn_blocking(move || blobs.read(&sha256)).await;
+    let file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
+    let length = file.metadata().await?.len();
+    let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
+    let headers = response.headers_mut();
+    headers.insert(CONTENT_LENGTH, HeaderValue::from(length));
+    headers
+        .insert(CONTENT_TYPE, HeaderValue::from_str(kind).unwrap_or(HeaderValue::from_static("text/plain")));
+    let disposition = format!("attachment; filename=\"{}\"", compensated_name(&job.file_name));
+    if let Ok(value) = HeaderValue::try_from(disposition) {
+        headers.insert(CONTENT_DISPOSITION, value);
+    }
+    Ok(response)
+}
+
+/// The plot, drawn from the stored report.
+pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
+    let report = job.report.as_deref().ok_or_else(|| without_result(job))?;
+    let report: CcReport = serde_json::from_str(report).map_err(|fault| Problem::internal(&fault))?;
+    let parameters: CcParameters =
+        serde_json::from_value(job.document.parameters.clone()).map_err(|fault| Problem::internal(&fault))?;
+    let compensator = std::sync::Arc::clone(&app.compensator);
+    let figure = app.compute.run(move |_stop| compensator.figure(&parameters, &report)).await?;
+    Ok(([(CONTENT_TYPE, SVG)], figure).into_response())
+}
+
+/// Tag of the program.
+pub(in crate::http) fn program_tag(job: &JobRow) -> String {
+    job.document.output_sha256.clone().unwrap_or_default()
+}
+
+/// Tag of the report in one of its forms.
+pub(in crate::http) fn report_tag(job: &JobRow, kind: &str) -> String {
+    let digest = job.report_sha256.as_deref().unwrap_or_default();
+    if kind == SVG { format!("{digest}-svg") } else { digest.to_owned() }
+}
+
+fn without_result(job: &JobRow) -> Problem {
+    Problem::new(ProblemType::ResultNotFound, format!("the job is {}", job.document.state.as_str()))
+}
+
+/// `blade-compensated.nc` for `blade.nc`.
+fn compensated_name(name: &str) -> String {
+    match name.rsplit_once('.') {
+        Some((stem, extension)) if !stem.is_empty() => format!("{stem}-compensated.{extension}"),
+        _ => format!("{name}-compensated"),
+    }
+}

@@ -1,0 +1,15 @@
+//! NC programs in, compensated programs out. A program leaves whole or not at all.
+
+pub(super) mod answer;
+mod compensate_cc_path;
+mod upload;
+
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(compensate_cc_path::compensate_cc_path))
+}

@@ -1,0 +1,52 @@
+//! The refusals of an operation, as responses of its description.
+
+use std::collections::BTreeMap;
+
+use utoipa::openapi::response::ResponseBuilder;
+use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response};
+
+use super::problem::{PROBLEM_JSON, ProblemType};
+
+/// Responses by status; kinds of one status share a response that names them all.
+pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Response>> {
+    let mut by_status: BTreeMap<String, Vec<ProblemType>> = BTreeMap::new();
+    for kind in kinds {
+        by_status.entry(kind.status().as_str().to_owned()).or_default().push(*kind);
+    }
+    by_status.into_iter().map(|(status, kinds)| (status, response(&kinds).into())).collect()
+}
+
+fn response(kinds: &[ProblemType]) -> Response {
+    let titles: Vec<_> = kinds.iter().map(|kind| format!("{} (`{}`)", kind.title(), kind.code())).collect();
+    let example = kinds.first().map(|kind| {
+        let (reference, status) = (format!("/problems/{}", kind.code()), kind.status().as_u16());
+        serde_json::json!({ "type": reference, "title": kind.title(), "status": status, "detail": kind.title() })
+    });
+    let content =
+        ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).example(example).build();
+    ResponseBuilder::new().description(titles.join("; ")).content(PROBLEM_JSON, content).build()
+}
+
+/// Declares a type that stands for the refusals of one operation in its description.
+macro_rules! refusals {
+    ($name:ident: $($kind:ident),+ $(,)?) => {
+        /// What the operation refuses.
+        struct $name;
+
+        impl utoipa::IntoResponses for $name {
+            fn responses() -> std::collections::BTreeMap<
+                String,
+                utoipa::openapi::RefOr<utoipa::openapi::response::Response>,
+            > {
+                use $crate::http::problem::ProblemType;
+                $crate::http::refusals::responses(&[
+                    $(ProblemType::$kind,)+
+                    ProblemType::Internal,
+                    ProblemType::StorageUnavailable,
+                    ProblemType::TimedOut,
+                ])
+            }
+        }
+    };
+}
+pub(super) use refusals;

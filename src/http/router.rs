@@ -1,0 +1,53 @@
+//! Merges the resources' routes and puts the edge around them.
+
+use axum::extract::DefaultBodyLimit;
+use axum::response::IntoResponse;
+use axum::routing::get;
+use axum::{Router, middleware};
+use http::header::CONTENT_TYPE;
+use tower::ServiceBuilder;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::decompression::RequestDecompressionLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service};
+
+/// Every described route, and the description.
+pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
+    let (router, document) = OpenApiRouter::with_openapi(openapi::Base::openapi())
+        .merge(machines::router())
+        .merge(kinematics::router())
+        .merge(programs::router())
+        .merge(jobs::router())
+        .merge(service::router())
+        .split_for_parts();
+    (router, openapi::completed(document))
+}
+
+/// The whole service.
+pub fn router(app: AppState) -> Router {
+    let (router, document) = described();
+    let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
+    let served = move || {
+        let text = text.clone();
+        async move { ([(CONTENT_TYPE, "application/json")], text).into_response() }
+    };
+    // Without this the page asks a validator on the internet about its own document.
+    let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
+    router
+        .route("/openapi.json", get(served))
+        .merge(docs)
+        .fallback(edge::not_found)
+        .method_not_allowed_fallback(edge::method_not_allowed)
+        .layer(
+            ServiceBuilder::new()
+                .layer(middleware::from_fn_with_state(app.clone(), edge::watch))
+                .layer(CatchPanicLayer::custom(edge::panicked))
+                .layer(middleware::from_fn_with_state(app.clone(), edge::deadline))
+                .layer(RequestDecompressionLayer::new())
+                .layer(DefaultBodyLimit::disable()),
+        )
+        .with_state(app)
+}

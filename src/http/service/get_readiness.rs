@@ -1,0 +1,41 @@
+//! Can the service work?
+
+use axum::extract::State;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::http::AppState;
+use crate::http::extract::Json;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+
+refusals!(Refusals: ShuttingDown);
+
+/// Whether the service can work.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Readiness {
+    /// `ready`.
+    #[schema(example = "ready")]
+    status: &'static str,
+}
+
+/// Can the service work
+///
+/// 200 when the store is usable; 503 while it is not, and while the service is stopping.
+#[utoipa::path(
+    get,
+    path = "/readyz",
+    tag = "service",
+    operation_id = "get_readiness",
+    responses((status = 200, description = "It can", body = Readiness, example = json!({"status": "ready"})), Refusals)
+)]
+pub(super) async fn get_readiness(State(app): State<AppState>) -> Result<Json<Readiness>, Problem> {
+    if app.is_draining() {
+        return Err(Problem::new(ProblemType::ShuttingDown, "the service is stopping"));
+    }
+    app.store.check().await.map_err(|fault| {
+        tracing::error!(error = %fault, "the store is not usable");
+        Problem::new(ProblemType::StorageUnavailable, "the store is not usable")
+    })?;
+    Ok(Json(Readiness { status: "ready" }))
+}

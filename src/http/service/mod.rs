@@ -1,0 +1,23 @@
+//! The service itself: is it alive, is it ready, how is it doing, what does a problem mean.
+
+mod get_health;
+mod get_metrics;
+mod get_problem;
+mod get_readiness;
+mod get_version;
+
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(get_health::get_health))
+        .routes(routes!(get_readiness::get_readiness))
+        .routes(routes!(get_metrics::get_metrics))
+        .routes(routes!(get_version::get_version))
+        .routes(routes!(get_problem::list_problems))
+        .routes(routes!(get_problem::get_problem))
+}

@@ -1,0 +1,78 @@
+//! What the handlers share.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
+
+use crate::config::Settings;
+use crate::jobs::{Compensator, Compute, Limits, OpenFault, Sources, Spool, open_data_directory};
+use crate::store::Store;
+
+/// What the handlers share; cheap to clone.
+#[derive(Clone)]
+pub struct AppState {
+    /// Machines, jobs, keys.
+    pub store: Store,
+    /// The pool that computes.
+    pub compute: Compute,
+    /// Uploads and results.
+    pub spool: Spool,
+    /// Clock and ids.
+    pub sources: Sources,
+    /// The settings.
+    pub settings: Arc<Settings>,
+    /// What compensates programs.
+    pub compensator: Arc<dyn Compensator>,
+    /// Where counts and times of requests are kept.
+    pub(super) recorder: Arc<PrometheusRecorder>,
+    draining: Arc<AtomicBool>,
+}
+
+impl fmt::Debug for AppState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("AppState").field("settings", &self.settings).finish_non_exhaustive()
+    }
+}
+
+impl AppState {
+    /// Opens database and files in the data directory of `settings`.
+    ///
+    /// # Errors
+    /// The database cannot be opened or migrated, the files cannot be used.
+    pub async fn open(
+        settings: Settings,
+        sources: Sources,
+        compensator: Arc<dyn Compensator>,
+    ) -> Result<Self, OpenFault> {
+        let (store, blobs) = open_data_directory(&settings, &sources).await?;
+        Ok(Self {
+            store,
+            compute: Compute::new(settings.computations(), settings.max_waiting_computations),
+            spool: Spool::new(blobs, settings.max_body_bytes),
+            sources,
+            settings: Arc::new(settings),
+            compensator,
+            recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
+            draining: Arc::new(AtomicBool::new(false)),
+        })
+    }
+
+    /// What one kinematics request may cost.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// From now on the service is not ready.
+    pub fn begin_draining(&self) {
+        self.draining.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the service is stopping.
+    #[must_use]
+    pub fn is_draining(&self) -> bool {
+        self.draining.load(Ordering::SeqCst)
+    }
+}

@@ -1,0 +1,68 @@
+//! Time and identity come from outside, so that tests can set them.
+
+use std::fmt;
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+/// Where the time comes from.
+pub trait Clock: Send + Sync + fmt::Debug {
+    /// Now.
+    fn now(&self) -> Timestamp;
+}
+
+/// Where new ids come from.
+pub trait IdSource: Send + Sync + fmt::Debug {
+    /// An id never given before.
+    fn next(&self) -> Uuid;
+}
+
+/// Clock and ids of one service.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    /// Where the time comes from.
+    pub clock: Arc<dyn Clock>,
+    /// Where new ids come from.
+    pub ids: Arc<dyn IdSource>,
+}
+
+#[derive(Debug)]
+struct SystemClock;
+
+#[derive(Debug)]
+struct Version7;
+
+impl Clock for SystemClock {
+    #[expect(clippy::disallowed_methods, reason = "this is the clock")]
+    fn now(&self) -> Timestamp {
+        Timestamp::now()
+    }
+}
+
+impl IdSource for Version7 {
+    #[expect(clippy::disallowed_methods, reason = "this is the id source")]
+    fn next(&self) -> Uuid {
+        Uuid::now_v7()
+    }
+}
+
+impl Sources {
+    /// The system's clock and time-ordered random ids.
+    #[must_use]
+    pub fn real() -> Self {
+        Self { clock: Arc::new(SystemClock), ids: Arc::new(Version7) }
+    }
+
+    /// The time now, as it is stored and answered.
+    #[must_use]
+    pub fn timestamp(&self) -> String {
+        timestamp(self.clock.now())
+    }
+}
+
+/// RFC 3339, UTC, always three decimals, so that stored times sort as text.
+#[must_use]
+pub fn timestamp(time: Timestamp) -> String {
+    format!("{time:.3}")
+}

@@ -1,0 +1,69 @@
+//! The one pool that computes: a fixed number side by side, a fixed number waiting, and nothing goes on for a
+//! client that has left.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use thiserror::Error;
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+/// Why there is no result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum ComputeFault {
+    /// All places are taken, the waiting ones too.
+    #[error("all computations are busy")]
+    Busy,
+    /// The computation panicked: a fault of ours.
+    #[error("the computation panicked")]
+    Panicked,
+}
+
+/// The pool.
+#[derive(Debug, Clone)]
+pub struct Compute {
+    /// Places, running and waiting.
+    places: Arc<Semaphore>,
+    /// Places that run.
+    running: Arc<Semaphore>,
+}
+
+impl Compute {
+    /// A pool that runs `running` computations side by side and lets `waiting` more wait.
+    #[must_use]
+    pub fn new(running: usize, waiting: usize) -> Self {
+        let running = running.max(1);
+        Self {
+            places: Arc::new(Semaphore::new(running + waiting)),
+            running: Arc::new(Semaphore::new(running)),
+        }
+    }
+
+    /// Runs `work` on a blocking thread. `work` polls the given stop, which breaks once this future is dropped.
+    ///
+    /// # Errors
+    /// No place is free, or `work` panicked.
+    pub async fn run<T, F>(&self, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+    {
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
+        let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let token = CancellationToken::new();
+        let stop_when_dropped = token.clone().drop_guard();
+        let span = tracing::Span::current();
+        let computed = tokio::task::spawn_blocking(move || {
+            // Held by the thread, not by the request: a place is free when its work has really ended.
+            let _held = (place, turn);
+            let _entered = span.entered();
+            work(&|| if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        })
+        .await;
+        drop(stop_when_dropped);
+        computed.map_err(|fault| {
+            tracing::error!(error = %fault, "a computation panicked");
+            ComputeFault::Panicked
+        })
+    }
+}

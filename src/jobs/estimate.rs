@@ -1,0 +1,50 @@
+//! What work will cost, before it starts.
+
+use thiserror::Error;
+
+/// Work whose estimated cost is over the limit.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("the estimated cost of {estimated_s:.3} s of computation is over the limit of {limit_s} s")]
+pub struct TooCostly {
+    /// Estimated [s of one core].
+    pub estimated_s: f64,
+    /// Limit [s of one core].
+    pub limit_s: f64,
+}
+
+/// An upper estimate of the time one core needs, from measured rates on slow hardware with a margin of three.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Cost {
+    seconds: f64,
+}
+
+/// One pose turned into axis words and printed \[s\].
+const POSE_S: f64 = 5e-6;
+/// One pose with every candidate printed, for each turn that fits into the travel \[s\].
+const CANDIDATE_S: f64 = 3e-6;
+/// One byte of a program read, checked, corrected, written and verified \[s\].
+const PROGRAM_BYTE_S: f64 = 2e-7;
+
+impl Cost {
+    /// Of poses turned into joints, each with up to `candidates` answers.
+    #[must_use]
+    pub fn of_poses(poses: usize, candidates: usize) -> Self {
+        Self { seconds: poses as f64 * (POSE_S + CANDIDATE_S * candidates as f64) }
+    }
+
+    /// Of a program of this length, compensated. A tolerance far below a control's resolution multiplies the
+    /// blocks to be written by the square root of its ratio to 10 µm.
+    #[must_use]
+    pub fn of_program(length: u64, tolerance_um: f64) -> Self {
+        let finer = (10.0 / tolerance_um.max(1e-3)).sqrt().max(1.0);
+        Self { seconds: length as f64 * PROGRAM_BYTE_S * finer }
+    }
+
+    /// Refuses work over the limit.
+    ///
+    /// # Errors
+    /// The estimate is over `limit_s`.
+    pub fn within(self, limit_s: f64) -> Result<(), TooCostly> {
+        if self.seconds <= limit_s { Ok(()) } else { Err(TooCostly { estimated_s: self.seconds, limit_s }) }
+    }
+}

@@ -1,0 +1,230 @@
+//! Many poses or joints at a time, inside the pool.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::{Cost, TooCostly};
+use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, Setup, ToolPose, WarningKind};
+use crate::machine::{Machine, Motion};
+use crate::units::Angle;
+use crate::wire::{Fault, FaultList, JointWords, Pose, PoseWarning, PoseWarningKind, Selection};
+
+/// How many poses are computed between two looks at the stop.
+const BETWEEN_STOPS: usize = 4096;
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum KinematicsFault {
+    /// Bad values, each with its pointer.
+    #[error("{} values are wrong", .0.len())]
+    Values(Vec<Fault>),
+    /// More poses than the limit.
+    #[error("{count} poses are more than the limit of {limit}")]
+    TooMany {
+        /// Given.
+        count: usize,
+        /// Limit.
+        limit: usize,
+    },
+    /// The estimate is over the limit.
+    #[error(transparent)]
+    TooCostly(#[from] TooCostly),
+    /// A pose that cannot be reached.
+    #[error("{detail}")]
+    Unreachable {
+        /// Index of the first such pose.
+        pose: usize,
+        /// Why, with numbers.
+        detail: String,
+    },
+    /// The client has left.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// What a computation may cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Most poses.
+    pub max_poses: usize,
+    /// Largest estimate [s of one core].
+    pub max_cost_s: f64,
+}
+
+impl Limits {
+    fn check(&self, count: usize, candidates: usize) -> Result<(), KinematicsFault> {
+        if count > self.max_poses {
+            return Err(KinematicsFault::TooMany { count, limit: self.max_poses });
+        }
+        Ok(Cost::of_poses(count, candidates).within(self.max_cost_s)?)
+    }
+}
+
+/// The poses of `joints`.
+///
+/// # Errors
+/// Every bad value, too many joints, or the client has left.
+pub fn forward(
+    machine: &Machine,
+    setup: &Setup,
+    joints: &[JointWords],
+    limits: Limits,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Vec<Pose>, KinematicsFault> {
+    limits.check(joints.len(), 0)?;
+    let kinematics = Kinematics::new(machine, setup);
+    let mut faults = FaultList::default();
+    let mut poses = Vec::with_capacity(joints.len());
+    for (chunk_index, chunk) in joints.chunks(BETWEEN_STOPS).enumerate() {
+        if stop().is_break() {
+            return Err(KinematicsFault::Cancelled);
+        }
+        for (offset, words) in chunk.iter().enumerate() {
+            let index = chunk_index * BETWEEN_STOPS + offset;
+            if let Some(joints) = words.to_core(machine, index, &mut faults) {
+                poses.push(Pose::from(kinematics.forward(&joints)));
+            }
+        }
+    }
+    faults.into_result().map_err(KinematicsFault::Values)?;
+    Ok(poses)
+}
+
+/// What the inverse is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InverseOptions {
+    /// Work offset, tool length, errors.
+    pub setup: Setup,
+    /// Which solutions.
+    pub selection: Selection,
+    /// Rotary words before the first pose, in the profile's order [deg].
+    pub start_words_deg: Option<[f64; 2]>,
+}
+
+/// Solutions and what is particular about them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InverseAnswer {
+    /// Solutions pose after pose; with selection `path` one for each.
+    pub joints: Vec<JointWords>,
+    /// With selection `all`: where in `joints` the solutions of each pose end.
+    pub ends: Option<Vec<usize>>,
+    /// What is particular.
+    pub warnings: Vec<PoseWarning>,
+}
+
+/// The joints of `poses`.
+///
+/// # Errors
+/// Every bad value, too many poses, a pose out of reach, or the client has left.
+pub fn inverse(
+    machine: &Machine,
+    options: &InverseOptions,
+    poses: &[Pose],
+    limits: Limits,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<InverseAnswer, KinematicsFault> {
+    let kinematics = Kinematics::new(machine, &options.setup);
+    let answers = match options.selection {
+        Selection::Path => kinematics.path_states(),
+        Selection::All => kinematics.max_candidates(),
+    };
+    limits.check(poses.len(), answers)?;
+    match options.selection {
+        Selection::Path => path(machine, &kinematics, options, poses, stop),
+        Selection::All => all(machine, &kinematics, poses, stop),
+    }
+}
+
+fn path(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    options: &InverseOptions,
+    poses: &[Pose],
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<InverseAnswer, KinematicsFault> {
+    let mut faults = FaultList::default();
+    let poses: Vec<ToolPose> =
+        poses.iter().enumerate().filter_map(|(index, pose)| pose.to_core(index, &mut faults)).collect();
+    faults.into_result().map_err(KinematicsFault::Values)?;
+    let chosen = PathOptions { start_words_deg: options.start_words_deg, ..PathOptions::default() };
+    let solved = kinematics.path(&poses, &chosen, stop).map_err(|error| refused(machine, error))?;
+    let joints = (0..poses.len()).filter_map(|pose| {
+        let conditioning = solved.conditioning.get(pose).copied();
+        Some(JointWords::from_core(machine, &solved.get(pose)?, conditioning))
+    });
+    let joints = joints.collect();
+    Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
+}
+
+fn all(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    poses: &[Pose],
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<InverseAnswer, KinematicsFault> {
+    let mut faults = FaultList::default();
+    let mut answer = InverseAnswer { joints: Vec::new(), ends: None, warnings: Vec::new() };
+    let mut ends = Vec::with_capacity(poses.len());
+    for (index, pose) in poses.iter().enumerate() {
+        if index % BETWEEN_STOPS == 0 && stop().is_break() {
+            return Err(KinematicsFault::Cancelled);
+        }
+        let Some(pose) = pose.to_core(index, &mut faults) else { continue };
+        let found = kinematics.candidates(index, &pose, 0.0).map_err(|error| refused(machine, error))?;
+        for candidate in &found {
+            answer.joints.push(JointWords::from_core(
+                machine,
+                &candidate.joints,
+                Some(candidate.conditioning),
+            ));
+        }
+        let residual_rad = found.iter().map(|candidate| candidate.axis_residual_rad).fold(0.0, f64::max);
+        if residual_rad > 0.0 {
+            let axis_residual_urad = Some(Angle::from_rad(residual_rad).urad());
+            answer.warnings.push(PoseWarning {
+                pose: index,
+                kind: PoseWarningKind::ReachLimit,
+                axis_residual_urad,
+            });
+        }
+        ends.push(answer.joints.len());
+    }
+    faults.into_result().map_err(KinematicsFault::Values)?;
+    answer.ends = Some(ends);
+    Ok(answer)
+}
+
+fn warning(warning: &PathWarning) -> PoseWarning {
+    let (kind, has_residual) = match warning.kind {
+        WarningKind::Rewind => (PoseWarningKind::Rewind, false),
+        WarningKind::PoleHold => (PoseWarningKind::PoleHold, true),
+        WarningKind::ReachLimit => (PoseWarningKind::ReachLimit, true),
+    };
+    let axis_residual_urad = has_residual.then(|| Angle::from_rad(warning.axis_residual_rad).urad());
+    PoseWarning { pose: warning.pose, kind, axis_residual_urad }
+}
+
+fn refused(machine: &Machine, error: InverseError) -> KinematicsFault {
+    let letter = |axis: Motion| match axis {
+        Motion::Rotary(index) => machine.rotary_axes().get(index).map_or('?', |axis| axis.letter.as_char()),
+        Motion::Linear(index) => ['X', 'Y', 'Z'].get(index).copied().unwrap_or('?'),
+    };
+    match error {
+        InverseError::OutOfTravel { pose, axis, commanded, min, max } => {
+            let letter = letter(axis);
+            let detail = format!("pose {pose}: {letter} {commanded} is outside the travel {min} to {max}");
+            KinematicsFault::Unreachable { pose, detail }
+        }
+        InverseError::NoDirection { pose }
+        | InverseError::OutOfReach { pose, .. }
+        | InverseError::NoWay { pose } => KinematicsFault::Unreachable { pose, detail: error.to_string() },
+        InverseError::StartOutOfTravel { axis, .. } => {
+            KinematicsFault::Values(vec![Fault::new(format!("/start/{}", letter(axis)), error.to_string())])
+        }
+        InverseError::TooManyStates { poses, max_cells, states } => {
+            KinematicsFault::TooMany { count: poses, limit: max_cells / states.max(1) }
+        }
+        InverseError::Stopped => KinematicsFault::Cancelled,
+    }
+}

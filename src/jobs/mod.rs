@@ -1,0 +1,21 @@
+//! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
+
+mod clock;
+mod compensation;
+mod compute;
+mod cutter_contact;
+mod estimate;
+mod kinematics;
+mod opening;
+mod spool;
+
+pub use clock::{Clock, IdSource, Sources, timestamp};
+pub use compensation::{
+    CompensateFault, CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
+};
+pub use compute::{Compute, ComputeFault};
+pub use cutter_contact::CutterContactCompensator;
+pub use estimate::{Cost, TooCostly};
+pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
+pub use opening::{OpenFault, open_data_directory, profile_sha256};
+pub use spool::{Spool, SpoolFault, Upload};

@@ -1,0 +1,55 @@
+//! A data directory, opened: database migrated, left-overs swept, the first machine stored.
+
+use thiserror::Error;
+
+use super::Sources;
+use crate::config::Settings;
+use crate::store::{BlobFault, Blobs, Store, StoreError, sha256_hex};
+use crate::wire::{Fault, MachineProfile, example_machine};
+
+/// Why a data directory cannot be used.
+#[derive(Debug, Error)]
+pub enum OpenFault {
+    /// The database.
+    #[error("the database cannot be used: {0}")]
+    Store(#[from] StoreError),
+    /// The files.
+    #[error("the files cannot be used: {0}")]
+    Blobs(#[from] BlobFault),
+    /// The example profile: a fault of ours.
+    #[error("the example machine has {} faults", .0.len())]
+    Example(Vec<Fault>),
+}
+
+/// Opens database and files; a store that never held a machine gets the example.
+///
+/// # Errors
+/// What cannot be used.
+pub async fn open_data_directory(
+    settings: &Settings,
+    sources: &Sources,
+) -> Result<(Store, Blobs), OpenFault> {
+    let blobs = Blobs::open(&settings.data_dir)?;
+    let store = Store::open(&settings.data_dir.join("trunnion.sqlite"), settings.store_readers).await?;
+    let removed = blobs.sweep(&store.named_blobs().await?)?;
+    if removed > 0 {
+        tracing::info!(removed_files = removed, "removed files that no job names");
+    }
+    if store.has_no_machine_yet().await?
+        && let Some((machine_id, profile)) = example_machine()
+    {
+        let (profile, _machine) = profile.into_machine().map_err(OpenFault::Example)?;
+        let sha256 = profile_sha256(&profile);
+        let now = sources.timestamp();
+        // Nobody else has the directory, so nothing can have come first.
+        let _stored = store.put_machine(machine_id, profile, &sha256, None, &now).await?;
+    }
+    Ok((store, blobs))
+}
+
+/// Digest of a normalised profile.
+#[must_use]
+pub fn profile_sha256(profile: &MachineProfile) -> String {
+    // A checked profile holds finite numbers and strings only, which always print.
+    sha256_hex(&serde_json::to_vec(profile).unwrap_or_default())
+}

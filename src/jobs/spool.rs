@@ -1,0 +1,105 @@
+//! Uploads on their way to disk: counted, hashed, bounded.
+
+use std::io::Write;
+
+use bytes::Bytes;
+use thiserror::Error;
+
+use crate::store::{BlobFault, Blobs, Draft};
+
+/// Why an upload could not be taken.
+#[derive(Debug, Error)]
+pub enum SpoolFault {
+    /// More bytes than the limit.
+    #[error("the body is larger than {limit} bytes")]
+    TooLarge {
+        /// The limit [bytes].
+        limit: u64,
+    },
+    /// The file could not be written.
+    #[error(transparent)]
+    File(#[from] BlobFault),
+    /// The bytes could not be written.
+    #[error("writing an upload: {0}")]
+    Write(std::io::Error),
+}
+
+/// Where uploads go.
+#[derive(Debug, Clone)]
+pub struct Spool {
+    blobs: Blobs,
+    limit: u64,
+}
+
+/// An upload being taken; it vanishes unless it is kept.
+#[derive(Debug)]
+pub struct Upload {
+    draft: Option<Draft>,
+    pending: Vec<u8>,
+    taken: u64,
+    limit: u64,
+}
+
+/// Bytes gathered before they are written.
+const GATHERED: usize = 256 * 1024;
+
+impl Spool {
+    /// A spool in the directory of `blobs` with a limit on the length of an upload [bytes].
+    #[must_use]
+    pub fn new(blobs: Blobs, limit: u64) -> Self {
+        Self { blobs, limit }
+    }
+
+    /// The files beside the database.
+    #[must_use]
+    pub fn blobs(&self) -> &Blobs {
+        &self.blobs
+    }
+
+    /// Begins an upload.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn begin(&self) -> Result<Upload, SpoolFault> {
+        Ok(Upload { draft: Some(self.blobs.draft()?), pending: Vec::new(), taken: 0, limit: self.limit })
+    }
+}
+
+impl Upload {
+    /// Takes the next bytes.
+    ///
+    /// # Errors
+    /// The limit is passed, or the file cannot be written.
+    pub async fn take(&mut self, bytes: &Bytes) -> Result<(), SpoolFault> {
+        self.taken += bytes.len() as u64;
+        if self.taken > self.limit {
+            return Err(SpoolFault::TooLarge { limit: self.limit });
+        }
+        self.pending.extend_from_slice(bytes);
+        if self.pending.len() >= GATHERED { self.write_out().await } else { Ok(()) }
+    }
+
+    /// The whole upload.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub async fn finish(mut self) -> Result<Draft, SpoolFault> {
+        self.write_out().await?;
+        self.draft.ok_or_else(lost)
+    }
+
+    async fn write_out(&mut self) -> Result<(), SpoolFault> {
+        let pending = std::mem::take(&mut self.pending);
+        let Some(mut draft) = self.draft.take() else { return Err(lost()) };
+        let written =
+            tokio::task::spawn_blocking(move || draft.write_all(&pending).map(|()| (draft, pending)));
+        let (draft, mut pending) = written.await.map_err(|_panicked| lost())?.map_err(SpoolFault::Write)?;
+        pending.clear();
+        (self.draft, self.pending) = (Some(draft), pending);
+        Ok(())
+    }
+}
+
+fn lost() -> SpoolFault {
+    SpoolFault::Write(std::io::Error::other("the upload was lost"))
+}

@@ -1,0 +1,186 @@
+//! Programs and results as files named by their SHA-256. A file is complete, on disk and under its name before any
+//! row names it.
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+/// A SHA-256 in lower-case hex.
+pub type Sha256Hex = String;
+
+/// A file could not be written, kept or opened.
+#[derive(Debug, Error)]
+#[error("while {doing} {path}: {source}")]
+pub struct BlobFault {
+    doing: &'static str,
+    path: PathBuf,
+    source: io::Error,
+}
+
+impl BlobFault {
+    fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> Self + 'a {
+        move |source| Self { doing, path: path.to_owned(), source }
+    }
+
+    /// Whether no space is left.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        matches!(self.source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+    }
+}
+
+/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for what is not complete yet.
+#[derive(Debug, Clone)]
+pub struct Blobs {
+    blobs: PathBuf,
+    spool: PathBuf,
+}
+
+/// A file being written; it vanishes unless it is kept.
+#[derive(Debug)]
+pub struct Draft {
+    file: NamedTempFile,
+    hasher: Sha256,
+    length: u64,
+}
+
+impl Blobs {
+    /// Opens the directories and removes what an earlier process left half written.
+    ///
+    /// # Errors
+    /// A directory cannot be made or read.
+    pub fn open(data_dir: &Path) -> Result<Self, BlobFault> {
+        let (blobs, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
+        for directory in [&blobs, &spool] {
+            fs::create_dir_all(directory).map_err(BlobFault::at("making", directory))?;
+        }
+        for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
+            let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
+            fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
+        }
+        Ok(Self { blobs, spool })
+    }
+
+    /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
+    /// before anything is written.
+    ///
+    /// # Errors
+    /// A directory cannot be read or a file not removed.
+    pub fn sweep(&self, named: &HashSet<Sha256Hex>) -> Result<usize, BlobFault> {
+        let mut removed = 0;
+        let entries = |path: &Path| -> Result<Vec<PathBuf>, BlobFault> {
+            let listed = fs::read_dir(path).map_err(BlobFault::at("reading", path))?;
+            listed
+                .map(|entry| entry.map(|entry| entry.path()).map_err(BlobFault::at("reading", path)))
+                .collect()
+        };
+        for folder in entries(&self.blobs)? {
+            for path in entries(&folder)? {
+                let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+                if !named.contains(name) {
+                    fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
+                    removed += 1;
+                }
+            }
+        }
+        Ok(removed)
+    }
+
+    /// A new, empty draft.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn draft(&self) -> Result<Draft, BlobFault> {
+        let file =
+            NamedTempFile::new_in(&self.spool).map_err(BlobFault::at("making a file in", &self.spool))?;
+        Ok(Draft { file, hasher: Sha256::new(), length: 0 })
+    }
+
+    /// Puts a draft under its digest: data to disk, rename, directory to disk. The same bytes once more change
+    /// nothing.
+    ///
+    /// # Errors
+    /// The file cannot be synchronised or renamed.
+    pub fn keep(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
+        let sha256 = draft.sha256();
+        let path = self.path(&sha256);
+        let folder = path.parent().unwrap_or(&self.blobs).to_owned();
+        draft.file.as_file().sync_all().map_err(BlobFault::at("synchronising", draft.file.path()))?;
+        if !folder.is_dir() {
+            fs::create_dir_all(&folder).map_err(BlobFault::at("making", &folder))?;
+            sync_directory(&self.blobs)?;
+        }
+        draft.file.persist(&path).map_err(|fault| BlobFault::at("keeping", &path)(fault.error))?;
+        sync_directory(&folder)?;
+        Ok(sha256)
+    }
+
+    /// Opens a kept file.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be opened.
+    pub fn read(&self, sha256: &str) -> Result<File, BlobFault> {
+        let path = self.path(sha256);
+        File::open(&path).map_err(BlobFault::at("opening", &path))
+    }
+
+    fn path(&self, sha256: &str) -> PathBuf {
+        self.blobs.join(sha256.get(..2).unwrap_or("00")).join(sha256)
+    }
+}
+
+impl Draft {
+    /// Where the bytes written so far stand.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Bytes written so far.
+    #[must_use]
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// SHA-256 of the bytes written so far.
+    #[must_use]
+    pub fn sha256(&self) -> Sha256Hex {
+        hex(&self.hasher.clone().finalize())
+    }
+}
+
+impl Write for Draft {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        let taken = bytes.get(..written).unwrap_or(bytes);
+        self.hasher.update(taken);
+        self.length += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+fn sync_directory(path: &Path) -> Result<(), BlobFault> {
+    File::open(path).and_then(|folder| folder.sync_all()).map_err(BlobFault::at("synchronising", path))
+}
+
+/// SHA-256 of `bytes`.
+#[must_use]
+pub fn sha256_hex(bytes: &[u8]) -> Sha256Hex {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Lower-case hex.
+fn hex(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    let digit = |nibble: u8| char::from(DIGITS.get(usize::from(nibble)).copied().unwrap_or(b'0'));
+    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
+}

@@ -1,0 +1,107 @@
+//! The connections: one that writes, a few that only read.
+
+use std::path::Path;
+use std::time::Duration;
+
+use futures::future::BoxFuture;
+use sqlx::Connection;
+use sqlx::sqlite::{
+    SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqlitePool, SqlitePoolOptions,
+    SqliteSynchronous,
+};
+
+use super::StoreError;
+use super::error::Doing;
+
+/// The oldest `SQLite` without the write-ahead log's corruption fault.
+const OLDEST_SQLITE: (&str, [u32; 3]) = ("3.51.3", [3, 51, 3]);
+
+/// The database of one data directory.
+#[derive(Debug, Clone)]
+pub struct Store {
+    pub(super) readers: SqlitePool,
+    writer: SqlitePool,
+}
+
+impl Store {
+    /// Opens the database file, creates it when missing, brings it to the newest form.
+    ///
+    /// # Errors
+    /// The file cannot be opened or migrated, or the linked `SQLite` is too old.
+    pub async fn open(file: &Path, readers: u32) -> Result<Self, StoreError> {
+        let options = SqliteConnectOptions::new()
+            .filename(file)
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(Duration::from_secs(5));
+        let writer = SqlitePoolOptions::new()
+            .max_connections(1)
+            .acquire_timeout(Duration::from_secs(10))
+            .idle_timeout(None)
+            .max_lifetime(None)
+            // A connection that a full disk left inside a transaction never comes back to the pool.
+            .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
+            .connect_with(options.clone())
+            .await
+            .doing("opening the database")?;
+        let version: String = sqlx::query_scalar("SELECT sqlite_version()")
+            .fetch_one(&writer)
+            .await
+            .doing("asking for the version")?;
+        if !new_enough(&version) {
+            return Err(StoreError::TooOld { found: version, needed: OLDEST_SQLITE.0 });
+        }
+        sqlx::migrate!().run(&writer).await?;
+        let readers = SqlitePoolOptions::new()
+            .max_connections(readers)
+            .acquire_timeout(Duration::from_secs(10))
+            .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
+            .connect_with(options.pragma("query_only", "ON"))
+            .await
+            .doing("opening the database for reading")?;
+        Ok(Self { readers, writer })
+    }
+
+    /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
+    /// failed transaction is rolled back before its connection is used again.
+    pub(super) async fn write<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
+    where
+        T: Send,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
+    {
+        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
+        match work(&mut transaction).await {
+            Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
+            Err(fault) => {
+                if let Err(also) = transaction.rollback().await {
+                    tracing::error!(error = %also, doing, "a transaction could not be rolled back");
+                }
+                Err(fault).doing(doing)
+            }
+        }
+    }
+
+    /// Whether the database answers.
+    ///
+    /// # Errors
+    /// It does not.
+    pub async fn check(&self) -> Result<(), StoreError> {
+        let _one: i64 =
+            sqlx::query_scalar("SELECT 1").fetch_one(&self.readers).await.doing("checking the database")?;
+        Ok(())
+    }
+
+    /// Closes every connection; the write-ahead log is merged by the last.
+    pub async fn close(&self) {
+        self.readers.close().await;
+        self.writer.close().await;
+    }
+}
+
+fn new_enough(version: &str) -> bool {
+    let mut parts = version.split('.').map(|part| part.parse().unwrap_or(0));
+    let found: [u32; 3] = std::array::from_fn(|_| parts.next().unwrap_or(0));
+    found >= OLDEST_SQLITE.1
+}

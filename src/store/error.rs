@@ -1,0 +1,62 @@
+//! What can go wrong beneath a statement.
+
+use thiserror::Error;
+
+/// The database could not do what it was asked.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    /// The `SQLite` linked into the process has a known fault in its write-ahead log.
+    #[error("SQLite {found} is older than {needed}")]
+    TooOld {
+        /// Version linked.
+        found: String,
+        /// Oldest accepted.
+        needed: &'static str,
+    },
+    /// The database file could not be opened or migrated.
+    #[error("migrating the database: {0}")]
+    Migrate(#[from] sqlx::migrate::MigrateError),
+    /// No space is left.
+    #[error("the disk is full")]
+    Full(#[source] sqlx::Error),
+    /// Every connection is taken, or another writer holds the lock for too long.
+    #[error("the database is busy")]
+    Busy(#[source] sqlx::Error),
+    /// A stored document does not read back.
+    #[error("{what} {key} does not read back: {source}")]
+    Unreadable {
+        /// Kind of document.
+        what: &'static str,
+        /// Which one.
+        key: String,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A statement failed otherwise.
+    #[error("while {doing}: {source}")]
+    Statement {
+        /// What was being done.
+        doing: &'static str,
+        /// What the database said.
+        source: sqlx::Error,
+    },
+}
+
+/// Names what was being done when a statement failed.
+pub(super) trait Doing<T> {
+    fn doing(self, what: &'static str) -> Result<T, StoreError>;
+}
+
+impl<T> Doing<T> for Result<T, sqlx::Error> {
+    fn doing(self, what: &'static str) -> Result<T, StoreError> {
+        self.map_err(|source| {
+            // Primary result codes: 5 SQLITE_BUSY, 6 SQLITE_LOCKED, 13 SQLITE_FULL.
+            let code = source.as_database_error().and_then(|error| error.code()?.parse::<u32>().ok());
+            match (code.map(|code| code & 0xff), &source) {
+                (Some(13), _) => StoreError::Full(source),
+                (Some(5 | 6), _) | (None, sqlx::Error::PoolTimedOut) => StoreError::Busy(source),
+                _ => StoreError::Statement { doing: what, source },
+            }
+        })
+    }
+}

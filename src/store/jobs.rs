@@ -1,0 +1,263 @@
+//! Jobs: what was computed on which machine from which bytes, and the keys under which it was asked for.
+
+use std::collections::HashSet;
+
+use sqlx::error::ErrorKind;
+
+use super::error::Doing;
+use super::{Cursor, Page, Store, StoreError};
+use crate::wire::{JobDocument, JobOperation};
+
+pub use crate::wire::JobState;
+
+/// A job as it is stored, its report still as text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobRow {
+    /// What clients see.
+    pub document: JobDocument,
+    /// Name of the uploaded file, or of a stand-in.
+    pub file_name: String,
+    /// The report as it was first answered.
+    pub report: Option<String>,
+    /// Its digest.
+    pub report_sha256: Option<String>,
+}
+
+/// A job that has succeeded and is about to be stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewJob {
+    /// What clients will see.
+    pub document: JobDocument,
+    /// Name of the uploaded file, or of a stand-in.
+    pub file_name: String,
+    /// The report.
+    pub report: String,
+    /// Its digest.
+    pub report_sha256: String,
+}
+
+/// An idempotency key and what it is used for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyUse {
+    /// The client's key.
+    pub key: String,
+    /// Digest of method, path, query and body.
+    pub fingerprint: String,
+}
+
+/// What is known of an idempotency key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remembered {
+    /// It was used for the same request, which this job answered.
+    Same(Box<JobRow>),
+    /// It was used for another request.
+    Other,
+}
+
+/// Which jobs are wanted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct JobFilter {
+    /// Of this machine.
+    pub machine_id: Option<String>,
+    /// In this state.
+    pub state: Option<JobState>,
+    /// With this id of the client's own.
+    pub external_id: Option<String>,
+}
+
+struct StoredJob {
+    seq: i64,
+    id: String,
+    machine_id: String,
+    machine_revision: i64,
+    operation: String,
+    parameters: String,
+    state: String,
+    progress: f64,
+    file_name: String,
+    input_sha256: String,
+    output_sha256: Option<String>,
+    report: Option<String>,
+    report_sha256: Option<String>,
+    problem: Option<String>,
+    external_id: Option<String>,
+    software_version: String,
+    created_at: String,
+    started_at: Option<String>,
+    finished_at: Option<String>,
+}
+
+impl StoredJob {
+    fn read(self) -> Result<JobRow, StoreError> {
+        let id = self.id.clone();
+        self.parse().map_err(|source| StoreError::Unreadable { what: "job", key: id, source })
+    }
+
+    fn parse(self) -> Result<JobRow, serde_json::Error> {
+        let word = |text: String| serde_json::Value::String(text);
+        let document = JobDocument {
+            id: self.id,
+            machine_id: self.machine_id,
+            machine_revision: self.machine_revision,
+            operation: serde_json::from_value::<JobOperation>(word(self.operation))?,
+            parameters: serde_json::from_str(&self.parameters)?,
+            state: serde_json::from_value::<JobState>(word(self.state))?,
+            progress: self.progress,
+            input_sha256: self.input_sha256,
+            output_sha256: self.output_sha256,
+            external_id: self.external_id,
+            problem: self.problem.as_deref().map(serde_json::from_str).transpose()?,
+            software_version: self.software_version,
+            created_at: self.created_at,
+            started_at: self.started_at,
+            finished_at: self.finished_at,
+        };
+        let (report, report_sha256) = (self.report, self.report_sha256);
+        Ok(JobRow { document, file_name: self.file_name, report, report_sha256 })
+    }
+}
+
+impl Store {
+    /// One job.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn job(&self, id: &str) -> Result<Option<JobRow>, StoreError> {
+        let row = sqlx::query_as!(StoredJob, "SELECT * FROM jobs WHERE id = ?", id)
+            .fetch_optional(&self.readers)
+            .await
+            .doing("reading a job")?;
+        row.map(StoredJob::read).transpose()
+    }
+
+    /// A page of jobs, newest first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn jobs(
+        &self,
+        filter: &JobFilter,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<JobRow>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let (machine_id, external_id) = (&filter.machine_id, &filter.external_id);
+        let state = filter.state.map(JobState::as_str);
+        let rows = sqlx::query_as!(
+            StoredJob,
+            "SELECT * FROM jobs
+             WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
+               AND (?4 IS NULL OR external_id = ?4)
+             ORDER BY seq DESC LIMIT ?5",
+            before,
+            machine_id,
+            state,
+            external_id,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing jobs")?;
+        let read = rows.into_iter().map(|row| Ok((row.seq, row.read()?)));
+        Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
+    }
+
+    /// What is known of an idempotency key.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
+        let key = &used.key;
+        let row =
+            sqlx::query!("SELECT fingerprint, job_id FROM idempotency_keys WHERE idempotency_key = ?", key)
+                .fetch_optional(&self.readers)
+                .await
+                .doing("reading an idempotency key")?;
+        let Some(row) = row else { return Ok(None) };
+        if row.fingerprint != used.fingerprint {
+            return Ok(Some(Remembered::Other));
+        }
+        Ok(self.job(&row.job_id).await?.map(|job| Remembered::Same(Box::new(job))))
+    }
+
+    /// Stores a job together with the key it was asked under. `false` when the key was used in the meantime, in
+    /// which case nothing is stored.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>) -> Result<bool, StoreError> {
+        let NewJob { document, file_name, report, report_sha256 } = job.clone();
+        let used = used.cloned();
+        let parameters = document.parameters.to_string();
+        let added = self
+            .write("storing a job", |connection| {
+                Box::pin(async move {
+                    let (operation, state) = (document.operation.as_str(), document.state.as_str());
+                    sqlx::query!(
+                        "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
+                             file_name, input_sha256, output_sha256, report, report_sha256, external_id,
+                             software_version, created_at, started_at, finished_at)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                        document.id,
+                        document.machine_id,
+                        document.machine_revision,
+                        operation,
+                        parameters,
+                        state,
+                        document.progress,
+                        file_name,
+                        document.input_sha256,
+                        document.output_sha256,
+                        report,
+                        report_sha256,
+                        document.external_id,
+                        document.software_version,
+                        document.created_at,
+                        document.started_at,
+                        document.finished_at
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    if let Some(KeyUse { key, fingerprint }) = used {
+                        sqlx::query!(
+                            "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, created_at)
+                             VALUES (?, ?, ?, ?)",
+                            key,
+                            fingerprint,
+                            document.id,
+                            document.created_at
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                    }
+                    Ok(())
+                })
+            })
+            .await;
+        match added {
+            Ok(()) => Ok(true),
+            // Ids are ours and new, so only the key can be there already.
+            Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
+                if fault.kind() == ErrorKind::UniqueViolation =>
+            {
+                Ok(false)
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+
+    /// Digests of every file that a job names.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn named_blobs(&self) -> Result<HashSet<String>, StoreError> {
+        let rows = sqlx::query!(
+            "SELECT input_sha256 AS \"sha256!: String\" FROM jobs
+             UNION SELECT output_sha256 FROM jobs WHERE output_sha256 IS NOT NULL"
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing the files in use")?;
+        Ok(rows.into_iter().map(|row| row.sha256).collect())
+    }
+}

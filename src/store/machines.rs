@@ -1,0 +1,324 @@
+//! Machines and their revisions.
+
+use super::error::Doing;
+use super::{Cursor, Page, Store, StoreError};
+use crate::wire::{MachineDocument, MachineProfile};
+
+/// One stored revision of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Revision {
+    /// The document.
+    pub document: MachineDocument,
+    /// SHA-256 of the normalised profile.
+    pub sha256: String,
+}
+
+/// What the caller believes is stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Expected {
+    /// Nothing; the machine is new.
+    Nothing,
+    /// Any revision.
+    Any,
+    /// One of these entity tags' `(revision, sha256 prefix)`.
+    OneOf(Vec<(i64, String)>),
+}
+
+/// Number and digest of a machine's current revision.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MachineHead {
+    /// Current revision.
+    pub revision: i64,
+    /// Its digest.
+    pub sha256: String,
+}
+
+impl MachineHead {
+    /// Whether the caller's belief fits.
+    fn fits(&self, expected: &Expected) -> bool {
+        match expected {
+            Expected::Nothing => false,
+            Expected::Any => true,
+            Expected::OneOf(tags) => tags.iter().any(|(revision, prefix)| {
+                *revision == self.revision && self.sha256.starts_with(prefix.as_str())
+            }),
+        }
+    }
+}
+
+/// Why nothing was changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stale {
+    /// The machine exists and the caller did not say which revision is meant.
+    Unconditional,
+    /// The machine is at another revision.
+    Changed,
+    /// The machine does not exist.
+    Missing,
+}
+
+/// What a put did.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PutOutcome {
+    /// A machine that was not there.
+    Created(Revision),
+    /// A new revision, or the same one when the profile is the same.
+    Replaced(Revision),
+}
+
+struct RevisionRow {
+    machine_id: String,
+    revision: i64,
+    profile: String,
+    sha256: String,
+    created_at: String,
+}
+
+impl RevisionRow {
+    fn read(self) -> Result<Revision, StoreError> {
+        let Self { machine_id, revision, profile, sha256, created_at } = self;
+        let profile: MachineProfile = serde_json::from_str(&profile).map_err(|source| {
+            let key = format!("{machine_id} revision {revision}");
+            StoreError::Unreadable { what: "machine", key, source }
+        })?;
+        Ok(Revision { document: MachineDocument { machine_id, revision, created_at, profile }, sha256 })
+    }
+}
+
+impl Store {
+    /// The current revision of a machine.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn machine(&self, machine_id: &str) -> Result<Option<Revision>, StoreError> {
+        let row = sqlx::query_as!(
+            RevisionRow,
+            "SELECT r.machine_id, r.revision, r.profile, r.sha256, r.created_at
+             FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+             WHERE m.machine_id = ? AND m.deleted = 0",
+            machine_id
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading a machine")?;
+        row.map(RevisionRow::read).transpose()
+    }
+
+    /// One revision of a machine, also of a deleted one.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn machine_revision(
+        &self,
+        machine_id: &str,
+        revision: i64,
+    ) -> Result<Option<Revision>, StoreError> {
+        let row = sqlx::query_as!(
+            RevisionRow,
+            "SELECT machine_id, revision, profile, sha256, created_at FROM machine_revisions
+             WHERE machine_id = ? AND revision = ?",
+            machine_id,
+            revision
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading a machine revision")?;
+        row.map(RevisionRow::read).transpose()
+    }
+
+    /// A page of machines at their current revisions, newest machine first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn machines(&self, limit: u32, before: Option<Cursor>) -> Result<Page<Revision>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let rows = sqlx::query!(
+            "SELECT m.seq, r.machine_id, r.revision, r.profile, r.sha256, r.created_at
+             FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+             WHERE m.deleted = 0 AND m.seq < ? ORDER BY m.seq DESC LIMIT ?",
+            before,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing machines")?;
+        let read = rows.into_iter().map(|row| {
+            let (machine_id, profile, sha256) = (row.machine_id, row.profile, row.sha256);
+            let revision = RevisionRow {
+                machine_id,
+                revision: row.revision,
+                profile,
+                sha256,
+                created_at: row.created_at,
+            };
+            Ok((row.seq, revision.read()?))
+        });
+        Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
+    }
+
+    /// A page of the revisions of a machine, newest first; `None` when there never was such a machine.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn machine_revisions(
+        &self,
+        machine_id: &str,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Option<Page<Revision>>, StoreError> {
+        let (below, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let rows = sqlx::query_as!(
+            RevisionRow,
+            "SELECT machine_id, revision, profile, sha256, created_at FROM machine_revisions
+             WHERE machine_id = ? AND revision < ? ORDER BY revision DESC LIMIT ?",
+            machine_id,
+            below,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing revisions")?;
+        if rows.is_empty() && before.is_none() {
+            return Ok(None);
+        }
+        let read = rows.into_iter().map(|row| Ok((row.revision, row.read()?)));
+        Ok(Some(Page::cut(read.collect::<Result<_, StoreError>>()?, limit)))
+    }
+
+    /// Whether no machine was ever stored.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn has_no_machine_yet(&self) -> Result<bool, StoreError> {
+        let count = sqlx::query_scalar!("SELECT COUNT(*) FROM machines")
+            .fetch_one(&self.readers)
+            .await
+            .doing("counting machines")?;
+        Ok(count == 0)
+    }
+
+    /// Stores a profile: a new machine, a new revision, or nothing where it is the current one.
+    ///
+    /// # Errors
+    /// The database failed; inside, the reason why the caller's belief does not fit.
+    pub async fn put_machine(
+        &self,
+        machine_id: &str,
+        profile: MachineProfile,
+        sha256: &str,
+        expected: Option<Expected>,
+        created_at: &str,
+    ) -> Result<Result<PutOutcome, Stale>, StoreError> {
+        let text = serde_json::to_string(&profile).map_err(|source| StoreError::Unreadable {
+            what: "machine",
+            key: machine_id.to_owned(),
+            source,
+        })?;
+        let (id, digest, now) = (machine_id.to_owned(), sha256.to_owned(), created_at.to_owned());
+        let put = self
+            .write("storing a machine", |connection| {
+                Box::pin(async move {
+                    let current = sqlx::query!(
+                        "SELECT m.deleted, m.last_revision, r.sha256, r.created_at FROM machines m
+                         JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+                         WHERE m.machine_id = ?",
+                        id
+                    )
+                    .fetch_optional(&mut *connection)
+                    .await?;
+                    let mut revision = 1;
+                    let mut live = false;
+                    if let Some(current) = current {
+                        live = current.deleted == 0;
+                        revision = current.last_revision + 1;
+                        if live {
+                            let head = MachineHead { revision: current.last_revision, sha256: current.sha256 };
+                            match &expected {
+                                None => return Ok(Err(Stale::Unconditional)),
+                                Some(expected) if !head.fits(expected) => return Ok(Err(Stale::Changed)),
+                                Some(_) if head.sha256 == digest => {
+                                    return Ok(Ok((false, head.revision, current.created_at)));
+                                }
+                                Some(_) => {}
+                            }
+                        }
+                        sqlx::query!(
+                            "UPDATE machines SET last_revision = ?, deleted = 0 WHERE machine_id = ?",
+                            revision,
+                            id
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                    }
+                    if !live && matches!(expected, Some(Expected::Any | Expected::OneOf(_))) {
+                        return Err(sqlx::Error::RowNotFound);
+                    }
+                    if revision == 1 {
+                        sqlx::query!("INSERT INTO machines (machine_id, last_revision) VALUES (?, 1)", id)
+                            .execute(&mut *connection)
+                            .await?;
+                    }
+                    sqlx::query!(
+                        "INSERT INTO machine_revisions (machine_id, revision, profile, sha256, created_at)
+                         VALUES (?, ?, ?, ?, ?)",
+                        id,
+                        revision,
+                        text,
+                        digest,
+                        now
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    Ok(Ok((!live, revision, now)))
+                })
+            })
+            .await;
+        let put = match put {
+            Err(StoreError::Statement { source: sqlx::Error::RowNotFound, .. }) => {
+                return Ok(Err(Stale::Missing));
+            }
+            other => other?,
+        };
+        Ok(put.map(|(created, revision, created_at)| {
+            let document =
+                MachineDocument { machine_id: machine_id.to_owned(), revision, created_at, profile };
+            let stored = Revision { document, sha256: sha256.to_owned() };
+            if created { PutOutcome::Created(stored) } else { PutOutcome::Replaced(stored) }
+        }))
+    }
+
+    /// Takes a machine out of the list. Its revisions stay, for the jobs that name them.
+    ///
+    /// # Errors
+    /// The database failed; inside, the reason why the caller's belief does not fit.
+    pub async fn delete_machine(
+        &self,
+        machine_id: &str,
+        expected: Option<Expected>,
+    ) -> Result<Result<(), Stale>, StoreError> {
+        let id = machine_id.to_owned();
+        self.write("deleting a machine", |connection| {
+            Box::pin(async move {
+                let current = sqlx::query!(
+                    "SELECT m.last_revision, r.sha256 FROM machines m
+                     JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+                     WHERE m.machine_id = ? AND m.deleted = 0",
+                    id
+                )
+                .fetch_optional(&mut *connection)
+                .await?;
+                let Some(current) = current else { return Ok(Err(Stale::Missing)) };
+                let Some(expected) = expected else { return Ok(Err(Stale::Unconditional)) };
+                if !(MachineHead { revision: current.last_revision, sha256: current.sha256 }).fits(&expected)
+                {
+                    return Ok(Err(Stale::Changed));
+                }
+                sqlx::query!("UPDATE machines SET deleted = 1 WHERE machine_id = ?", id)
+                    .execute(&mut *connection)
+                    .await?;
+                Ok(Ok(()))
+            })
+        })
+        .await
+    }
+}

@@ -1,0 +1,288 @@
+//! Parameters and report of the compensation of the CC path.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{Fault, FaultList, Fixed};
+use crate::machine::{Tool, ToolFault};
+use crate::units::Length;
+
+/// Where the cutter contact comes from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contact {
+    /// The first available of program, normals, surface, feed-plane.
+    #[default]
+    Auto,
+    /// U V W words of the program.
+    Program,
+    /// Contact normals nx ny nz.
+    Normals,
+    /// A surface.
+    Surface,
+    /// The feed-plane rule.
+    FeedPlane,
+    /// The tool tip itself.
+    Tip,
+}
+
+/// What the control interpolates linearly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// The axis words.
+    Machine,
+    /// The tool tip in the workpiece, with tool centre point control on.
+    Tcp,
+}
+
+/// How a deviating block is corrected.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Correction {
+    /// Points spread evenly along the line.
+    #[default]
+    Even,
+    /// The foot of the deviating point on the line.
+    Foot,
+    /// The construction of the literature.
+    Seed,
+}
+
+/// Which blocks the answer has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Output {
+    /// As few as the tolerance allows.
+    #[default]
+    Minimal,
+    /// One at every interpolation period of a block over tolerance; needs a feed.
+    Interpolated,
+}
+
+/// The form of the program text.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Dialect {
+    /// Found from the text.
+    #[default]
+    Auto,
+    /// ISO G-code.
+    Iso,
+    /// Siemens.
+    Siemens,
+    /// Heidenhain.
+    Heidenhain,
+    /// APT CL data.
+    Apt,
+    /// Columns separated by commas.
+    Csv,
+}
+
+/// What the compensation of the CC path needs to know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct CcParameters {
+    /// Cutter radius R. Only `contact=tip` can do without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 5.0)]
+    #[param(example = 5.0)]
+    pub tool_radius_mm: Option<f64>,
+    /// Corner radius r; as the cutter radius (a ball) when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_radius_mm: Option<f64>,
+    /// Largest distance of the CC path from its line.
+    #[serde(default = "default_tolerance_um")]
+    #[schema(default = 10.0)]
+    #[param(default = 10.0)]
+    pub tolerance_um: f64,
+    /// Where the cutter contact comes from.
+    #[serde(default)]
+    #[param(inline)]
+    pub contact: Contact,
+    /// What the control interpolates; as the program switches it when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub interpolation: Option<Interpolation>,
+    /// How a deviating block is corrected.
+    #[serde(default)]
+    #[param(inline)]
+    pub correction: Correction,
+    /// Which blocks the answer has.
+    #[serde(default)]
+    #[param(inline)]
+    pub output: Output,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Feed where the program has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feed_mm_per_min: Option<f64>,
+    /// The form of the program text.
+    #[serde(default)]
+    #[param(inline)]
+    pub dialect: Dialect,
+}
+
+const fn default_tolerance_um() -> f64 {
+    10.0
+}
+
+impl CcParameters {
+    /// Smallest and largest tolerance [µm].
+    pub const TOLERANCE_RANGE_UM: [f64; 2] = [0.01, 10_000.0];
+    /// Largest feed taken for real [mm/min].
+    pub const MAX_FEED_MM_PER_MIN: f64 = 1e6;
+    /// Largest offset or tool length taken for real \[mm\].
+    pub const MAX_OFFSET_MM: f64 = 1e5;
+
+    /// The tool, if one is given.
+    ///
+    /// # Errors
+    /// Every bad value, with its pointer.
+    pub fn check(&self) -> Result<Option<Tool>, Vec<Fault>> {
+        let mut faults = FaultList::default();
+        let [min, max] = Self::TOLERANCE_RANGE_UM;
+        faults.check_range(|| "/tolerance_um".to_owned(), self.tolerance_um, min, max);
+        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
+            let at = || format!("/work_offset_mm/{index}");
+            faults.check_range(at, offset_mm, -Self::MAX_OFFSET_MM, Self::MAX_OFFSET_MM);
+        }
+        let max = Self::MAX_OFFSET_MM;
+        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
+        if let Some(feed) = self.feed_mm_per_min {
+            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, Self::MAX_FEED_MM_PER_MIN);
+        }
+        let tool = self.tool(&mut faults);
+        faults.into_result().map(|()| tool)
+    }
+
+    fn tool(&self, faults: &mut FaultList) -> Option<Tool> {
+        let Some(radius_mm) = self.tool_radius_mm else {
+            if self.contact != Contact::Tip {
+                faults.push(|| {
+                    Fault::new("/tool_radius_mm", "missing: only contact tip can do without a tool")
+                });
+            }
+            return None;
+        };
+        let corner_mm = self.corner_radius_mm.unwrap_or(radius_mm);
+        match Tool::new(Length::from_mm(radius_mm), Length::from_mm(corner_mm)) {
+            Ok(tool) => Some(tool),
+            Err(fault) => {
+                let pointer = match fault {
+                    ToolFault::Radius { .. } => "/tool_radius_mm",
+                    ToolFault::CornerRadius { .. } => "/corner_radius_mm",
+                };
+                faults.push(|| Fault::new(pointer, fault.to_string()));
+                None
+            }
+        }
+    }
+}
+
+/// Deviation of the CC path over all checked motions.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DeviationSummary {
+    /// Largest distance from the line.
+    pub max_um: f64,
+    /// Root of the mean square along the path.
+    pub rms_um: f64,
+    /// Largest distance on the side of too much material.
+    pub max_excess_um: f64,
+    /// Largest distance on the side of too little material.
+    pub max_gouge_um: f64,
+    /// Line of the upload with the largest distance; null where nothing was checked.
+    pub worst_line: Option<u64>,
+}
+
+/// Deviation along the path, down-sampled; all of one length.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DeviationSeries {
+    /// Path length up to the sample.
+    pub path_mm: Vec<f64>,
+    /// Line of the upload.
+    pub line: Vec<u64>,
+    /// Distance before.
+    pub before_um: Vec<f64>,
+    /// Distance after, from the text that was written.
+    pub after_um: Vec<f64>,
+}
+
+/// Something the caller should know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Warning {
+    /// A stable word for the kind of warning.
+    #[schema(example = "contact_off_tool")]
+    pub kind: String,
+    /// What it means.
+    pub detail: String,
+    /// How many motions or points it stands for.
+    pub count: u64,
+    /// First line of the upload it stands for, 1-based.
+    pub line: Option<u64>,
+    /// Line with the largest distance, where a distance belongs to the warning.
+    pub worst_line: Option<u64>,
+    /// Largest distance, where one belongs to the warning.
+    pub max_distance_um: Option<f64>,
+}
+
+/// What a result was computed from.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Provenance {
+    /// Revision of the machine it was computed on.
+    pub machine_revision: i64,
+    /// Version of the service.
+    pub software_version: String,
+    /// SHA-256 of the upload.
+    pub input_sha256: String,
+    /// SHA-256 of the answer.
+    pub output_sha256: String,
+}
+
+/// What the compensation found and did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CcFindings {
+    /// Form the text was read in.
+    pub dialect: Dialect,
+    /// What the control was taken to interpolate; null where the program switches.
+    pub interpolation: Option<Interpolation>,
+    /// Where the cutter contact came from.
+    pub contact: Contact,
+    /// Blocks of the upload.
+    pub blocks_in: u64,
+    /// Blocks of the answer.
+    pub blocks_out: u64,
+    /// Blocks that are new.
+    pub blocks_inserted: u64,
+    /// Motions whose deviation was found.
+    pub motions_checked: u64,
+    /// Those of them that exceeded the tolerance.
+    pub motions_over_tolerance: u64,
+    /// The upload's deviation.
+    pub before: DeviationSummary,
+    /// The answer's deviation, from its own text.
+    pub after: DeviationSummary,
+    /// Chords of the checked motions, summed.
+    pub cc_path_length_mm: f64,
+    /// Deviation along the path.
+    pub series: DeviationSeries,
+    /// What the caller should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The report of a compensation of the CC path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CcReport {
+    /// What it was computed from.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+    /// What was found and done.
+    #[serde(flatten)]
+    pub findings: CcFindings,
+}

@@ -1,0 +1,94 @@
+//! A job as clients see it.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// What a job computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum JobOperation {
+    /// Compensation of the CC path.
+    CcCompensation,
+}
+
+impl JobOperation {
+    /// The word on the wire.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::CcCompensation => "cc-compensation",
+        }
+    }
+}
+
+/// Where a job stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// Waits for its turn.
+    Queued,
+    /// Is being computed.
+    Running,
+    /// Done; program and report are there.
+    Succeeded,
+    /// Refused; the problem says why.
+    Failed,
+    /// Cancelled by the client.
+    Cancelled,
+}
+
+impl JobState {
+    /// The word on the wire.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Succeeded => "succeeded",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}
+
+/// A job: what was asked, of which machine, of which bytes, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Job)]
+pub struct JobDocument {
+    /// `UUIDv7`.
+    #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
+    pub id: String,
+    /// The machine.
+    #[schema(example = "example-ac-table")]
+    pub machine_id: String,
+    /// Revision of the machine it was computed on.
+    pub machine_revision: i64,
+    /// What was computed.
+    pub operation: JobOperation,
+    /// With which parameters, defaults filled in.
+    #[schema(value_type = Object)]
+    pub parameters: serde_json::Value,
+    /// Where it stands.
+    pub state: JobState,
+    /// Done share, 0 to 1.
+    #[schema(minimum = 0.0, maximum = 1.0)]
+    pub progress: f64,
+    /// SHA-256 of the upload.
+    pub input_sha256: String,
+    /// SHA-256 of the resulting program.
+    pub output_sha256: Option<String>,
+    /// The client's own id.
+    pub external_id: Option<String>,
+    /// Why it failed: a problem document.
+    #[schema(value_type = Option<Object>)]
+    pub problem: Option<serde_json::Value>,
+    /// Version of the service.
+    pub software_version: String,
+    /// When it was asked for.
+    #[schema(example = "2026-03-14T09:26:53.589Z")]
+    pub created_at: String,
+    /// When its computation began.
+    pub started_at: Option<String>,
+    /// When it ended.
+    pub finished_at: Option<String>,
+}

@@ -1,0 +1,395 @@
+//! Poses and joints, many at a time.
+
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize, Serializer};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{Fault, FaultList, Fixed};
+use crate::geometry::Vec3;
+use crate::kinematics::{Joints, Setup, ToolPose};
+use crate::machine::{Machine, RotaryLetter};
+
+/// Largest coordinate or linear word taken for real \[mm\].
+const MAX_COORDINATE_MM: f64 = 1e6;
+/// Largest component of a tool axis before it is normalised.
+const MAX_AXIS_COMPONENT: f64 = 1e6;
+/// A tool axis shorter than this is a zero vector.
+const MIN_AXIS_LENGTH: f64 = 1e-9;
+/// Largest rotary word taken for real [deg].
+const MAX_ROTARY_DEG: f64 = Machine::MAX_TRAVEL_DEG;
+
+/// A tool pose in the workpiece: tip in mm, tool axis from the tip into the spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// Tip.
+    pub x: f64,
+    /// Tip.
+    pub y: f64,
+    /// Tip.
+    pub z: f64,
+    /// Tool axis.
+    pub i: f64,
+    /// Tool axis.
+    pub j: f64,
+    /// Tool axis.
+    pub k: f64,
+}
+
+/// Rotary words.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
+pub struct RotaryWords {
+    /// A word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub a: Option<f64>,
+    /// B word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b: Option<f64>,
+    /// C word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c: Option<f64>,
+}
+
+/// Axis words: mm for X Y Z, degrees for the machine's two of A B C.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[expect(non_snake_case, reason = "NC words go by their letters")]
+pub struct JointWords {
+    /// X word.
+    pub X: f64,
+    /// Y word.
+    pub Y: f64,
+    /// Z word.
+    pub Z: f64,
+    /// A word, on a machine that has A.
+    #[serde(default)]
+    pub A: Option<f64>,
+    /// B word, on a machine that has B.
+    #[serde(default)]
+    pub B: Option<f64>,
+    /// C word, on a machine that has C.
+    #[serde(default)]
+    pub C: Option<f64>,
+    /// How well the rotary axes can turn the tool here: 1 at best, 0 at the pole and at the reach limit. Given by
+    /// the service, ignored when sent back.
+    #[serde(default)]
+    pub conditioning: Option<f64>,
+}
+
+impl Serialize for JointWords {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("X", &self.X)?;
+        map.serialize_entry("Y", &self.Y)?;
+        map.serialize_entry("Z", &self.Z)?;
+        for (name, word) in [("A", self.A), ("B", self.B), ("C", self.C), ("conditioning", self.conditioning)]
+        {
+            if let Some(word) = word {
+                map.serialize_entry(name, &word)?;
+            }
+        }
+        map.end()
+    }
+}
+
+/// Which solutions are wanted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Selection {
+    /// One for each pose, so that the whole path has the fewest rewinds, then the least rotary travel.
+    #[default]
+    Path,
+    /// Every one, for every pose by itself.
+    All,
+}
+
+/// Whether measured errors count.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LocationErrors {
+    /// Location errors and squareness count.
+    #[default]
+    Apply,
+    /// The machine is taken as nominal.
+    Ignore,
+}
+
+/// The options of both directions; as query parameters where the body is CSV.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[serde(deny_unknown_fields, default)]
+#[into_params(parameter_in = Query)]
+pub struct KinematicsOptions {
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    pub tool_length_mm: f64,
+    /// Which solutions are wanted (inverse only).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub selection: Option<Selection>,
+    /// Rotary words before the first pose, one parameter for each: `start.A`, `start.C` (inverse only).
+    #[param(inline)]
+    pub start: Option<RotaryWords>,
+    /// Whether measured errors count.
+    #[param(inline)]
+    pub location_errors: LocationErrors,
+}
+
+/// Poses to be turned into axis words.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InverseRequest {
+    /// Tool poses in the workpiece.
+    pub poses: Vec<Pose>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Which solutions are wanted.
+    #[serde(default)]
+    pub selection: Selection,
+    /// Rotary words before the first pose.
+    #[serde(default)]
+    pub start: Option<RotaryWords>,
+    /// Whether measured errors count.
+    #[serde(default)]
+    pub location_errors: LocationErrors,
+}
+
+/// Axis words to be turned into poses.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ForwardRequest {
+    /// Axis words.
+    pub joints: Vec<JointWords>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Whether measured errors count.
+    #[serde(default)]
+    pub location_errors: LocationErrors,
+}
+
+/// What is particular about a solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PoseWarningKind {
+    /// A rotary axis turns by more than 120° to reach this pose.
+    Rewind,
+    /// The rotary axis next to the workpiece is held within the pole's cone.
+    PoleHold,
+    /// The pose lies on the edge of what the rotary axes can point at.
+    ReachLimit,
+}
+
+/// Something particular about one pose.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PoseWarning {
+    /// Index of the pose, from 0.
+    pub pose: usize,
+    /// What it is.
+    pub kind: PoseWarningKind,
+    /// Angle between the tool axis asked for and the one reached.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis_residual_urad: Option<f64>,
+}
+
+impl KinematicsOptions {
+    /// The set-up, and the start's words in the profile's order.
+    ///
+    /// # Errors
+    /// Every bad value, with its pointer.
+    pub fn to_setup(&self, machine: &Machine) -> Result<(Setup, Option<[f64; 2]>), Vec<Fault>> {
+        let mut faults = FaultList::default();
+        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
+            let at = || format!("/work_offset_mm/{index}");
+            faults.check_range(at, offset_mm, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
+        }
+        let at = || "/tool_length_mm".to_owned();
+        faults.check_range(at, self.tool_length_mm, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
+        let start = self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
+        faults.into_result()?;
+        let setup = Setup {
+            work_offset_mm: Vec3::from(self.work_offset_mm.0),
+            tool_length_mm: self.tool_length_mm,
+            apply_errors: self.location_errors == LocationErrors::Apply,
+        };
+        Ok((setup, start))
+    }
+}
+
+impl InverseRequest {
+    /// The options apart from the poses.
+    #[must_use]
+    pub fn options(&self) -> KinematicsOptions {
+        KinematicsOptions {
+            work_offset_mm: self.work_offset_mm,
+            tool_length_mm: self.tool_length_mm,
+            selection: Some(self.selection),
+            start: self.start,
+            location_errors: self.location_errors,
+        }
+    }
+}
+
+impl ForwardRequest {
+    /// The options apart from the joints.
+    #[must_use]
+    pub fn options(&self) -> KinematicsOptions {
+        KinematicsOptions {
+            work_offset_mm: self.work_offset_mm,
+            tool_length_mm: self.tool_length_mm,
+            selection: None,
+            start: None,
+            location_errors: self.location_errors,
+        }
+    }
+}
+
+impl Pose {
+    /// The pose with its axis normalised; faults join `faults` under `/poses/{index}`.
+    pub fn to_core(&self, index: usize, faults: &mut FaultList) -> Option<ToolPose> {
+        let tip = [self.x, self.y, self.z];
+        let axis = [self.i, self.j, self.k];
+        let axis_vector = Vec3::from(axis);
+        let length = axis_vector.norm();
+        let sound = tip.iter().all(|value| value.abs() <= MAX_COORDINATE_MM)
+            && axis.iter().all(|value| value.abs() <= MAX_AXIS_COMPONENT)
+            && length >= MIN_AXIS_LENGTH;
+        if sound {
+            return Some(ToolPose { tip_mm: Vec3::from(tip), axis: axis_vector / length });
+        }
+        for (name, value) in ["x", "y", "z"].into_iter().zip(tip) {
+            faults.check_range(
+                || format!("/poses/{index}/{name}"),
+                value,
+                -MAX_COORDINATE_MM,
+                MAX_COORDINATE_MM,
+            );
+        }
+        for (name, value) in ["i", "j", "k"].into_iter().zip(axis) {
+            faults.check_range(
+                || format!("/poses/{index}/{name}"),
+                value,
+                -MAX_AXIS_COMPONENT,
+                MAX_AXIS_COMPONENT,
+            );
+        }
+        if length < MIN_AXIS_LENGTH {
+            faults.push(|| Fault::new(format!("/poses/{index}"), "i j k is a zero vector"));
+        }
+        None
+    }
+}
+
+impl From<ToolPose> for Pose {
+    fn from(pose: ToolPose) -> Self {
+        let ToolPose { tip_mm: tip, axis } = pose;
+        Self { x: tip.x, y: tip.y, z: tip.z, i: axis.x, j: axis.y, k: axis.z }
+    }
+}
+
+impl RotaryWords {
+    fn in_profile_order(&self, machine: &Machine, pointer: &str, faults: &mut FaultList) -> [f64; 2] {
+        let words = [('A', self.a), ('B', self.b), ('C', self.c)];
+        for (letter, word) in words {
+            let has = machine.rotary_axes().iter().any(|axis| axis.letter.as_char() == letter);
+            match word {
+                Some(word) if has => {
+                    faults.check_range(
+                        || format!("{pointer}/{letter}"),
+                        word,
+                        -MAX_ROTARY_DEG,
+                        MAX_ROTARY_DEG,
+                    );
+                }
+                Some(_) => faults.push(|| {
+                    Fault::new(format!("{pointer}/{letter}"), format!("the machine has no axis {letter}"))
+                }),
+                None if has => faults.push(|| {
+                    Fault::new(format!("{pointer}/{letter}"), format!("the word of axis {letter} is missing"))
+                }),
+                None => {}
+            }
+        }
+        machine.rotary_axes().each_ref().map(|axis| match axis.letter {
+            RotaryLetter::A => self.a.unwrap_or(0.0),
+            RotaryLetter::B => self.b.unwrap_or(0.0),
+            RotaryLetter::C => self.c.unwrap_or(0.0),
+        })
+    }
+}
+
+impl JointWords {
+    /// The joints with the control's sense undone; faults join `faults` under `/joints/{index}`.
+    pub fn to_core(&self, machine: &Machine, index: usize, faults: &mut FaultList) -> Option<Joints> {
+        let linear = [self.X, self.Y, self.Z];
+        let mut rotary_rad = [0.0; 2];
+        let mut given = 0;
+        let mut sound = linear.iter().all(|value| value.abs() <= MAX_COORDINATE_MM);
+        for (angle_rad, axis) in rotary_rad.iter_mut().zip(machine.rotary_axes()) {
+            match self.rotary(axis.letter) {
+                Some(word) if word.abs() <= MAX_ROTARY_DEG => {
+                    *angle_rad = axis.angle_rad(word);
+                    given += 1;
+                }
+                _ => sound = false,
+            }
+        }
+        let words = [self.A, self.B, self.C].iter().flatten().count();
+        if sound && given == words {
+            return Some(Joints { linear_mm: Vec3::from(linear), rotary_rad });
+        }
+        for (name, value) in ["X", "Y", "Z"].into_iter().zip(linear) {
+            faults.check_range(
+                || format!("/joints/{index}/{name}"),
+                value,
+                -MAX_COORDINATE_MM,
+                MAX_COORDINATE_MM,
+            );
+        }
+        let words = RotaryWords { a: self.A, b: self.B, c: self.C };
+        words.in_profile_order(machine, &format!("/joints/{index}"), faults);
+        None
+    }
+
+    /// The words of `joints` on `machine`.
+    #[must_use]
+    pub fn from_core(machine: &Machine, joints: &Joints, conditioning: Option<f64>) -> Self {
+        let mut words = Self {
+            X: joints.linear_mm.x,
+            Y: joints.linear_mm.y,
+            Z: joints.linear_mm.z,
+            A: None,
+            B: None,
+            C: None,
+            conditioning,
+        };
+        for (axis, angle_rad) in machine.rotary_axes().iter().zip(joints.rotary_rad) {
+            let word = Some(axis.word_deg(angle_rad));
+            match axis.letter {
+                RotaryLetter::A => words.A = word,
+                RotaryLetter::B => words.B = word,
+                RotaryLetter::C => words.C = word,
+            }
+        }
+        words
+    }
+
+    /// The word of one rotary axis.
+    #[must_use]
+    pub fn rotary(&self, letter: RotaryLetter) -> Option<f64> {
+        match letter {
+            RotaryLetter::A => self.A,
+            RotaryLetter::B => self.B,
+            RotaryLetter::C => self.C,
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! The one external form of everything: serde documents, towards a client and towards the disk.
+
+mod compensation;
+mod drive;
+mod fault;
+mod job;
+mod kinematics;
+mod machine;
+mod numbers;
+mod objects;
+mod presets;
+mod query;
+mod reading;
+mod rows;
+
+pub use compensation::{
+    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
+    Interpolation, Output, Provenance, Warning,
+};
+pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
+pub use fault::{Fault, FaultList};
+pub use job::{JobDocument, JobOperation, JobState};
+pub use kinematics::{
+    ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,
+    PoseWarningKind, RotaryWords, Selection,
+};
+pub use machine::{
+    Kinematics, LinearLimits, LocationErrorDoc, MachineDocument, MachineProfile, RotaryAxisDoc, SideDoc,
+    SquarenessDoc,
+};
+pub use numbers::Fixed;
+pub use objects::Objects;
+pub use presets::{Preset, example_machine, presets};
+pub use query::{NoParameters, QueryFault, read_query};
+pub use reading::{Unreadable, read_json};
+pub use rows::{JointColumns, JointRows, PoseRows, RowFault};

@@ -1,0 +1,96 @@
+//! JSON text to documents, with the place of what is wrong.
+
+use serde::de::DeserializeOwned;
+use serde_path_to_error::{Path, Segment};
+use thiserror::Error;
+
+use super::{Fault, Objects};
+
+/// Why a JSON text gives no document.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Unreadable {
+    /// The text is not JSON.
+    #[error("the body is not JSON: {reason}")]
+    Syntax {
+        /// What the reader met, with line and column.
+        reason: String,
+    },
+    /// The text is JSON, but not the document: unknown, missing or mistyped fields.
+    #[error("{}: {}", .0.pointer, .0.detail)]
+    Document(Fault),
+}
+
+/// Reads one JSON document: unknown and repeated fields, arrays in place of objects and text after the end are
+/// refused.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, Unreadable> {
+    if std::str::from_utf8(text).is_err() {
+        return Err(Unreadable::Syntax { reason: "it is not UTF-8".to_owned() });
+    }
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let read = T::deserialize(Objects(&mut reader)).and_then(|value| reader.end().map(|()| value));
+    // Following the path costs time on every key, so it is only done once something is wrong.
+    read.map_err(|error| locate::<T>(text, &error))
+}
+
+fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unreadable {
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let Err(error) = serde_path_to_error::deserialize::<_, T>(Objects(&mut reader)) else {
+        return Unreadable::Syntax { reason: first.to_string() };
+    };
+    let out_of_range = error.inner().to_string().starts_with("number out of range");
+    if error.inner().is_data() || out_of_range {
+        return Unreadable::Document(fault_at(error.path(), &without_place(error.inner())));
+    }
+    Unreadable::Syntax { reason: error.into_inner().to_string() }
+}
+
+/// The fault of a message at a path; a missing field's name, which stands only in the message, joins the pointer.
+pub(super) fn fault_at(path: &Path, message: &str) -> Fault {
+    let mut at = pointer(path);
+    let quoted = |prefix: &str| message.strip_prefix(prefix).and_then(|rest| rest.split('`').next());
+    if let Some(name) = quoted("missing field `") {
+        at.push('/');
+        at.push_str(name);
+    }
+    if let Some(name) = quoted("unknown field `").or_else(|| quoted("duplicate field `")) {
+        let token = escape(name);
+        if !at.ends_with(&format!("/{token}")) {
+            at.push('/');
+            at.push_str(&token);
+        }
+    }
+    Fault::new(at, message)
+}
+
+fn pointer(path: &Path) -> String {
+    let mut pointer = String::new();
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => {
+                pointer.push('/');
+                pointer.push_str(&index.to_string());
+            }
+            Segment::Map { key } => {
+                pointer.push('/');
+                pointer.push_str(&escape(key));
+            }
+            Segment::Enum { .. } | Segment::Unknown => {}
+        }
+    }
+    pointer
+}
+
+fn escape(token: &str) -> String {
+    token.replace('~', "~0").replace('/', "~1")
+}
+
+fn without_place(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    match text.rfind(" at line ") {
+        Some(end) => text.get(..end).unwrap_or(&text).to_owned(),
+        None => text,
+    }
+}

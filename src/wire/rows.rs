@@ -1,0 +1,283 @@
+//! Poses and joints as CSV: a header row, then numbers. Fed in chunks; knows no stream and no file.
+
+use thiserror::Error;
+
+use super::{Fault, JointWords, Pose};
+use crate::machine::{Machine, RotaryLetter};
+
+/// Why a table cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("line {line}: {}", .fault.detail)]
+pub struct RowFault {
+    /// Line of the upload, 1-based.
+    pub line: u64,
+    /// What is wrong; the pointer names the element that the row stands for.
+    pub fault: Fault,
+    /// Whether the limit on the number of rows was passed.
+    pub too_many: bool,
+}
+
+/// A kind of row: its columns, and the document it makes.
+trait Row: Sized {
+    /// Name of the array the rows stand for.
+    const LIST: &'static str;
+    /// Names of the columns, and whether each is needed.
+    const COLUMNS: &'static [(&'static str, bool)];
+    fn from_cells(cells: [Option<f64>; 8]) -> Self;
+}
+
+impl Row for Pose {
+    const LIST: &'static str = "poses";
+    const COLUMNS: &'static [(&'static str, bool)] =
+        &[("x", true), ("y", true), ("z", true), ("i", true), ("j", true), ("k", true)];
+
+    fn from_cells([x, y, z, i, j, k, ..]: [Option<f64>; 8]) -> Self {
+        let [x, y, z, i, j, k] = [x, y, z, i, j, k].map(Option::unwrap_or_default);
+        Self { x, y, z, i, j, k }
+    }
+}
+
+impl Row for JointWords {
+    const LIST: &'static str = "joints";
+    const COLUMNS: &'static [(&'static str, bool)] = &[
+        ("X", true),
+        ("Y", true),
+        ("Z", true),
+        ("A", false),
+        ("B", false),
+        ("C", false),
+        ("conditioning", false),
+        ("pose", false),
+    ];
+
+    fn from_cells([x, y, z, a, b, c, conditioning, _pose]: [Option<f64>; 8]) -> Self {
+        let [x, y, z] = [x, y, z].map(Option::unwrap_or_default);
+        Self { X: x, Y: y, Z: z, A: a, B: b, C: c, conditioning }
+    }
+}
+
+/// Reads rows from chunks of bytes.
+#[derive(Debug)]
+struct Reader<T> {
+    rows: Vec<T>,
+    max_rows: usize,
+    /// Cell of each column of the upload; empty until the header has been read.
+    cells: Vec<usize>,
+    line: u64,
+    partial: Vec<u8>,
+}
+
+/// Longest line of a table [bytes].
+const MAX_LINE_BYTES: usize = 4096;
+
+impl<T: Row> Reader<T> {
+    fn new(max_rows: usize) -> Self {
+        Self { rows: Vec::new(), max_rows, cells: Vec::new(), line: 0, partial: Vec::new() }
+    }
+
+    fn feed(&mut self, mut chunk: &[u8]) -> Result<(), RowFault> {
+        while let Some(end) = memchr::memchr(b'\n', chunk) {
+            let (head, tail) = chunk.split_at(end);
+            chunk = tail.get(1..).unwrap_or_default();
+            if self.partial.is_empty() {
+                self.take_line(head)?;
+            } else {
+                let mut line = std::mem::take(&mut self.partial);
+                line.extend_from_slice(head);
+                self.take_line(&line)?;
+            }
+        }
+        self.partial.extend_from_slice(chunk);
+        if self.partial.len() > MAX_LINE_BYTES {
+            self.line += 1;
+            return Err(self.refuse("", format!("the line is longer than {MAX_LINE_BYTES} bytes")));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Vec<T>, RowFault> {
+        let last = std::mem::take(&mut self.partial);
+        if !last.is_empty() {
+            self.take_line(&last)?;
+        }
+        if self.cells.is_empty() {
+            return Err(self.refuse("", "there is no header row".to_owned()));
+        }
+        Ok(self.rows)
+    }
+
+    fn refuse(&self, name: &str, detail: String) -> RowFault {
+        let row = if self.cells.is_empty() { String::new() } else { format!("/{}", self.rows.len()) };
+        let slash = if name.is_empty() { "" } else { "/" };
+        let pointer = format!("/{}{row}{slash}{name}", T::LIST);
+        RowFault { line: self.line, fault: Fault::new(pointer, detail), too_many: false }
+    }
+
+    fn take_line(&mut self, line: &[u8]) -> Result<(), RowFault> {
+        self.line += 1;
+        if line.len() > MAX_LINE_BYTES {
+            return Err(self.refuse("", format!("the line is longer than {MAX_LINE_BYTES} bytes")));
+        }
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        let Ok(text) = std::str::from_utf8(line) else {
+            return Err(self.refuse("", "the line is not UTF-8".to_owned()));
+        };
+        if self.cells.is_empty() {
+            let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+            return if text.trim().is_empty() { Ok(()) } else { self.take_header(text) };
+        }
+        if text.trim().is_empty() {
+            return Ok(());
+        }
+        if self.rows.len() >= self.max_rows {
+            let detail = format!("there are more than {} rows", self.max_rows);
+            return Err(RowFault { too_many: true, ..self.refuse("", detail) });
+        }
+        let mut found = [None; 8];
+        let mut count = 0;
+        for (column, text) in text.split(',').enumerate() {
+            count += 1;
+            let Some(cell) = self.cells.get(column).copied() else { break };
+            let (name, needed) = T::COLUMNS.get(cell).copied().unwrap_or_default();
+            let text = bare(text);
+            let number: f64 = match text.parse() {
+                Ok(number) => number,
+                Err(_) if text.is_empty() && !needed => continue,
+                Err(_) => return Err(self.refuse(name, format!("{text:?} is not a number"))),
+            };
+            if !number.is_finite() {
+                return Err(self.refuse(name, format!("{text:?} is not a finite number")));
+            }
+            if let Some(place) = found.get_mut(cell) {
+                *place = Some(number);
+            }
+        }
+        if count != self.cells.len() {
+            let detail = format!("the row does not have the header's {} columns", self.cells.len());
+            return Err(self.refuse("", detail));
+        }
+        self.rows.push(T::from_cells(found));
+        Ok(())
+    }
+
+    fn take_header(&mut self, text: &str) -> Result<(), RowFault> {
+        let mut cells = Vec::new();
+        for name in text.split(',').map(bare) {
+            let Some(cell) = T::COLUMNS.iter().position(|(known, _)| *known == name) else {
+                let known: Vec<_> = T::COLUMNS.iter().map(|(known, _)| *known).collect();
+                let detail = format!("unknown column {name:?}; there are {}", known.join(", "));
+                return Err(self.refuse("", detail));
+            };
+            if cells.contains(&cell) {
+                return Err(self.refuse("", format!("column {name:?} is there more than once")));
+            }
+            cells.push(cell);
+        }
+        for (cell, (name, needed)) in T::COLUMNS.iter().enumerate() {
+            if *needed && !cells.contains(&cell) {
+                return Err(self.refuse("", format!("column {name:?} is missing")));
+            }
+        }
+        self.cells = cells;
+        Ok(())
+    }
+}
+
+fn bare(text: &str) -> &str {
+    let text = text.trim();
+    text.strip_prefix('"').and_then(|inner| inner.strip_suffix('"')).unwrap_or(text)
+}
+
+macro_rules! row_reader {
+    ($(#[doc = $doc:literal])* $name:ident of $row:ty) => {
+        $(#[doc = $doc])*
+        #[derive(Debug)]
+        pub struct $name(Reader<$row>);
+
+        impl $name {
+            /// A reader that takes at most `max_rows` rows.
+            #[must_use]
+            pub fn new(max_rows: usize) -> Self {
+                Self(Reader::new(max_rows))
+            }
+
+            /// Takes the next bytes, cut anywhere.
+            ///
+            /// # Errors
+            /// The first row that cannot be read.
+            pub fn feed(&mut self, chunk: &[u8]) -> Result<(), RowFault> {
+                self.0.feed(chunk)
+            }
+
+            /// All rows, the bytes being at their end.
+            ///
+            /// # Errors
+            /// A last row that cannot be read, or no header.
+            pub fn finish(self) -> Result<Vec<$row>, RowFault> {
+                self.0.finish()
+            }
+        }
+    };
+}
+
+row_reader! {
+    /// Reads a table of poses.
+    PoseRows of Pose
+}
+row_reader! {
+    /// Reads a table of joints.
+    JointRows of JointWords
+}
+
+/// The columns of a table of joints on one machine.
+#[derive(Debug, Clone, Copy)]
+pub struct JointColumns {
+    letters: [RotaryLetter; 2],
+    with_pose: bool,
+}
+
+impl JointColumns {
+    /// The columns on `machine`; `with_pose` puts the index of the pose in front.
+    #[must_use]
+    pub fn new(machine: &Machine, with_pose: bool) -> Self {
+        Self { letters: machine.rotary_axes().each_ref().map(|axis| axis.letter), with_pose }
+    }
+
+    /// Writes the header row.
+    pub fn write_header(&self, out: &mut Vec<u8>) {
+        let [u, v] = self.letters.map(RotaryLetter::as_char);
+        let pose = if self.with_pose { "pose," } else { "" };
+        out.extend_from_slice(format!("{pose}X,Y,Z,{u},{v},conditioning\n").as_bytes());
+    }
+
+    /// Writes one row; the joints are those of the pose with index `pose`.
+    pub fn write_row(&self, out: &mut Vec<u8>, pose: usize, words: &JointWords) {
+        if self.with_pose {
+            out.extend_from_slice(pose.to_string().as_bytes());
+            out.push(b',');
+        }
+        let [u, v] = self.letters.map(|letter| words.rotary(letter).unwrap_or_default());
+        write_numbers(out, &[words.X, words.Y, words.Z, u, v, words.conditioning.unwrap_or_default()]);
+    }
+}
+
+impl Pose {
+    /// The header row of a table of poses.
+    pub const CSV_HEADER: &'static str = "x,y,z,i,j,k\n";
+
+    /// Writes one row of a table of poses.
+    pub fn write_row(&self, out: &mut Vec<u8>) {
+        write_numbers(out, &[self.x, self.y, self.z, self.i, self.j, self.k]);
+    }
+}
+
+fn write_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
+    for (index, number) in numbers.iter().enumerate() {
+        if index > 0 {
+            out.push(b',');
+        }
+        // Writing a number into memory cannot fail.
+        drop(serde_json::to_writer(&mut *out, number));
+    }
+    out.push(b'\n');
+}

@@ -1,0 +1,280 @@
+//! Machines: revisions, conditions, faults.
+
+use reqwest::StatusCode;
+use serde_json::{Value, json};
+
+use crate::support::{App, ac_table, pointers, problem, spawn};
+
+async fn put_if(app: &App, id: &str, profile: &Value, header: &str, value: &str) -> reqwest::Response {
+    let request = app.client.put(app.url(&format!("/v1/machines/{id}"))).header(header, value);
+    request.json(profile).send().await.unwrap()
+}
+
+fn etag(response: &reqwest::Response) -> String {
+    response.headers()["etag"].to_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn a_machine_is_made_replaced_and_deleted() {
+    let app = spawn().await;
+    let made = app.put_machine("dmu-80-t", &ac_table()).await;
+    assert_eq!(made.status(), StatusCode::CREATED);
+    assert_eq!(made.headers()["location"], "/v1/machines/dmu-80-t");
+    let first = etag(&made);
+    let document: Value = made.json().await.unwrap();
+    assert_eq!(document["machine_id"], "dmu-80-t");
+    assert_eq!(document["revision"], 1);
+    assert_eq!(document["interpolation_period_s"], 0.002);
+    assert_eq!(document["kinematics"]["squareness_urad"]["e_c0y"], 0.0);
+    assert_eq!(document["kinematics"]["rotary_axes"][0]["reversed"], false);
+    assert_eq!(
+        document["kinematics"]["linear_limits_mm"],
+        json!({"X": [-400.0, 400.0], "Y": null, "Z": null})
+    );
+
+    // What was read can be put back: the same revision.
+    let mut same = document.clone();
+    for name in ["machine_id", "revision", "created_at"] {
+        same.as_object_mut().unwrap().remove(name);
+    }
+    let again = put_if(&app, "dmu-80-t", &same, "if-match", &first).await;
+    assert_eq!((again.status(), etag(&again)), (StatusCode::OK, first.clone()));
+
+    let mut changed = ac_table();
+    changed["kinematics"]["rotary_axes"][0]["direction"] = json!([2, 0, 0.5]);
+    let second = put_if(&app, "dmu-80-t", &changed, "if-match", &format!("\"other\", {first}")).await;
+    assert_eq!(second.status(), StatusCode::OK);
+    let second_tag = etag(&second);
+    let second: Value = second.json().await.unwrap();
+    assert_eq!(second["revision"], 2);
+    let direction = &second["kinematics"]["rotary_axes"][0]["direction"];
+    assert!((direction[0].as_f64().unwrap() - 2.0 / 4.25_f64.sqrt()).abs() < 1e-15);
+    let mut same = second.clone();
+    for name in ["machine_id", "revision", "created_at"] {
+        same.as_object_mut().unwrap().remove(name);
+    }
+    assert_eq!(etag(&put_if(&app, "dmu-80-t", &same, "if-match", "*").await), second_tag);
+
+    let revisions: Value = app.get("/v1/machines/dmu-80-t/revisions").await.json().await.unwrap();
+    let numbers: Vec<_> =
+        revisions["items"].as_array().unwrap().iter().map(|item| item["revision"].as_i64()).collect();
+    assert_eq!(numbers, [Some(2), Some(1)]);
+    let old: Value = app.get("/v1/machines/dmu-80-t/revisions/1").await.json().await.unwrap();
+    assert_eq!(old, document);
+
+    let delete = |tag: Option<String>| {
+        let request = app.client.delete(app.url("/v1/machines/dmu-80-t"));
+        async move {
+            match tag {
+                Some(tag) => request.header("if-match", tag).send().await.unwrap(),
+                None => request.send().await.unwrap(),
+            }
+        }
+    };
+    problem(delete(None).await, "precondition-required").await;
+    problem(delete(Some(first)).await, "precondition-failed").await;
+    assert_eq!(delete(Some(second_tag)).await.status(), StatusCode::NO_CONTENT);
+    problem(app.get("/v1/machines/dmu-80-t").await, "machine-not-found").await;
+    problem(delete(Some("*".to_owned())).await, "machine-not-found").await;
+    assert_eq!(app.get("/v1/machines/dmu-80-t/revisions/2").await.status(), 200);
+    let recreated = app.put_machine("dmu-80-t", &ac_table()).await;
+    assert_eq!(recreated.status(), StatusCode::CREATED);
+    assert_eq!(recreated.json::<Value>().await.unwrap()["revision"], 3);
+}
+
+#[tokio::test]
+async fn conditions_are_kept() {
+    let app = spawn().await;
+    problem(put_if(&app, "m", &ac_table(), "if-match", "*").await, "precondition-failed").await;
+    problem(app.get("/v1/machines/m").await, "machine-not-found").await;
+    assert_eq!(put_if(&app, "m", &ac_table(), "if-none-match", "*").await.status(), 201);
+    problem(put_if(&app, "m", &ac_table(), "if-none-match", "*").await, "precondition-failed").await;
+    problem(app.put_machine("m", &ac_table()).await, "precondition-required").await;
+    problem(put_if(&app, "m", &ac_table(), "if-match", "unquoted").await, "malformed-request").await;
+    problem(put_if(&app, "m", &ac_table(), "if-match", "\"a\" \"b\"").await, "malformed-request").await;
+    let tag = etag(&app.get("/v1/machines/m").await);
+    problem(put_if(&app, "m", &ac_table(), "if-match", &format!("W/{tag}")).await, "precondition-failed")
+        .await;
+    let known =
+        |value: String| app.client.get(app.url("/v1/machines/m")).header("if-none-match", value).send();
+    for value in [tag.clone(), format!("W/{tag}"), format!("\"x\" , {tag}"), "*".to_owned()] {
+        let response = known(value).await.unwrap();
+        assert_eq!((response.status().as_u16(), etag(&response)), (304, tag.clone()));
+    }
+    assert_eq!(known("\"x\"".to_owned()).await.unwrap().status(), 200);
+}
+
+#[tokio::test]
+async fn of_puts_at_once_exactly_one_wins() {
+    let app = spawn().await;
+    let tag = etag(&app.put_machine("m", &ac_table()).await);
+    let puts = (0..16).map(|index| {
+        let mut profile = ac_table();
+        profile["name"] = json!(format!("writer {index}"));
+        let (app, tag) = (&app, &tag);
+        async move { put_if(app, "m", &profile, "if-match", tag).await.status().as_u16() }
+    });
+    let mut statuses = futures::future::join_all(puts).await;
+    statuses.sort_unstable();
+    assert_eq!(statuses[0], 200);
+    assert!(statuses[1..].iter().all(|status| *status == 412), "{statuses:?}");
+}
+
+#[tokio::test]
+async fn every_fault_of_a_profile_is_named() {
+    let app = spawn().await;
+    let profile = json!({
+        "name": "",
+        "kinematics": {
+            "rotary_axes": [
+                {"name": "D", "side": "table", "direction": [0, 0, 0], "point_mm": [1e308, 0, 0], "limits_deg": [20, -20]},
+                {"name": "C", "side": "table", "direction": [0, 0, 1], "point_mm": [0, 0, 0],
+                 "location_error": {"e_a_urad": 60000}}
+            ],
+            "linear_limits_mm": {"Y": [5, 5]},
+            "squareness_urad": {"e_b0z": 1e6}
+        },
+        "interpolation_period_s": 0,
+        "drives": {"X": {"position_gain_per_s": -1, "velocity_gain_a_s_per_rad": 1, "velocity_integral_time_s": 0.01,
+            "current_gain_v_per_a": 1, "inductance_h": 0.01, "resistance_ohm": 1, "torque_constant_nm_per_a": 1,
+            "back_emf_v_s_per_rad": 1, "inertia_kg_m2": 0.01, "damping_nm_s_per_rad": 0,
+            "transmission": {"gear_ratio": 90}}}
+    });
+    let body = problem(app.put_machine("m", &profile).await, "invalid-machine").await;
+    let mut found = pointers(&body);
+    found.sort();
+    let axis = "/kinematics/rotary_axes/0";
+    let mut expected = vec![
+        "/name".to_owned(),
+        format!("{axis}/name"),
+        format!("{axis}/direction"),
+        format!("{axis}/point_mm/0"),
+        format!("{axis}/limits_deg"),
+        "/kinematics/rotary_axes/1/location_error/e_a_urad".to_owned(),
+        "/kinematics/linear_limits_mm/Y".to_owned(),
+        "/kinematics/squareness_urad/e_b0z".to_owned(),
+        "/interpolation_period_s".to_owned(),
+        "/drives/X/position_gain_per_s".to_owned(),
+        "/drives/X/transmission/lead_mm".to_owned(),
+        "/drives/X/transmission/gear_ratio".to_owned(),
+    ];
+    expected.sort();
+    assert_eq!(found, expected);
+    problem(app.get("/v1/machines/m").await, "machine-not-found").await;
+}
+
+#[tokio::test]
+async fn machines_that_cannot_point_the_tool_are_refused() {
+    let app = spawn().await;
+    let refused = |change: fn(&mut Value)| {
+        let mut profile = ac_table();
+        change(&mut profile["kinematics"]["rotary_axes"]);
+        let app = &app;
+        async move { pointers(&problem(app.put_machine("m", &profile).await, "invalid-machine").await) }
+    };
+    assert_eq!(refused(|axes| axes[1]["direction"] = json!([-1, 0, 0])).await, ["/kinematics/rotary_axes"]);
+    let third = |axes: &mut Value| {
+        let axis = axes[0].clone();
+        axes.as_array_mut().unwrap().push(axis);
+    };
+    let found = refused(third).await;
+    assert_eq!(found, ["/kinematics/rotary_axes", "/kinematics/rotary_axes/2/name"]);
+    assert_eq!(refused(|axes| axes[1]["name"] = json!("A")).await, ["/kinematics/rotary_axes/1/name"]);
+    let along = refused(|axes| {
+        axes.as_array_mut().unwrap().swap(0, 1);
+    });
+    assert_eq!(along.await, ["/kinematics/rotary_axes/0/direction"]);
+}
+
+#[tokio::test]
+async fn unknown_missing_and_mistyped_fields_are_named() {
+    let app = spawn().await;
+    let axis = "/kinematics/rotary_axes/0";
+    let cases: [(fn(&mut Value), String); 8] = [
+        (|p| p["nmae"] = json!("x"), "/nmae".to_owned()),
+        (|p| p["kinematics"]["rotary_axes"][0]["limit_deg"] = json!(null), format!("{axis}/limit_deg")),
+        (|p| drop(p.as_object_mut().unwrap().remove("name")), "/name".to_owned()),
+        (|p| p["kinematics"]["rotary_axes"][0]["direction"] = json!([1, 0]), format!("{axis}/direction")),
+        (
+            |p| p["kinematics"]["rotary_axes"][0]["direction"] = json!([1, 0, 0, 0]),
+            format!("{axis}/direction"),
+        ),
+        (|p| p["kinematics"]["rotary_axes"][0]["direction"][1] = json!("0"), format!("{axis}/direction/1")),
+        (|p| p["kinematics"]["rotary_axes"][0]["side"] = json!("bed"), format!("{axis}/side")),
+        (|p| p["kinematics"]["squareness_urad"] = json!([1, 2, 3]), "/kinematics/squareness_urad".to_owned()),
+    ];
+    for (change, pointer) in cases {
+        let mut profile = ac_table();
+        change(&mut profile);
+        let body = problem(app.put_machine("m", &profile).await, "invalid-request").await;
+        assert_eq!(pointers(&body), [pointer], "{body}");
+    }
+}
+
+#[tokio::test]
+async fn bad_bodies_are_refused_by_what_is_wrong_with_them() {
+    let app = spawn().await;
+    let put = |kind: &str, body: String| {
+        let request =
+            app.client.put(app.url("/v1/machines/m")).header("content-type", kind.to_owned()).body(body);
+        async move { request.send().await.unwrap() }
+    };
+    let text = ac_table().to_string();
+    problem(put("text/plain", text.clone()).await, "unsupported-media-type").await;
+    problem(put("application/json", text.replace("-50", "NaN")).await, "unreadable-json").await;
+    problem(put("application/json", text[..text.len() - 3].to_owned()).await, "unreadable-json").await;
+    problem(put("application/json", text.clone() + "{}").await, "unreadable-json").await;
+    problem(put("application/json", String::new()).await, "unreadable-json").await;
+    let huge = put("application/json", text.replace("-50", "1e999")).await;
+    assert_eq!(pointers(&problem(huge, "invalid-request").await), ["/kinematics/rotary_axes/0/point_mm/2"]);
+    let absurd = put("application/json", text.replace("-50", "1e308")).await;
+    assert_eq!(pointers(&problem(absurd, "invalid-machine").await), ["/kinematics/rotary_axes/0/point_mm/2"]);
+    let twice = put("application/json", text.replacen('{', "{\"name\": \"a\", ", 1)).await;
+    assert_eq!(pointers(&problem(twice, "invalid-request").await), ["/name"]);
+    let deep = put("application/json", "[".repeat(100_000)).await;
+    assert_eq!(deep.status(), 422);
+}
+
+#[tokio::test]
+async fn ids_that_are_no_slugs_are_refused() {
+    let app = spawn().await;
+    for id in ["UPPER", "-a", "a_b", "a.b", "%20", &"a".repeat(65)] {
+        let body = problem(app.put_machine(id, &ac_table()).await, "invalid-request").await;
+        assert_eq!(pointers(&body), ["/machine_id"], "{id}");
+    }
+    assert_eq!(app.put_machine(&"a".repeat(64), &ac_table()).await.status(), 201);
+    problem(app.get("/v1/machines/%ff").await, "malformed-request").await;
+}
+
+#[tokio::test]
+async fn revisions_that_never_were_are_not_found() {
+    let app = spawn().await;
+    for revision in ["0", "2", "-1", "x", "99999999999999999999"] {
+        let path = format!("/v1/machines/example-ac-table/revisions/{revision}");
+        problem(app.get(&path).await, "revision-not-found").await;
+    }
+    problem(app.get("/v1/machines/none/revisions").await, "machine-not-found").await;
+}
+
+#[tokio::test]
+async fn presets_can_be_put_as_they_are() {
+    let app = spawn().await;
+    let presets: Value = app.get("/v1/machine-presets").await.json().await.unwrap();
+    let items = presets["items"].as_array().unwrap();
+    for id in ["ac-table", "bc-table", "ab-table", "ac-head", "bc-head", "b-head-c-table"] {
+        assert!(items.iter().any(|item| item["id"] == id), "{id}");
+    }
+    for item in items {
+        let id = item["id"].as_str().unwrap();
+        assert_eq!(app.put_machine(id, &item["profile"]).await.status(), 201, "{item}");
+    }
+}
+
+#[tokio::test]
+async fn only_json_is_offered() {
+    let app = spawn().await;
+    for path in ["/v1/machines", "/v1/machines/example-ac-table", "/v1/machine-presets"] {
+        let response = app.client.get(app.url(path)).header("accept", "text/html").send().await.unwrap();
+        problem(response, "not-acceptable").await;
+    }
+}

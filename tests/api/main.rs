@@ -1,0 +1,11 @@
+//! The service over HTTP: started as the binary starts it, on a port and in a directory of its own.
+
+mod compensation;
+mod forward;
+mod inverse;
+mod jobs;
+mod limits;
+mod machines;
+mod pages;
+mod service;
+mod support;

@@ -1,0 +1,244 @@
+//! A running service, and short ways to ask it something.
+
+use std::io::{Read, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use reqwest::{Client, Response, StatusCode};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use trunnion::cli::{Running, start};
+use trunnion::config::Settings;
+use trunnion::jobs::{Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources};
+use trunnion::machine::{Machine, Tool};
+use trunnion::wire::{
+    CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
+    Interpolation,
+};
+
+/// A running service.
+pub(crate) struct App {
+    pub(crate) client: Client,
+    pub(crate) base: String,
+    pub(crate) data: PathBuf,
+    running: Running,
+    directory: Option<TempDir>,
+}
+
+/// A service in a new directory.
+pub(crate) async fn spawn() -> App {
+    spawn_with(|_| {}).await
+}
+
+/// A service in a new directory with changed settings.
+pub(crate) async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
+    let directory = TempDir::new().unwrap();
+    let mut app = spawn_in(directory.path(), change).await;
+    app.directory = Some(directory);
+    app
+}
+
+/// A service in a given directory.
+pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
+    let mut settings = Settings {
+        listen: ([127, 0, 0, 1], 0).into(),
+        data_dir: data.to_owned(),
+        drain_timeout_s: 0.5,
+        ..Settings::default()
+    };
+    change(&mut settings);
+    let running = start(settings, sources(), Arc::new(Upper)).await.unwrap();
+    let base = format!("http://{}", running.address);
+    App {
+        client: Client::builder().no_proxy().build().unwrap(),
+        base,
+        data: data.to_owned(),
+        running,
+        directory: None,
+    }
+}
+
+impl App {
+    pub(crate) fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.base)
+    }
+
+    pub(crate) async fn get(&self, path: &str) -> Response {
+        self.client.get(self.url(path)).send().await.unwrap()
+    }
+
+    pub(crate) async fn post_json(&self, path: &str, body: &Value) -> Response {
+        self.client.post(self.url(path)).json(body).send().await.unwrap()
+    }
+
+    pub(crate) async fn post_text(&self, path: &str, kind: &str, body: impl Into<reqwest::Body>) -> Response {
+        self.client.post(self.url(path)).header("content-type", kind).body(body).send().await.unwrap()
+    }
+
+    pub(crate) async fn put_machine(&self, id: &str, profile: &Value) -> Response {
+        self.client.put(self.url(&format!("/v1/machines/{id}"))).json(profile).send().await.unwrap()
+    }
+
+    pub(crate) async fn stop(self) -> Option<TempDir> {
+        self.running.stop().await.unwrap();
+        self.directory
+    }
+
+    pub(crate) fn begin_draining(&self) {
+        self.running.state.begin_draining();
+    }
+
+    /// Files kept and half written.
+    pub(crate) fn files(&self) -> (usize, usize) {
+        let count = |folder: &str| {
+            fn files(path: &Path) -> usize {
+                std::fs::read_dir(path)
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path())
+                    .fold(0, |sum, path| sum + if path.is_dir() { files(&path) } else { 1 })
+            }
+            files(&self.data.join(folder))
+        };
+        (count("blobs"), count("spool"))
+    }
+}
+
+/// Reads a problem document and checks everything that every problem has.
+pub(crate) async fn problem(response: Response, code: &str) -> Value {
+    let status = response.status();
+    assert_eq!(response.headers()["content-type"], "application/problem+json", "status {status}");
+    assert!(response.headers().contains_key("x-request-id"));
+    if status == StatusCode::SERVICE_UNAVAILABLE {
+        assert!(response.headers().contains_key("retry-after"));
+    }
+    let body: Value = response.json().await.unwrap();
+    assert_eq!(body["type"], format!("/problems/{code}"), "{body}");
+    assert_eq!(body["status"], status.as_u16(), "{body}");
+    assert!(body["title"].is_string() && body["detail"].is_string(), "{body}");
+    body
+}
+
+/// The pointers of a problem's errors.
+pub(crate) fn pointers(problem: &Value) -> Vec<String> {
+    let errors = problem["errors"].as_array().cloned().unwrap_or_default();
+    errors.iter().map(|error| error["pointer"].as_str().unwrap().to_owned()).collect()
+}
+
+/// An AC trunnion table.
+pub(crate) fn ac_table() -> Value {
+    json!({
+        "name": "DMU 80 T",
+        "kinematics": {
+            "rotary_axes": [
+                {"name": "A", "side": "table", "direction": [1, 0, 0], "point_mm": [0, 0, -50], "limits_deg": [-120, 120]},
+                {"name": "C", "side": "table", "direction": [0, 0, 1], "point_mm": [0, 0, 0]}
+            ],
+            "linear_limits_mm": {"X": [-400, 400]}
+        }
+    })
+}
+
+#[derive(Debug)]
+struct CountedTime(AtomicU64);
+
+impl Clock for CountedTime {
+    fn now(&self) -> jiff::Timestamp {
+        let seconds = self.0.fetch_add(1, Ordering::SeqCst);
+        jiff::Timestamp::from_second(1_772_000_000 + i64::try_from(seconds).unwrap()).unwrap()
+    }
+}
+
+#[derive(Debug)]
+struct CountedIds(AtomicU64);
+
+impl IdSource for CountedIds {
+    fn next(&self) -> uuid::Uuid {
+        let count = self.0.fetch_add(1, Ordering::SeqCst);
+        let mut random = [0; 10];
+        random[2..].copy_from_slice(&count.to_be_bytes());
+        uuid::Builder::from_unix_timestamp_millis(1_772_000_000_000, &random).into_uuid()
+    }
+}
+
+static STARTED: AtomicU64 = AtomicU64::new(0);
+
+fn sources() -> Sources {
+    // A service that is started again goes on counting, as real ids do.
+    let first = STARTED.fetch_add(1, Ordering::SeqCst) << 24;
+    Sources {
+        clock: Arc::new(CountedTime(AtomicU64::new(0))),
+        ids: Arc::new(CountedIds(AtomicU64::new(first))),
+    }
+}
+
+/// A compensator of tests: writes the program in capitals, refuses what begins with `REFUSE`, breaks on `PANIC`,
+/// waits for its stop on `WAIT`.
+#[derive(Debug)]
+struct Upper;
+
+impl Compensator for Upper {
+    fn compensate(
+        &self,
+        _machine: &Machine,
+        _parameters: &CcParameters,
+        _tool: Option<Tool>,
+        source: &Path,
+        output: &mut dyn Write,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<CcFindings, CompensatorFault> {
+        let mut text = Vec::new();
+        std::fs::File::open(source)?.read_to_end(&mut text)?;
+        let mut lines = 0;
+        for line in text.split_inclusive(|byte| *byte == b'\n') {
+            lines += 1;
+            if line.starts_with(b"WAIT") {
+                while stop().is_continue() {
+                    std::thread::yield_now();
+                }
+                return Err(CompensatorFault::Cancelled);
+            }
+            assert!(!line.starts_with(b"PANIC"), "told to break");
+            let class = match line.get(..4) {
+                Some(b"REFU") => Some(RefusalClass::Program),
+                Some(b"TOLE") => Some(RefusalClass::ToleranceOutOfReach),
+                Some(b"TRAV") => Some(RefusalClass::OutOfTravel),
+                Some(b"COST") => Some(RefusalClass::TooCostly),
+                _ => None,
+            };
+            if let Some(class) = class {
+                return Err(CompensatorFault::Refused(Box::new(Refusal {
+                    class,
+                    detail: "told to refuse".to_owned(),
+                    line: Some(lines),
+                    block: Some(String::from_utf8_lossy(line).trim().to_owned()),
+                    errors: vec![Fault::new("/program", "told to refuse")],
+                })));
+            }
+            output.write_all(&line.to_ascii_uppercase())?;
+        }
+        Ok(CcFindings {
+            dialect: Dialect::Iso,
+            interpolation: Some(Interpolation::Machine),
+            contact: Contact::Tip,
+            blocks_in: lines,
+            blocks_out: lines,
+            blocks_inserted: 0,
+            motions_checked: 0,
+            motions_over_tolerance: 0,
+            before: DeviationSummary::default(),
+            after: DeviationSummary::default(),
+            cc_path_length_mm: 0.0,
+            series: DeviationSeries::default(),
+            warnings: Vec::new(),
+        })
+    }
+
+    fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title></svg>",
+            report.findings.blocks_in
+        )
+    }
+}

@@ -1,0 +1,310 @@
+//! Holds the arrows of the house: every path under `src/` is checked against the layers, the core names nothing
+//! that is not pure, files stay short, nothing unwraps.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A module and the modules it may name, besides what those name in turn.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("units", &[]),
+    ("geometry", &["units"]),
+    ("machine", &["geometry"]),
+    ("kinematics", &["machine"]),
+    ("program", &["units"]),
+    ("surface", &["geometry"]),
+    ("motion", &["program", "kinematics"]),
+    ("contact", &["motion", "surface"]),
+    ("wear", &["contact"]),
+    ("servo", &["motion"]),
+    ("calibration", &["kinematics"]),
+    ("process", &["wear", "servo", "calibration", "contact"]),
+    ("plot", &["process"]),
+    ("wire", &["plot", "kinematics"]),
+    ("config", &[]),
+    ("store", &["wire", "config"]),
+    ("jobs", &["store"]),
+    ("http", &["jobs"]),
+    ("cli", &["http"]),
+    ("main", &["cli"]),
+];
+
+/// The modules that are the core.
+const CORE: &[&str] = &[
+    "units",
+    "geometry",
+    "machine",
+    "kinematics",
+    "program",
+    "surface",
+    "motion",
+    "contact",
+    "wear",
+    "servo",
+    "calibration",
+    "process",
+    "plot",
+];
+
+/// What the core does not name: outside crates, and the standard library's clock, environment, files and threads.
+const NOT_IN_CORE: &[&str] = &[
+    "axum",
+    "utoipa",
+    "serde",
+    "serde_json",
+    "sqlx",
+    "tokio",
+    "tracing",
+    "http",
+    "hyper_util",
+    "figment",
+    "clap",
+    "metrics",
+    "jiff",
+    "uuid",
+    "rand",
+    "std::time::SystemTime",
+    "std::time::Instant",
+    "std::env",
+    "std::fs",
+    "std::thread",
+    "std::net",
+    "std::process",
+];
+
+/// Longest file [lines].
+const MAX_LINES: usize = 600;
+
+#[derive(Debug)]
+struct Source {
+    path: PathBuf,
+    module: String,
+    /// Code without comments, strings and tests, by line.
+    code: Vec<String>,
+    lines: usize,
+}
+
+fn sources() -> Vec<Source> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    collect(&root, &mut files);
+    files.sort();
+    assert!(files.len() > 30, "the sources were not found");
+    files
+        .into_iter()
+        .map(|path| {
+            let text = fs::read_to_string(&path).unwrap();
+            let inside = path.strip_prefix(&root).unwrap();
+            let first = inside.components().next().unwrap().as_os_str().to_str().unwrap();
+            let module = first.strip_suffix(".rs").unwrap_or(first).to_owned();
+            let code = code_of(&text);
+            Source { path, module, lines: code.len(), code }
+        })
+        .collect()
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            collect(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+/// The code before the file's tests, comments and string contents blanked, line by line.
+fn code_of(text: &str) -> Vec<String> {
+    let end = text.find("#[cfg(test)]").unwrap_or(text.len());
+    let mut out = String::new();
+    let mut chars = text[..end].chars().peekable();
+    let mut previous = ' ';
+    while let Some(c) = chars.next() {
+        match c {
+            '/' if chars.peek() == Some(&'/') => {
+                for c in chars.by_ref() {
+                    if c == '\n' {
+                        out.push('\n');
+                        break;
+                    }
+                }
+            }
+            '"' => {
+                let raw = previous == '#' || previous == 'r';
+                while let Some(c) = chars.next() {
+                    match c {
+                        '\\' if !raw => {
+                            if chars.next() == Some('\n') {
+                                out.push('\n');
+                            }
+                        }
+                        '"' => break,
+                        '\n' => out.push('\n'),
+                        _ => {}
+                    }
+                }
+            }
+            other => out.push(other),
+        }
+        previous = c;
+    }
+    out.lines().map(str::to_owned).collect()
+}
+
+fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
+    let mut allowed: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (module, named) in ARROWS {
+        let mut all = vec![*module];
+        for name in *named {
+            all.push(name);
+            all.extend(allowed.get(name).into_iter().flatten());
+        }
+        allowed.insert(module, all);
+    }
+    allowed
+}
+
+/// The first parts of the paths that begin with `crate::` (or the crate's name) on a line.
+fn named_modules(line: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for prefix in ["crate::", "trunnion::"] {
+        for (at, _) in line.match_indices(prefix) {
+            let before = line[..at].chars().next_back();
+            if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '$') {
+                continue;
+            }
+            let rest = &line[at + prefix.len()..];
+            if let Some(group) = rest.strip_prefix('{') {
+                let mut depth = 0;
+                for part in group.split(',') {
+                    if depth == 0 {
+                        found.push(word(part.trim()));
+                    }
+                    depth += part.matches('{').count();
+                    depth -= part.matches('}').count().min(depth);
+                }
+            } else {
+                found.push(word(rest));
+            }
+        }
+    }
+    found
+}
+
+fn word(text: &str) -> String {
+    text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}
+
+#[test]
+fn every_module_names_only_what_its_arrows_allow() {
+    let allowed = allowed();
+    let mut faults = Vec::new();
+    let mut seen = 0;
+    for source in sources() {
+        if source.module == "lib" {
+            continue;
+        }
+        let Some(may) = allowed.get(source.module.as_str()) else {
+            faults.push(format!("{}: module {} has no arrow", source.path.display(), source.module));
+            continue;
+        };
+        for (index, line) in source.code.iter().enumerate() {
+            for named in named_modules(line) {
+                seen += 1;
+                // Only names of top-level modules count: a macro or a re-export is no module.
+                if allowed.contains_key(named.as_str()) && !may.contains(&named.as_str()) {
+                    let (path, at) = (source.path.display(), index + 1);
+                    faults.push(format!("{path}:{at}: {} names {named}", source.module));
+                }
+            }
+        }
+    }
+    assert!(seen > 100, "only {seen} paths were seen");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_core_is_pure() {
+    let mut faults = Vec::new();
+    for source in sources().iter().filter(|source| CORE.contains(&source.module.as_str())) {
+        for (index, line) in source.code.iter().enumerate() {
+            for name in NOT_IN_CORE {
+                for (at, _) in line.match_indices(name) {
+                    let before = line[..at].chars().next_back();
+                    let after = &line[at + name.len()..];
+                    let whole = !before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':');
+                    let path = after.starts_with("::")
+                        || name.contains("::")
+                        || line.trim() == format!("use {name};");
+                    if whole && path {
+                        faults.push(format!(
+                            "{}:{}: the core names {name}",
+                            source.path.display(),
+                            index + 1
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn only_the_store_names_the_database_and_only_http_the_web() {
+    let mut faults = Vec::new();
+    for source in sources() {
+        for (index, line) in source.code.iter().enumerate() {
+            let at = || format!("{}:{}", source.path.display(), index + 1);
+            if line.contains("sqlx::") && source.module != "store" {
+                faults.push(format!("{}: sqlx outside store", at()));
+            }
+            if line.contains("axum::") && source.module != "http" {
+                faults.push(format!("{}: axum outside http", at()));
+            }
+            if line.contains("axum::Json") {
+                faults.push(format!(
+                    "{}: axum::Json answers text on a bad body; use http::extract::Json",
+                    at()
+                ));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn no_file_is_longer_than_its_stop() {
+    let long: Vec<_> = sources()
+        .iter()
+        .filter(|source| source.lines > MAX_LINES)
+        .map(|source| format!("{}: {} lines", source.path.display(), source.lines))
+        .collect();
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn nothing_unwraps() {
+    let mut faults = Vec::new();
+    for source in sources() {
+        for (index, line) in source.code.iter().enumerate() {
+            for banned in [".unwrap()", ".expect(", "panic!(", "unreachable!(", "todo!(", "unimplemented!("] {
+                if line.contains(banned) {
+                    faults.push(format!("{}:{}: {banned}", source.path.display(), index + 1));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_checker_sees_what_it_must() {
+    assert_eq!(
+        named_modules("use crate::{http::Problem, wire::{Pose, Fault}, store};"),
+        ["http", "wire", "store"]
+    );
+    assert_eq!(named_modules("let x = crate::store::sha256_hex(b);"), ["store"]);
+    assert_eq!(code_of("let a = \"crate::http\"; // crate::http\nlet b;\n"), ["let a = ; ", "let b;"]);
+}
