@@ -4,6 +4,7 @@ mod batch;
 mod chain;
 mod choice;
 mod error;
+mod grid;
 mod instruction_set;
 mod inverse;
 mod lanes;
@@ -11,6 +12,7 @@ mod path;
 mod pointing;
 mod singularity;
 mod two_way;
+mod walk;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};
