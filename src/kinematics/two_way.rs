@@ -34,7 +34,7 @@ pub(super) struct Weights {
     pub(super) turns_u: [Lane; 4],
     /// Whole turns to add to the word of v.
     pub(super) turns_v: [Lane; 4],
-    /// From each branch the nearest one; 0.5 where they tie.
+    /// From each branch the nearest one; 0.5 where they tie or both are out of travel.
     pub(super) nearest: [Lane; 2],
 }
 
@@ -52,35 +52,47 @@ impl Weights {
     }
 }
 
-/// Weighs the steps into every lane; those into the first lane come from the words `previous`.
+/// Weighs the steps into every lane; those into the first lane come from the words `previous`. `all` false: only
+/// the nearest branches are wanted.
 pub(super) fn weigh(
     set: InstructionSet,
     rules: &Rules,
     previous: [f64; 4],
     words: &[Lane; 4],
+    all: bool,
     out: &mut Weights,
 ) {
     match set {
-        InstructionSet::Baseline => weigh_loop(rules, previous, words, out),
-        InstructionSet::Avx2 => weigh_avx2(rules, previous, words, out),
-        InstructionSet::Avx512 | InstructionSet::Fastest => weigh_avx512(rules, previous, words, out),
+        InstructionSet::Baseline => weigh_any(rules, previous, words, all, out),
+        InstructionSet::Avx2 => weigh_avx2(rules, previous, words, all, out),
+        InstructionSet::Avx512 | InstructionSet::Fastest => weigh_avx512(rules, previous, words, all, out),
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn weigh_avx2(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut Weights) {
-    weigh_loop(rules, previous, words, out);
+fn weigh_avx2(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], all: bool, out: &mut Weights) {
+    weigh_any(rules, previous, words, all, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn weigh_avx512(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut Weights) {
-    weigh_loop(rules, previous, words, out);
+fn weigh_avx512(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], all: bool, out: &mut Weights) {
+    weigh_any(rules, previous, words, all, out);
+}
+
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
+fn weigh_any(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], all: bool, out: &mut Weights) {
+    if all {
+        weigh_loop::<true>(rules, previous, words, out);
+    } else {
+        weigh_loop::<false>(rules, previous, words, out);
+    }
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 #[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
-fn weigh_loop(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut Weights) {
+fn weigh_loop<const ALL: bool>(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut Weights) {
     let rules = *rules;
     let mut steps = [[0.0; BLOCK + 1]; 4];
     for k in 0..4 {
@@ -88,10 +100,13 @@ fn weigh_loop(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut We
         for lane in 0..BLOCK {
             let word = in_steps(words[k][lane]);
             steps[k][lane + 1] = word;
-            out.words[k][lane] = word;
+            if ALL {
+                out.words[k][lane] = word;
+            }
         }
     }
     for lane in 0..BLOCK {
+        let (mut travel, mut rewinds) = ([0.0; 4], [0.0; 4]);
         for to in 0..2 {
             let [u, v] =
                 [words[2 * to][lane] + rules.turn_deg[0], words[2 * to + 1][lane] + rules.turn_deg[1]];
@@ -107,19 +122,25 @@ fn weigh_loop(rules: &Rules, previous: [f64; 4], words: &[Lane; 4], out: &mut We
                 let more = if au > av { au } else { av };
                 let rewind = if more > rules.threshold_deg { 1.0 } else { 0.0 };
                 let index = 2 * from + to;
-                out.travel[index][lane] = au + av;
-                out.rewinds[index][lane] = rewind + dead;
-                out.turns_u[index][lane] = rules.period[0] * (-1.0 / 360.0) * tu;
-                out.turns_v[index][lane] = rules.period[1] * (-1.0 / 360.0) * tv;
+                travel[index] = au + av;
+                rewinds[index] = rewind + dead;
+                if ALL {
+                    out.travel[index][lane] = travel[index];
+                    out.rewinds[index][lane] = rewinds[index];
+                    out.turns_u[index][lane] = rules.period[0] * (-1.0 / 360.0) * tu;
+                    out.turns_v[index][lane] = rules.period[1] * (-1.0 / 360.0) * tv;
+                }
             }
         }
         for from in 0..2 {
-            let (r0, r1) = (out.rewinds[2 * from][lane], out.rewinds[2 * from + 1][lane]);
-            let (t0, t1) = (out.travel[2 * from][lane], out.travel[2 * from + 1][lane]);
+            let (r0, r1) = (rewinds[2 * from], rewinds[2 * from + 1]);
+            let (t0, t1) = (travel[2 * from], travel[2 * from + 1]);
             let by_travel = if t1 < t0 - TIE_DEG { 1.0 } else { 0.5 };
             let by_travel = if t1 > t0 + TIE_DEG { 0.0 } else { by_travel };
             let by_rewinds = if r1 < r0 { 1.0 } else { by_travel };
-            out.nearest[from][lane] = if r1 > r0 { 0.0 } else { by_rewinds };
+            let nearest = if r1 > r0 { 0.0 } else { by_rewinds };
+            let fewest = if r1 < r0 { r1 } else { r0 };
+            out.nearest[from][lane] = if fewest > 1.5 { 0.5 } else { nearest };
         }
     }
 }
