@@ -126,7 +126,7 @@ impl<'a> Verifier<'a> {
     }
 
     /// What has to come next, in the order written.
-    pub(super) fn expect(&mut self, next: Expected<'a>) {
+    pub(super) fn await_next(&mut self, next: Expected<'a>) {
         self.expected.push_back(next);
     }
 
