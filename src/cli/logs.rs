@@ -1,16 +1,20 @@
 //! Structured logs on standard error.
 
-use tracing_subscriber::{EnvFilter, fmt};
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::fmt;
+use tracing_subscriber::prelude::*;
 
 use crate::config::{LogFormat, Settings};
 
-/// Sets the process' log writer. A second call changes nothing, so tests may start several services.
+/// Sets the process' log writer. A second call changes nothing, so tests may start several services. Directives that
+/// cannot be read count as `info`.
 pub(super) fn open(settings: &Settings) {
-    let filter = EnvFilter::try_new(&settings.log).unwrap_or_else(|_| EnvFilter::new("info"));
-    let lines = fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let filter = settings.log.parse().unwrap_or_else(|_| Targets::new().with_default(LevelFilter::INFO));
+    let registry = tracing_subscriber::registry();
+    let lines = fmt::layer().with_writer(std::io::stderr);
     let opened = match settings.log_format {
-        LogFormat::Text => lines.try_init(),
-        LogFormat::Json => lines.json().try_init(),
+        LogFormat::Text => registry.with(lines.with_filter(filter)).try_init(),
+        LogFormat::Json => registry.with(lines.json().with_filter(filter)).try_init(),
     };
     drop(opened);
 }

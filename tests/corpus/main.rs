@@ -1,5 +1,6 @@
 //! Laws and oracles over real programs. They run where `TRUNNION_SHARED` names the folder that holds them.
 
+mod compensation;
 mod kinematics;
 mod program;
 
