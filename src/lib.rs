@@ -11,6 +11,16 @@ pub mod machine;
 
 pub mod kinematics;
 
+pub mod program;
+
+pub mod motion;
+
+pub mod contact;
+
+pub mod process;
+
+pub mod plot;
+
 pub mod wire;
 
 pub mod config;

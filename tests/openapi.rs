@@ -141,7 +141,9 @@ fn carried(schema: &str, property: &str) -> bool {
 
 /// Whether a schema is a number, or an array of numbers, perhaps null.
 fn is_number(schema: &Value) -> bool {
-    let typed = |value: &Value| value == "number" || value.as_array().is_some_and(|all| all.contains(&"number".into()));
+    let typed = |value: &Value| {
+        value == "number" || value.as_array().is_some_and(|all| all.contains(&"number".into()))
+    };
     let fixed = schema["$ref"].as_str().is_some_and(|name| name.contains("/Numbers"));
     typed(&schema["type"])
         || fixed
@@ -154,7 +156,8 @@ fn check_numbers(name: &str, schema: &Value, seen: &mut usize) {
     for (property, body) in schema["properties"].as_object().into_iter().flatten() {
         if is_number(body) {
             *seen += 1;
-            let named = UNITS.iter().any(|unit| property.ends_with(unit)) || BARE.contains(&property.as_str());
+            let named =
+                UNITS.iter().any(|unit| property.ends_with(unit)) || BARE.contains(&property.as_str());
             assert!(named || carried(name, property), "{name}.{property} has no unit");
         }
     }
@@ -172,7 +175,9 @@ fn every_number_carries_its_unit() {
         check_numbers(name, schema, &mut seen);
     }
     assert!(seen > 40, "only {seen} numbers");
-    assert!(is_number(&serde_json::json!({"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/Numbers2"}]})));
+    assert!(is_number(
+        &serde_json::json!({"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/Numbers2"}]})
+    ));
 }
 
 #[test]

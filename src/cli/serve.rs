@@ -14,7 +14,7 @@ use tokio::task::JoinHandle;
 use super::logs;
 use crate::config::{ConfigFault, Settings};
 use crate::http::{AppState, connections::Cap, router};
-use crate::jobs::{Compensator, NotBuiltYet, OpenFault, Sources};
+use crate::jobs::{Compensator, CutterContact, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault};
 
 /// Why the service could not start.
@@ -45,6 +45,14 @@ pub enum StartFault {
     /// Database or files cannot be used.
     #[error(transparent)]
     Open(#[from] OpenFault),
+    /// The service that was asked is not ready.
+    #[error("the service at {address} is not ready: {answer}")]
+    NotReady {
+        /// Where it was asked.
+        address: SocketAddr,
+        /// First line of its answer, or why there is none.
+        answer: String,
+    },
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
@@ -128,7 +136,7 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         let mut terminate = signal(SignalKind::terminate()).map_err(StartFault::Process)?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(StartFault::Process)?;
         let data_dir = settings.data_dir.clone();
-        let running = start(settings, Sources::real(), Arc::new(NotBuiltYet)).await?;
+        let running = start(settings, Sources::real(), Arc::new(CutterContact)).await?;
         announce(running.address, &data_dir);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("told to stop by SIGTERM"),

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Vec3, across};
+use super::{Vec3, across, trig};
 
 /// The angle between `a` and `b` in [0, π] \[rad\], by atan2(|a×b|, a·b): accurate near 0 and π, where an arc
 /// cosine keeps only half the digits. The vectors need not be unit. Two zero vectors give 0.
 #[must_use]
 pub fn angle_between(a: Vec3, b: Vec3) -> f64 {
-    a.cross(&b).norm().atan2(a.dot(&b))
+    trig::atan2(a.cross(&b).norm(), a.dot(&b))
 }
 
 /// The angle about the unit vector `axis` that turns the projection of `from` across `axis` onto that of `to`,
@@ -16,7 +16,7 @@ pub fn angle_between(a: Vec3, b: Vec3) -> f64 {
 #[must_use]
 pub fn angle_about(axis: Vec3, from: Vec3, to: Vec3) -> f64 {
     let (from, to) = (across(from, axis), across(to, axis));
-    axis.dot(&from.cross(&to)).atan2(from.dot(&to))
+    trig::atan2(axis.dot(&from.cross(&to)), from.dot(&to))
 }
 
 /// The same direction as `angle_rad`, wrapped into (−π, π].

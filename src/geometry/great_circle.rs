@@ -1,6 +1,6 @@
 //! The shortest arc between two directions.
 
-use super::{Vec3, angle_between};
+use super::{Vec3, angle_between, trig};
 
 /// The great circle from one unit vector to another, run through at constant angular speed.
 ///
@@ -38,7 +38,7 @@ impl GreatCircle {
     /// The direction at the fraction `u` of the arc: `start` at 0, `end` at 1.
     #[must_use]
     pub fn at(&self, u: f64) -> Vec3 {
-        let (sin, cos) = (self.angle_rad * u).sin_cos();
+        let (sin, cos) = trig::sin_cos(self.angle_rad * u);
         self.start * cos + self.toward * sin
     }
 }

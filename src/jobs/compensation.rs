@@ -31,8 +31,8 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault>;
 
-    /// The figure of a report, as SVG text.
-    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
+    /// The figure of a report, as SVG text; `None` where the drawing library gave up.
+    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> Option<String>;
 }
 
 /// What a program is refused for.
@@ -85,34 +85,6 @@ pub enum CompensatorFault {
         /// What differs.
         what: &'static str,
     },
-}
-
-/// Refuses every program: stands in until the core has a compensator.
-#[derive(Debug)]
-pub struct NotBuiltYet;
-
-impl Compensator for NotBuiltYet {
-    fn compensate(
-        &self,
-        _machine: &Machine,
-        _parameters: &CcParameters,
-        _tool: Option<Tool>,
-        _source: &Path,
-        _output: &mut dyn Write,
-        _stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<CcFindings, CompensatorFault> {
-        Err(CompensatorFault::Refused(Box::new(Refusal {
-            class: RefusalClass::Program,
-            detail: "programs are not read yet".to_owned(),
-            line: Some(1),
-            block: None,
-            errors: Vec::new(),
-        })))
-    }
-
-    fn figure(&self, _parameters: &CcParameters, _report: &CcReport) -> String {
-        "<svg xmlns=\"http://www.w3.org/2000/svg\"/>".to_owned()
-    }
 }
 
 /// One program to be compensated.

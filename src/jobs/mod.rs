@@ -3,6 +3,7 @@
 mod clock;
 mod compensation;
 mod compute;
+mod cutter_contact;
 mod estimate;
 mod kinematics;
 mod opening;
@@ -10,10 +11,10 @@ mod spool;
 
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
-    CompensateFault, CompensationRequest, Compensator, CompensatorFault, NotBuiltYet, Refusal, RefusalClass,
-    compensate,
+    CompensateFault, CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
 };
 pub use compute::{Compute, ComputeFault};
+pub use cutter_contact::CutterContact;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
 pub use opening::{OpenFault, open_data_directory, profile_sha256};

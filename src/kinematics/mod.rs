@@ -3,6 +3,7 @@
 mod batch;
 mod chain;
 mod choice;
+mod curvature;
 mod error;
 mod instruction_set;
 mod inverse;

@@ -7,5 +7,6 @@ mod jobs;
 mod limits;
 mod machines;
 mod pages;
+mod real_programs;
 mod service;
 mod support;

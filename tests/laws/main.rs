@@ -1,5 +1,10 @@
-//! Laws: what must hold for every machine and every input.
+//! Laws: sentences that hold for every machine and every program.
 
+#[path = "../models/mod.rs"]
+mod models;
+
+mod compensation;
 mod inverse;
 mod machines;
 mod path;
+mod program;

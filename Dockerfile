@@ -1,0 +1,26 @@
+# syntax=docker/dockerfile:1
+# Build: the dependencies are compiled in a layer of their own, which only a change of the lock file renews.
+FROM rust:1.95-slim-bookworm AS build
+RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
+WORKDIR /build
+ENV SQLX_OFFLINE=true
+COPY Cargo.toml Cargo.lock rust-toolchain.toml ./
+RUN mkdir src && echo '//! Dependencies only.' > src/lib.rs && echo 'fn main() {}' > src/main.rs \
+    && cargo build --locked --profile dist --bin trunnion && rm -rf src
+COPY . .
+# The sources are newer than the stand-ins, whatever their time stamps say.
+RUN touch src/lib.rs src/main.rs && cargo build --locked --profile dist --bin trunnion
+
+FROM debian:bookworm-slim
+RUN groupadd --system --gid 10001 trunnion \
+    && useradd --system --uid 10001 --gid trunnion --no-create-home --shell /usr/sbin/nologin trunnion \
+    && install --directory --owner trunnion --group trunnion /data
+COPY --from=build /build/target/dist/trunnion /usr/local/bin/trunnion
+USER trunnion
+VOLUME /data
+EXPOSE 8080
+ENV TRUNNION_LISTEN=0.0.0.0:8080 TRUNNION_DATA_DIR=/data
+HEALTHCHECK --interval=15s --timeout=3s --start-period=5s --retries=3 CMD ["trunnion", "healthcheck"]
+STOPSIGNAL SIGTERM
+ENTRYPOINT ["trunnion"]
+CMD ["serve"]

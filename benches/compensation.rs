@@ -1,0 +1,133 @@
+//! Deviation, and the whole compensation of a program of a million blocks, 2 % of them over tolerance. Prints
+//! throughput and peak memory; the program lies in a temporary file and the output goes to another.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use trunnion::contact::{Carry, SourceBlock, Station};
+use trunnion::kinematics::{Kinematics, Setup};
+use trunnion::machine::Tool;
+use trunnion::motion::{AxisWords, Interpolation};
+use trunnion::process::{CcParameters, ContactSource, ProgramSource, compensate};
+use trunnion::units::Length;
+
+#[path = "../tests/models/mod.rs"]
+mod models;
+
+struct OnDisk(PathBuf);
+
+impl ProgramSource for OnDisk {
+    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+        Ok(Box::new(File::open(&self.0)?))
+    }
+}
+
+/// Blocks of the benchmark program.
+const BLOCKS: u32 = 1_000_000;
+/// One block in fifty turns further.
+const LONG_EVERY: u32 = 50;
+
+fn words(state: &mut [f64; 2], index: u32) -> AxisWords {
+    let long = index.is_multiple_of(LONG_EVERY);
+    let sense = if (index / 700).is_multiple_of(2) { 1.0 } else { -1.0 };
+    state[1] += sense * if long { 2.6 } else { 0.31 };
+    let phase = f64::from(index) / 400.0;
+    state[0] = 35.0 + 12.0 * phase.sin();
+    let x = 80.0 + 15.0 * (phase * 0.7).cos();
+    let y = -20.0 + 11.0 * (phase * 0.9).sin();
+    AxisWords { linear_mm: [x, y, 40.0 + 5.0 * phase.cos()], rotary_deg: *state }
+}
+
+fn write_program(path: &PathBuf, contact_words: bool) -> io::Result<u64> {
+    let mut out = BufWriter::new(File::create(path)?);
+    writeln!(out, "%\nG21 G90 G94 G54\nG1 F3000")?;
+    let mut state = [35.0, 0.0];
+    for index in 0..BLOCKS {
+        let AxisWords { linear_mm: [x, y, z], rotary_deg: [a, c] } = words(&mut state, index);
+        write!(out, "X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4}")?;
+        if contact_words {
+            write!(out, " U{:.4} V{:.4} W{:.4}", x + 1.4, y - 2.2, z + 0.7)?;
+        }
+        writeln!(out)?;
+    }
+    writeln!(out, "M30\n%")?;
+    out.flush()?;
+    Ok(std::fs::metadata(path)?.len())
+}
+
+/// Peak resident memory of this process [MiB]; 0 where the system does not say.
+fn peak_memory_mib() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with("VmHWM"));
+    let kib = line.and_then(|line| line.split_whitespace().nth(1)).and_then(|kib| kib.parse::<f64>().ok());
+    kib.unwrap_or(0.0) / 1024.0
+}
+
+fn median(mut seconds: Vec<f64>) -> f64 {
+    seconds.sort_by(f64::total_cmp);
+    seconds[seconds.len() / 2]
+}
+
+fn main() -> io::Result<()> {
+    let machine = models::finishing::ac_machine();
+    let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
+    let folder = tempfile::tempdir()?;
+    for (name, contact_words, contact) in [
+        ("feed-plane", false, ContactSource::FeedPlane),
+        ("tip", false, ContactSource::Tip),
+        ("U V W words", true, ContactSource::Program),
+    ] {
+        let path = folder.path().join("program.nc");
+        let bytes = write_program(&path, contact_words)?;
+        let parameters = CcParameters { contact, ..CcParameters::new(tool) };
+        let mut seconds = Vec::new();
+        let mut report = None;
+        for _ in 0..3 {
+            let mut output = File::create(folder.path().join("output.nc"))?;
+            let start = Instant::now();
+            let done = compensate(&machine, &parameters, &OnDisk(path.clone()), &mut output, &|| {
+                ControlFlow::Continue(())
+            });
+            seconds.push(start.elapsed().as_secs_f64());
+            report = Some(done.expect("compensated"));
+        }
+        let report = report.expect("three runs");
+        let seconds = median(seconds);
+        println!(
+            "whole pipeline, contact {name}: {:.2} M blocks/s, {:.0} MB/s; {} of {} motions over tolerance, {} blocks out; peak {:.0} MiB",
+            f64::from(BLOCKS) / seconds / 1e6,
+            bytes as f64 / seconds / 1e6,
+            report.motions_over_tolerance,
+            report.motions_checked,
+            report.blocks_out,
+            peak_memory_mib(),
+        );
+    }
+    one_by_one(&machine, tool);
+    Ok(())
+}
+
+/// The deviation in the middle of a block, stations and contact included, one block at a time: what the batches are
+/// measured against.
+fn one_by_one(machine: &trunnion::machine::Machine, tool: Tool) {
+    let kinematics = Kinematics::new(machine, &Setup::default());
+    let mode = Interpolation::Machine;
+    let mut state = [35.0, 0.0];
+    let points: Vec<AxisWords> = (0..200_000).map(|index| words(&mut state, index)).collect();
+    let start = Instant::now();
+    let mut largest: f64 = 0.0;
+    for pair in points.windows(2) {
+        let ends = [pair[0], pair[1]].map(|words| Station::new(machine, &kinematics, mode, words));
+        let block = SourceBlock::new(machine, &kinematics, tool, mode, ends, Carry::Tip);
+        largest = largest.max(block.deviation_at(&block.whole(), 0.5).distance_mm);
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    println!(
+        "deviation at the middle, one block at a time: {:.2} M blocks/s (largest {:.1} µm)",
+        points.len() as f64 / seconds / 1e6,
+        largest * 1000.0
+    );
+}

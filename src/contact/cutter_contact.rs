@@ -1,0 +1,179 @@
+//! The cutter-contact point on a tool (R, r): from a normal, from a point, from the feed direction.
+
+use thiserror::Error;
+
+use crate::geometry::{Vec3, across, angle_between};
+use crate::kinematics::ToolPose;
+use crate::machine::Tool;
+
+/// A normal this close to the tool axis leaves the direction across it open [rad]: six-decimal normals turn
+/// by a tenth of a radian there.
+const OPEN_ANGLE_RAD: f64 = 1e-5;
+/// Cosine between normal and tool axis below which the contact is an undercut: three-decimal contact words on a
+/// 1 mm radius turn a side-milling normal by this much.
+const UNDERCUT_COSINE: f64 = -1e-3;
+
+/// Where a tool touches the part at one program point, relative to the tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CutterContact {
+    /// On the tool, by its surface normal; `magnitude` (1 but for rounding) keeps the stated point exact.
+    Normal {
+        /// Unit normal out of the part, in W.
+        direction: Vec3,
+        /// |n| as the stated point gives it.
+        magnitude: f64,
+    },
+    /// Carried as it is: `c = w + axial·t − radial·inward`.
+    Offset {
+        /// Along the tool axis [mm].
+        axial_mm: f64,
+        /// Away from the tool axis [mm].
+        radial_mm: f64,
+        /// Unit, across t, from the contact toward the axis (m of the shared notation).
+        inward: Vec3,
+    },
+    /// The tool tip itself stands for the contact.
+    Tip,
+}
+
+impl CutterContact {
+    /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
+    #[must_use]
+    pub fn offset_mm(&self, tool: &Tool, axis: Vec3) -> Vec3 {
+        match self {
+            Self::Tip => Vec3::zeros(),
+            Self::Offset { axial_mm, radial_mm, inward } => axis * *axial_mm - inward * *radial_mm,
+            Self::Normal { direction, magnitude } => {
+                let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+                let mut offset_mm = (axis - direction * *magnitude) * corner;
+                if core > 0.0 {
+                    offset_mm -= across(*direction, axis).normalize() * core;
+                }
+                offset_mm
+            }
+        }
+    }
+}
+
+/// A contact with what a report has to say about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Where the tool touches.
+    pub contact: CutterContact,
+    /// Distance of the stated point from the tool's surface [mm]; 0 where it is on it by construction.
+    pub off_tool_mm: f64,
+    /// Whether n ∥ t left the contact's side open and the feed direction decided.
+    pub side_assumed: bool,
+}
+
+/// Why a stated contact cannot be one.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum ContactFault {
+    /// The surface looks away from the tool: an undercut.
+    #[error("the contact normal points {angle_deg:.3}° away from the tool axis: an undercut")]
+    Undercut {
+        /// Angle between normal and tool axis [deg].
+        angle_deg: f64,
+    },
+    /// A normal without a direction.
+    #[error("the contact normal has length {length}")]
+    ZeroNormal {
+        /// Length given.
+        length: f64,
+    },
+}
+
+impl Touch {
+    /// A contact point this close to the tool's surface is on it [mm]: ten times what four decimals and five axes can
+    /// round away.
+    pub const ON_TOOL_MM: f64 = 0.005;
+
+    /// The contact of `tool` at a point where the part's normal is `normal` (any length), in W. `feed_direction`
+    /// decides the side where the normal lies along the tool axis.
+    ///
+    /// # Errors
+    /// A zero normal, or one that points away from the tool (n·t < 0, an undercut).
+    pub fn from_normal(
+        tool: &Tool,
+        pose: &ToolPose,
+        normal: Vec3,
+        feed_direction: Option<Vec3>,
+    ) -> Result<Self, ContactFault> {
+        let length = normal.norm();
+        if !(length > f64::MIN_POSITIVE && length.is_finite()) {
+            return Err(ContactFault::ZeroNormal { length });
+        }
+        let direction = normal / length;
+        check_undercut(direction, pose.axis)?;
+        if !tool.is_ball() && angle_between(direction, pose.axis) < OPEN_ANGLE_RAD {
+            let inward = leading_side(pose.axis, feed_direction);
+            let offset = CutterContact::Offset { axial_mm: 0.0, radial_mm: tool.core_radius().mm(), inward };
+            return Ok(Self { contact: offset, off_tool_mm: 0.0, side_assumed: true });
+        }
+        let contact = CutterContact::Normal { direction, magnitude: 1.0 };
+        Ok(Self { contact, off_tool_mm: 0.0, side_assumed: false })
+    }
+
+    /// The contact of `tool` stated by the point `contact_mm` in W (§2 "Back from a contact point"): by its
+    /// normal where the point lies on a corner of the tool, else as a carried offset.
+    ///
+    /// # Errors
+    /// A point on the tool whose normal points away from it (n·t < 0, an undercut).
+    pub fn from_point(
+        tool: &Tool,
+        pose: &ToolPose,
+        contact_mm: Vec3,
+        feed_direction: Option<Vec3>,
+    ) -> Result<Self, ContactFault> {
+        let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+        let to_tip = pose.tip_mm - contact_mm;
+        let radial = across(to_tip, pose.axis);
+        let (axial_mm, radial_mm) = (-to_tip.dot(&pose.axis), radial.norm());
+        let open = radial_mm < Self::ON_TOOL_MM * 1e-3;
+        let inward = if open { leading_side(pose.axis, feed_direction) } else { radial / radial_mm };
+        let carried = |off_tool_mm| Self {
+            contact: CutterContact::Offset { axial_mm, radial_mm, inward },
+            off_tool_mm,
+            side_assumed: false,
+        };
+        if radial_mm <= core || corner == 0.0 {
+            if core > 0.0 {
+                // On or above the flat end, or off the edge of a flat cutter.
+                return Ok(carried(axial_mm.hypot((radial_mm - core).max(0.0))));
+            }
+        }
+        let scaled_normal = to_tip + pose.axis * corner - inward * core;
+        let length = scaled_normal.norm();
+        let off_tool_mm = (length - corner).abs();
+        if off_tool_mm > Self::ON_TOOL_MM {
+            return Ok(carried(off_tool_mm));
+        }
+        let direction = scaled_normal / length;
+        check_undercut(direction, pose.axis)?;
+        let contact = CutterContact::Normal { direction, magnitude: length / corner };
+        Ok(Self { contact, off_tool_mm, side_assumed: false })
+    }
+}
+
+/// P0's rule from the feed direction, mended (§2): `n = (t − (t·Ê)Ê)/|…|`, E the chord of the neighbouring tips in
+/// W, forward. `None` where the tool moves along its own axis and the rule has no answer.
+#[must_use]
+pub fn feed_plane_normal(axis: Vec3, feed_direction: Vec3) -> Option<Vec3> {
+    across(axis, feed_direction).try_normalize(OPEN_ANGLE_RAD)
+}
+
+fn check_undercut(direction: Vec3, axis: Vec3) -> Result<(), ContactFault> {
+    if direction.dot(&axis) < UNDERCUT_COSINE {
+        return Err(ContactFault::Undercut { angle_deg: angle_between(direction, axis).to_degrees() });
+    }
+    Ok(())
+}
+
+/// `m = −(Ê − (Ê·t)t)/|…|`: contact on the leading side. Without a feed direction across t any side, repeatably.
+fn leading_side(axis: Vec3, feed_direction: Option<Vec3>) -> Vec3 {
+    feed_direction
+        .and_then(|feed| across(-feed, axis).try_normalize(OPEN_ANGLE_RAD))
+        .or_else(|| across(Vec3::x(), axis).try_normalize(0.1))
+        .or_else(|| across(Vec3::y(), axis).try_normalize(0.1))
+        .unwrap_or_else(Vec3::x)
+}

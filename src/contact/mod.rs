@@ -1,0 +1,25 @@
+//! Where the cutter touches the part, how far that point strays from its line, and how to bring it back.
+//!
+//! Everything here is on motions, not on text: a block is a [`Segment`] between two [`Station`]s, the contact is
+//! carried between its ends by a [`Carry`], and the line it should follow is the [`ContactLine`] of the source.
+
+mod carry;
+mod curvature;
+mod cutter_contact;
+mod deviation;
+mod feed;
+mod quick;
+mod repair;
+mod sampling;
+mod segment;
+mod subdivision;
+
+pub use carry::Carry;
+pub use cutter_contact::{ContactFault, CutterContact, Touch, feed_plane_normal};
+pub use deviation::{ContactLine, Deviation};
+pub use feed::{BlockTime, block_time_s, feed_word};
+pub use quick::{QuickLook, quick_look};
+pub use repair::{Correction, repaired_tip_mm};
+pub use sampling::{Sampled, sample_until_sure, within_tolerance};
+pub use segment::{Segment, SourceBlock, Station, rotary_rad};
+pub use subdivision::{Node, Resolution, Subdivision, divide, nodes, segments};

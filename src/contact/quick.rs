@@ -1,0 +1,95 @@
+//! The deviation in the middle of a block and a bound on all of it, without trigonometry: most blocks of most programs
+//! need no more.
+
+use super::curvature::{Swing, curvature_bound_mm};
+use super::{ContactLine, CutterContact, Deviation, Station};
+use crate::geometry::{Vec3, across};
+use crate::kinematics::{Kinematics, ToolPose};
+use crate::machine::Tool;
+use crate::motion::Interpolation;
+
+/// With the ends on the line and one sample in the middle, the true maximum exceeds that sample by at most this share
+/// of `|c″|`: `1/(8·2²)`.
+const MIDPOINT_SLACK: f64 = 1.0 / 32.0;
+/// Chords up to this long bound their arc by `chord·(1 + chord²/20)`.
+const SHORT_CHORD: f64 = 1.0;
+/// A vector shorter than this has no direction.
+const NO_DIRECTION: f64 = 1e-9;
+
+/// What one look at a block tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QuickLook {
+    /// The deviation in the middle.
+    pub middle: Deviation,
+    /// No point of the block deviates by more [mm].
+    pub at_most_mm: f64,
+}
+
+/// A look at the block between two stations whose contacts are `contacts` at the points `contacts_mm`; `middle` is the
+/// tool's pose half way. The middle of the great circle between two normals is their normalised sum.
+///
+/// `None` where the short cut does not hold (mixed kinds of contact, normals far apart, contact near the tool
+/// axis): the block has to be sampled.
+#[must_use]
+pub fn quick_look(
+    kinematics: &Kinematics,
+    tool: &Tool,
+    mode: Interpolation,
+    ends: &[Station; 2],
+    contacts: [&CutterContact; 2],
+    contacts_mm: [Vec3; 2],
+    middle: &ToolPose,
+) -> Option<QuickLook> {
+    let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+    let t = middle.axis;
+    let (swing, offset_mm, normal) = match contacts {
+        [CutterContact::Tip, CutterContact::Tip] => (Swing::Tip, Vec3::zeros(), None),
+        [
+            CutterContact::Normal { direction: a, magnitude: from },
+            CutterContact::Normal { direction: b, magnitude: to },
+        ] => {
+            let (arc_rad, n) = halfway(a, b)?;
+            let mut offset_mm = (t - n * (0.5 * (from + to))) * corner;
+            if core > 0.0 {
+                offset_mm -= across(n, t).try_normalize(NO_DIRECTION)? * core;
+            }
+            let swing = Swing::Normal { arc_rad, directions: [*a, *b], magnitude: [*from, *to] };
+            (swing, offset_mm, Some(n))
+        }
+        [
+            CutterContact::Offset { axial_mm: a0, radial_mm: r0, inward: m0 },
+            CutterContact::Offset { axial_mm: a1, radial_mm: r1, inward: m1 },
+        ] => {
+            let (arc_rad, m) = halfway(m0, m1)?;
+            let m = across(m, t).try_normalize(NO_DIRECTION)?;
+            let (axial, radial) = (0.5 * (a0 + a1), 0.5 * (r0 + r1));
+            let toward_corner = t * (corner - axial) + m * (radial - core);
+            let normal = if corner > 0.0 { toward_corner.try_normalize(NO_DIRECTION) } else { None };
+            let swing = Swing::Offset {
+                arc_rad,
+                directions: [*m0, *m1],
+                axial_mm: [*a0, *a1],
+                radial_mm: [*r0, *r1],
+            };
+            (swing, t * axial - m * radial, normal)
+        }
+        _ => return None,
+    };
+    let contact_mm = middle.tip_mm + offset_mm;
+    let line = ContactLine::new(contacts_mm[0], contacts_mm[1]);
+    let off_line = contact_mm - line.foot_mm(contact_mm);
+    let middle =
+        Deviation { distance_mm: off_line.norm(), along_normal_mm: normal.map_or(0.0, |n| n.dot(&off_line)) };
+    let bound = curvature_bound_mm(kinematics, tool, mode, ends, &swing)?;
+    Some(QuickLook { middle, at_most_mm: middle.distance_mm + MIDPOINT_SLACK * bound })
+}
+
+/// An upper bound on the angle between two unit vectors, and the direction half way; `None` where they are far apart.
+fn halfway(a: &Vec3, b: &Vec3) -> Option<(f64, Vec3)> {
+    let chord = (b - a).norm();
+    if chord > SHORT_CHORD {
+        return None;
+    }
+    let sum = a + b;
+    Some((chord * (1.0 + 0.05 * chord * chord), sum / sum.norm()))
+}

@@ -1,0 +1,201 @@
+//! How many blocks a source block becomes, and the words at each of their ends.
+
+use super::{Correction, Sampled, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
+use crate::geometry::Vec3;
+use crate::motion::{AxisWords, Interpolation};
+use crate::program::round_to_decimals;
+
+use super::segment::rotary_rad;
+
+/// With how many decimals, in which unit, words are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Decimals of linear words.
+    pub linear_decimals: u8,
+    /// Decimals of rotary words.
+    pub rotary_decimals: u8,
+    /// Millimetres in a program unit: 1 or 25.4.
+    pub mm_per_unit: f64,
+}
+
+impl Resolution {
+    /// The length that the control reads back when `length_mm` is written [mm].
+    #[must_use]
+    pub fn linear_mm(&self, length_mm: f64) -> f64 {
+        round_to_decimals(length_mm / self.mm_per_unit, self.linear_decimals) * self.mm_per_unit
+    }
+
+    /// The angle that the control reads back when `angle_deg` is written [deg].
+    #[must_use]
+    pub fn rotary_deg(&self, angle_deg: f64) -> f64 {
+        round_to_decimals(angle_deg, self.rotary_decimals)
+    }
+}
+
+/// The end of an inserted block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// Fraction of the source block.
+    pub fraction: f64,
+    /// Words as the control will read them, and the pose they give.
+    pub station: Station,
+    /// The contact point aimed at in W [mm].
+    pub contact_mm: Vec3,
+}
+
+/// A source block divided: the nodes after its start, the last one being its end, and what was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subdivision {
+    /// Ends of the parts, in order; the last is the source block's own end, unchanged.
+    pub nodes: Vec<Node>,
+    /// The deviation left, over all parts.
+    pub after: Sampled,
+}
+
+/// More parts than this are not tried: the block does not converge, or the program would drown.
+const MAX_PARTS: u32 = 4096;
+/// Numbers of parts are searched to one in so many: well within the 5 % that an optimal division may save.
+const FINENESS: u32 = 64;
+/// So many numbers of parts from the expected one upward are tried one after the other …
+const CLOSE_TRIES: u32 = 6;
+/// … then the number is doubled, as long as two doublings bring the deviation down to this share.
+const STAGNATION: f64 = 0.8;
+
+/// The nodes of `parts` equal parts: rotary words rounded first, then X Y Z for the rounded ones (§2).
+#[must_use]
+pub fn nodes(
+    block: &SourceBlock<'_>,
+    correction: Correction,
+    parts: u32,
+    resolution: &Resolution,
+) -> Vec<Node> {
+    (1..=parts)
+        .map(|index| {
+            let fraction = f64::from(index) / f64::from(parts);
+            if index == parts {
+                let station = block.ends[1];
+                return Node { fraction, station, contact_mm: block.line.at_mm(1.0) };
+            }
+            node(block, correction, fraction, resolution)
+        })
+        .collect()
+}
+
+fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resolution: &Resolution) -> Node {
+    let mut words = block.words_at(fraction);
+    words.rotary_deg = words.rotary_deg.map(|deg| resolution.rotary_deg(deg));
+    let pose = Station::new(block.machine, block.kinematics, block.mode, words).pose;
+    let tip_mm = repaired_tip_mm(block, correction, fraction, &pose);
+    let exact = match block.mode {
+        Interpolation::Machine => {
+            block.kinematics.linear_mm(tip_mm, rotary_rad(block.machine, words.rotary_deg))
+        }
+        Interpolation::Tcp => tip_mm,
+    };
+    let linear_mm = std::array::from_fn(|k| resolution.linear_mm(exact[k]));
+    let written = AxisWords { linear_mm, rotary_deg: words.rotary_deg };
+    let station = Station::new(block.machine, block.kinematics, block.mode, written);
+    let contact_mm = tip_mm + block.carry.at(&block.tool, fraction, pose.axis).offset_mm;
+    Node { fraction, station, contact_mm }
+}
+
+/// The parts of a divided block as the machine will run them.
+pub fn segments(block: &SourceBlock<'_>, nodes: &[Node]) -> impl Iterator<Item = Segment> {
+    let first = Node { fraction: 0.0, station: block.ends[0], contact_mm: block.line.start_mm };
+    let starts = std::iter::once(first).chain(nodes.iter().copied());
+    starts.zip(nodes.to_vec()).map(|(from, to)| Segment {
+        ends: [from.station, to.station],
+        fraction: [from.fraction, to.fraction],
+    })
+}
+
+/// The fewest equal parts that keep the block within `tolerance_mm` of its source line everywhere, from
+/// `⌈√(ε_max/tol)⌉` upward (§2 "Output", `minimal`), with the words rounded as they will be written.
+///
+/// # Errors
+/// The smallest deviation that any tried division reached, where none kept the tolerance: the decimals, or the
+/// correction, cannot.
+pub fn divide(
+    block: &SourceBlock<'_>,
+    correction: Correction,
+    max_deviation_mm: f64,
+    tolerance_mm: f64,
+    resolution: &Resolution,
+    evaluations: &mut u64,
+) -> Result<Subdivision, f64> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before the cast")]
+    let first = (max_deviation_mm / tolerance_mm).sqrt().ceil().clamp(2.0, f64::from(MAX_PARTS) + 1.0) as u32;
+    if first > MAX_PARTS {
+        return Err(max_deviation_mm);
+    }
+    let mut attempt = |parts: u32| {
+        let nodes = nodes(block, correction, parts, resolution);
+        verify(block, &nodes, tolerance_mm, evaluations).map(|after| Subdivision { nodes, after })
+    };
+    let mut reachable_mm = max_deviation_mm;
+    let mut parts = first;
+    for _ in 0..CLOSE_TRIES {
+        match attempt(parts) {
+            Ok(divided) => return Ok(divided),
+            Err(found_mm) => reachable_mm = reachable_mm.min(found_mm),
+        }
+        parts = (parts + 1 + parts / FINENESS).min(MAX_PARTS);
+    }
+    // The square-root law does not hold here: the contact swings fast somewhere in the block, or the decimals are
+    // too coarse. Doubling tells the two apart.
+    let mut failed = parts.saturating_sub(1).max(first);
+    let mut earlier = [f64::INFINITY, reachable_mm];
+    while failed < MAX_PARTS {
+        let parts = failed.saturating_mul(2).min(MAX_PARTS);
+        match attempt(parts) {
+            Ok(divided) => return Ok(fewest_between(failed, parts, divided, attempt)),
+            Err(found_mm) => reachable_mm = reachable_mm.min(found_mm),
+        }
+        if reachable_mm > STAGNATION * earlier[0] {
+            break;
+        }
+        earlier = [earlier[1], reachable_mm];
+        failed = parts;
+    }
+    Err(reachable_mm)
+}
+
+/// Halves the gap between a number of parts that failed and one that holds, down to the fineness of the search.
+fn fewest_between(
+    mut failed: u32,
+    mut holding: u32,
+    mut best: Subdivision,
+    mut attempt: impl FnMut(u32) -> Result<Subdivision, f64>,
+) -> Subdivision {
+    while holding - failed > 1 + failed / FINENESS {
+        let middle = failed + (holding - failed) / 2;
+        match attempt(middle) {
+            Ok(divided) => (holding, best) = (middle, divided),
+            Err(_) => failed = middle,
+        }
+    }
+    best
+}
+
+/// Checks every part; the error is the largest deviation over all parts, so that it can be reported.
+fn verify(
+    block: &SourceBlock<'_>,
+    nodes: &[Node],
+    tolerance_mm: f64,
+    evaluations: &mut u64,
+) -> Result<Sampled, f64> {
+    let mut from = 0.0;
+    let mut parts = Vec::with_capacity(nodes.len());
+    let mut worst_mm: Option<f64> = None;
+    for segment in segments(block, nodes) {
+        let found = within_tolerance(block, &segment, tolerance_mm);
+        let (Ok(sampled) | Err(sampled)) = found;
+        *evaluations += sampled.evaluations;
+        if found.is_err() {
+            worst_mm = Some(worst_mm.unwrap_or(0.0).max(sampled.max_mm));
+        }
+        parts.push((segment.fraction[1] - from, sampled));
+        from = segment.fraction[1];
+    }
+    worst_mm.map_or_else(|| Ok(Sampled::join(parts)), Err)
+}

@@ -1,0 +1,108 @@
+//! What G codes mean, as one table.
+
+use super::FeedMode;
+use super::modal::{MotionMode, ToolLength, Transformation};
+use crate::units::MM_PER_INCH;
+
+/// The meaning of a G code.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Code {
+    Motion(MotionMode),
+    /// A motion only where axis words stand in the block; a mode of the control otherwise (G5.1, G60).
+    MotionWithAxes(MotionMode),
+    /// Cancels a canned cycle.
+    EndCycle,
+    Plane(u8),
+    Incremental(bool),
+    Units(f64),
+    Feed(FeedMode),
+    Compensation(bool),
+    ToolLength(ToolLength),
+    /// G54 and its kin; those with a P word are told apart by it.
+    WorkOffset,
+    Transform(Transformation, bool),
+    /// Axis words of the block are no motion: dwell, stroke limits, tables of offsets that are not active.
+    NoMotion,
+    /// G10: L2 and L20 write work offsets, others tool offsets.
+    WriteOffsets,
+    /// G92, G52 with axis words.
+    Shift,
+    /// G92.1 to G92.3.
+    OtherShift,
+    /// G53.
+    MachineCoordinates,
+    /// G28, G30: the axes named go to a reference position.
+    Reference,
+    /// Moves axes that are not named.
+    Elsewhere,
+    Call,
+    ModalCall,
+    EndModalCall,
+    /// Changes nothing that matters for the path's ends.
+    Harmless,
+    Unknown,
+}
+
+/// The meaning of the code of so many tenths.
+pub(super) fn meaning(tenths: u32) -> Code {
+    use Code::{
+        Call, Compensation, Elsewhere, EndCycle, EndModalCall, Feed, Harmless, Incremental,
+        MachineCoordinates, ModalCall, Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference, Shift,
+        Transform, Units, Unknown, WorkOffset, WriteOffsets,
+    };
+    use MotionMode::{Arc, Cycle, Linear, Probing, Rapid, Spline, Thread};
+    use Transformation::{Cylinder, Mirror, PolarInterpolation, PolarWords, Rotation, Scaling};
+    match tenths {
+        0 => Motion(Rapid),
+        10 => Motion(Linear),
+        20 | 30 => Motion(Arc),
+        40 | 220 | 230 => NoMotion,
+        50 | 51 | 52 | 60 | 61 | 62 => MotionWithAxes(Spline),
+        // Among them the sense of I J K (G90.1), which no end depends on.
+        53 | 80 | 81 | 90 | 110 | 250 | 260 | 390 | 610..=612 | 620 | 630 | 640 | 901 | 911 => Harmless,
+        960 | 970 | 980 | 990 | 1030 | 1870 => Harmless,
+        600 => MotionWithAxes(Thread),
+        70 | 71 | 1070 => Transform(Cylinder, true),
+        100 => WriteOffsets,
+        121 | 1120 => Transform(PolarInterpolation, true),
+        131 | 1130 => Transform(PolarInterpolation, false),
+        150 => Transform(PolarWords, false),
+        160 => Transform(PolarWords, true),
+        170 | 171 => Plane(2),
+        180 | 181 => Plane(1),
+        190 | 191 => Plane(0),
+        200 | 700 => Units(MM_PER_INCH),
+        210 | 710 => Units(1.0),
+        280 | 300 | 301 => Reference,
+        270 | 290 | 360 | 370 | 531..=536 => Elsewhere,
+        310..=319 | 380..=389 => Motion(Probing),
+        330..=332 | 340 => Motion(Thread),
+        400 => Compensation(false),
+        410..=429 => Compensation(true),
+        430..=432 | 440 | 490 | 491 => Code::ToolLength(ToolLength::Plain),
+        434 | 2340 => Code::ToolLength(ToolLength::Tcp),
+        435 => Code::ToolLength(ToolLength::Vector),
+        450..=489 => MotionWithAxes(Thread),
+        500 => Transform(Scaling, false),
+        510 => Transform(Scaling, true),
+        501 => Transform(Mirror, false),
+        511 => Transform(Mirror, true),
+        520 | 920 => Shift,
+        530 => MachineCoordinates,
+        540..=599 | 1540 => WorkOffset,
+        650 => Call,
+        660 | 661 => ModalCall,
+        670 => EndModalCall,
+        680..=689 => Transform(Rotation, true),
+        690..=699 => Transform(Rotation, false),
+        730 | 740 | 760 | 810..=899 => Motion(Cycle),
+        800 => EndCycle,
+        900 => Incremental(false),
+        910 => Incremental(true),
+        921..=923 => OtherShift,
+        930 => Feed(FeedMode::InverseTime),
+        940 => Feed(FeedMode::PerMinute),
+        950 => Feed(FeedMode::PerRevolution),
+        _ => Unknown,
+    }
+}

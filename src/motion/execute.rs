@@ -1,0 +1,367 @@
+//! What the codes of a block do.
+
+use super::codes::{Code, meaning};
+use super::interpreter::{AXES, Interpreter, at_bytes, bit};
+use super::modal::{MotionMode, Transformation};
+use super::{Motion, MotionKind, Unfollowable};
+use crate::program::{Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word};
+
+/// What a block does with its axis words besides moving.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Action {
+    /// Axis words are no motion.
+    Consume,
+    /// They set an offset.
+    Shift,
+    /// G28, G30.
+    Reference,
+    /// Moves that are not written.
+    Elsewhere,
+    Call,
+    Unknown,
+    /// A spline, thread or the like in this block only.
+    Odd(Unfollowable),
+}
+
+/// Words by which an M code calls or returns, and what M codes mean for the path, in tenths.
+const TOOL_CHANGES: [u32; 2] = [60, 610];
+const CALLS: [u32; 4] = [960, 970, 980, 1980];
+const ENDS: [u32; 2] = [20, 300];
+const RETURN: u32 = 990;
+/// User codes by which RS274 machines switch their kinematics: not understood, so linear positions are lost.
+const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
+const EXTRUDER_ABSOLUTE: u32 = 820;
+const EXTRUDER_RELATIVE: u32 = 830;
+
+impl Interpreter {
+    /// A block with codes other than G0 and G1, or otherwise not plain.
+    pub(super) fn execute(
+        &mut self,
+        batch: &Batch,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
+            self.shift_offsets();
+        }
+        if self.block.has(Address::O) && self.is_under_way() {
+            self.forget_all();
+        }
+        let mut reason = self.block_reason(batch, block, diagnostics);
+        let (mut action, one_shot) = self.apply_g_codes(&mut reason);
+        let (ends, called) = self.apply_m_codes();
+        if self.block.odd_code {
+            action = Some(Action::Unknown);
+        } else if called {
+            action = Some(Action::Call);
+        }
+        self.obstacle = self.modal.obstacle();
+        if self.block.m_codes().contains(&RETURN) && self.block.has(Address::P) {
+            let text = Excerpt::new(batch.block_text(block).trim_ascii());
+            let code = DiagnosticCode::ControlFlow { text };
+            diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
+        }
+        self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        if ends {
+            self.end();
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the state of one block, used here only")]
+    fn act(
+        &mut self,
+        batch: &Batch,
+        index: usize,
+        block: &Block,
+        action: Option<Action>,
+        one_shot: bool,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let axis_words = self.block.present & AXES;
+        match action {
+            None if one_shot => {
+                if axis_words != 0 {
+                    let reason = Some(Unfollowable::MachineCoordinates);
+                    self.move_axes(index, block, reason, motions);
+                    self.forget_named(axis_words);
+                }
+            }
+            None => self.move_axes(index, block, reason, motions),
+            Some(Action::Consume) => {}
+            Some(Action::Shift) => {
+                // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
+                if axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S)) {
+                    self.shift_offsets();
+                }
+                if self.block.has(Address::E) {
+                    self.position.extruder = self.block.value(Address::E);
+                }
+            }
+            Some(Action::Reference) => {
+                self.set_feed();
+                self.opaque(index, block, Unfollowable::Reference, motions);
+                // U V W name the linear axes incrementally on some controls.
+                let incremental = bit(Address::U) | bit(Address::V) | bit(Address::W);
+                if axis_words == 0 || self.block.present & incremental != 0 {
+                    self.position.forget_axes();
+                } else {
+                    self.forget_named(axis_words);
+                }
+            }
+            Some(Action::Elsewhere) => {
+                self.opaque(index, block, Unfollowable::Reference, motions);
+                self.position.forget_axes();
+            }
+            Some(Action::Odd(reason)) => {
+                self.opaque(index, block, reason, motions);
+                self.forget_named(axis_words);
+            }
+            Some(Action::Call) => {
+                let text = Excerpt::new(batch.block_text(block).trim_ascii());
+                let code = DiagnosticCode::Call { text };
+                diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
+                self.opaque(index, block, Unfollowable::Call, motions);
+                self.forget_all();
+            }
+            Some(Action::Unknown) => {
+                let odd = batch.words(block).iter().find(|word| is_unknown(word));
+                let (start, end) = odd.map_or((block.start, block.body_end), |word| (word.start, word.end));
+                let text = odd.map_or(&b""[..], |word| batch.word_text(word));
+                let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
+                diagnostics.push(at_bytes(batch, block, start, end, code));
+                self.opaque(index, block, Unfollowable::UnknownCode, motions);
+                self.forget_all();
+            }
+        }
+    }
+
+    /// What the way the block is written forbids.
+    fn block_reason(
+        &mut self,
+        batch: &Batch,
+        block: &Block,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Unfollowable> {
+        let mut reason = None;
+        let words = batch.words(block);
+        if block.flags.has(BlockFlags::COMMA) {
+            reason = Some(Unfollowable::Corner);
+        }
+        if block.flags.has(BlockFlags::REPEATED) {
+            for (_, word) in words.iter().enumerate().filter(|(index, word)| is_repeated(words, *index, word))
+            {
+                let address = word.address;
+                let code = DiagnosticCode::RepeatedAddress { address };
+                diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
+                reason = Some(Unfollowable::RepeatedAddress { address });
+                // Which of the two holds, nobody can tell.
+                self.block.unknown |= bit(address);
+            }
+        }
+        if block.flags.has(BlockFlags::DELETE) {
+            reason = Some(Unfollowable::BlockDelete);
+        }
+        reason
+    }
+
+    /// Sets the modes; gives what else is to be done, and whether G53 stands in the block.
+    fn apply_g_codes(&mut self, reason: &mut Option<Unfollowable>) -> (Option<Action>, bool) {
+        let mut action = None;
+        let mut machine_coordinates = false;
+        let mut motion_codes = 0;
+        let mut ends_cycle = false;
+        let axis_words = self.block.present & AXES;
+        let also = |action: &mut Option<Action>, new: Action| {
+            // Two codes that want the axis words: what moves unseen wins.
+            let wins = !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere));
+            if action.is_some() && *action != Some(new) && axis_words != 0 {
+                *action = Some(Action::Odd(Unfollowable::ConflictingCodes));
+            } else if wins {
+                *action = Some(new);
+            }
+        };
+        for index in 0..self.block.g_count {
+            let code = self.code(index);
+            match code {
+                Code::Motion(mode) => {
+                    motion_codes += u32::from(motion_codes == 0 || self.modal.motion != Some(mode));
+                    self.modal.motion = Some(mode);
+                }
+                Code::MotionWithAxes(MotionMode::Spline) if axis_words != 0 => {
+                    self.modal.motion = Some(MotionMode::Spline);
+                }
+                Code::MotionWithAxes(_) if axis_words != 0 => {
+                    also(&mut action, Action::Odd(Unfollowable::SpecialMotion));
+                }
+                Code::EndCycle => ends_cycle = true,
+                Code::Plane(plane) => self.modal.plane = Some(plane),
+                Code::Incremental(incremental) => self.modal.incremental = Some(incremental),
+                Code::Units(mm_per_unit) => {
+                    if self.modal.mm_per_unit != Some(mm_per_unit) {
+                        self.modal.feed = None;
+                    }
+                    self.modal.mm_per_unit = Some(mm_per_unit);
+                }
+                Code::Feed(mode) => {
+                    if self.modal.feed_mode != Some(mode) {
+                        self.modal.feed = None;
+                    }
+                    self.modal.feed_mode = Some(mode);
+                }
+                Code::Compensation(on) => self.modal.compensation = Some(on),
+                Code::ToolLength(length) => {
+                    if self.modal.tool_length == Some(length) {
+                        // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
+                        self.position.axes[2] = None;
+                    } else {
+                        self.position.forget_linear();
+                    }
+                    self.modal.tool_length = Some(length);
+                }
+                Code::WorkOffset => self.change_work_offset(self.block.g_codes[index]),
+                Code::Transform(which, on) => self.transform(which, on),
+                Code::NoMotion => also(&mut action, Action::Consume),
+                Code::WriteOffsets => {
+                    match self.block.value(Address::L) {
+                        Some(l) if l == 2.0 || l == 20.0 => self.shift_offsets(),
+                        // A tool offset: the length may be the active one.
+                        Some(_) => self.position.forget_linear(),
+                        // Fanuc's G10 P R, or the start of data that G11 ends.
+                        None => self.shift_offsets(),
+                    }
+                    also(&mut action, Action::Consume);
+                }
+                Code::Shift => also(&mut action, Action::Shift),
+                Code::OtherShift => {
+                    self.shift_offsets();
+                    also(&mut action, Action::Consume);
+                }
+                Code::MachineCoordinates => machine_coordinates = true,
+                Code::Reference => also(&mut action, Action::Reference),
+                Code::Elsewhere => also(&mut action, Action::Elsewhere),
+                Code::Call => also(&mut action, Action::Call),
+                Code::ModalCall => {
+                    self.modal.modal_call = Some(true);
+                    also(&mut action, Action::Call);
+                }
+                Code::EndModalCall => {
+                    self.modal.modal_call = Some(false);
+                    self.position.forget_all();
+                }
+                Code::Harmless | Code::MotionWithAxes(_) => {}
+                Code::Unknown => also(&mut action, Action::Unknown),
+            }
+        }
+        if ends_cycle && motion_codes == 0 && self.modal.motion == Some(MotionMode::Cycle) {
+            self.modal.motion = None;
+        }
+        if motion_codes > 1 {
+            *reason = Some(Unfollowable::ConflictingCodes);
+            self.modal.motion = None;
+        }
+        // Unknown codes and calls are never hidden by a conflict.
+        if (0..self.block.g_count).any(|index| self.code(index) == Code::Unknown) {
+            action = Some(Action::Unknown);
+        }
+        (action, machine_coordinates)
+    }
+
+    /// The meaning of a G code in this block: G70 and G71 with P or Q are turning cycles.
+    fn code(&self, index: usize) -> Code {
+        let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
+        let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
+        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(tenths) }
+    }
+
+    fn change_work_offset(&mut self, code: u32) {
+        let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
+        let offset = match self.block.value(Address::P) {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
+            Some(p) if has_p && (0.0..60_000.0).contains(&p) => Some((code << 16) + 1 + p as u32),
+            _ if has_p => None,
+            _ => Some(code << 16),
+        };
+        if offset.is_none() || offset != self.modal.work_offset {
+            self.position.forget_axes();
+        }
+        self.modal.work_offset = offset;
+    }
+
+    fn transform(&mut self, which: Transformation, on: bool) {
+        // G7 and G7.1 are ended by G8 or by the axis at zero.
+        let on = on && !(which == Transformation::Cylinder && self.is_cylinder_end());
+        if let Some(state) = self.modal.transformations.get_mut(which as usize)
+            && *state != Some(on)
+        {
+            *state = Some(on);
+            self.position.forget_axes();
+        }
+    }
+
+    fn is_cylinder_end(&self) -> bool {
+        [Address::A, Address::B, Address::C].into_iter().any(|axis| self.block.value(axis) == Some(0.0))
+    }
+
+    /// Whether the program ends here, and whether something is called.
+    fn apply_m_codes(&mut self) -> (bool, bool) {
+        let (mut ends, mut called) = (false, false);
+        for index in 0..self.block.m_count {
+            let code = self.block.m_codes[index];
+            if TOOL_CHANGES.contains(&code) || KINEMATICS_SWITCHES.contains(&code) {
+                self.position.forget_linear();
+            }
+            called |= CALLS.contains(&code);
+            ends |= ENDS.contains(&code) || code == RETURN;
+            if code == EXTRUDER_ABSOLUTE || code == EXTRUDER_RELATIVE {
+                self.modal.relative_extruder = code == EXTRUDER_RELATIVE;
+            }
+        }
+        (ends, called)
+    }
+
+    /// A motion that may do anything with these axes.
+    pub(super) fn opaque(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Unfollowable,
+        motions: &mut Vec<Motion>,
+    ) {
+        let mut motion = self.motion_shell(index, block, MotionKind::Opaque);
+        motion.start = self.position.axis_words();
+        motion.unfollowable = Some(reason);
+        motions.push(motion);
+    }
+
+    /// The axes named in the block are not known any more.
+    pub(super) fn forget_named(&mut self, named: u32) {
+        let [first, second] = self.rotary_addresses;
+        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+            if named & bit(address) != 0 {
+                self.position.axes[slot] = None;
+            }
+        }
+        if named & bit(self.foreign_address) != 0 {
+            self.position.foreign_deg = None;
+        }
+    }
+}
+
+/// Whether a word has another of the same address before it, where one only makes sense.
+fn is_repeated(words: &[Word], index: usize, word: &Word) -> bool {
+    let repeatable = matches!(word.address, Address::G | Address::M | Address::N);
+    let before = words.get(..index).unwrap_or_default();
+    !repeatable && before.iter().any(|other| other.address == word.address && other.form == word.form)
+}
+
+fn is_unknown(word: &Word) -> bool {
+    match word.address {
+        Address::G => word.code_tenths().is_none_or(|code| meaning(code) == Code::Unknown),
+        Address::M => word.code_tenths().is_none(),
+        _ => false,
+    }
+}

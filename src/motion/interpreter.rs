@@ -1,0 +1,313 @@
+//! From blocks to motions: the course of a block. What its codes do is in `execute`.
+
+use super::modal::{Modal, MotionMode};
+use super::position::Position;
+use super::{Decimals, Motion, Unfollowable};
+use crate::machine::Machine;
+use crate::program::{
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Dialect,
+    Excerpt, Word, WordForm,
+};
+
+/// How a program is to be taken where the text alone does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct InterpreterOptions {
+    /// Feed in G94 before the first F word [mm/min].
+    pub feed_mm_per_min: Option<f64>,
+}
+
+/// A control that reads a program batch after batch, in the program's order.
+///
+/// It starts in G90 G21 G94 G17 G40 G49 G54 with no position known. A call (M98, G65, an O word's `call`) leaves
+/// every modal group unknown until a word sets it again, and every position until an absolute word does.
+#[derive(Debug, Clone)]
+pub struct Interpreter {
+    pub(super) options: InterpreterOptions,
+    pub(super) modal: Modal,
+    pub(super) position: Position,
+    pub(super) program_decimals: Decimals,
+    /// Why no motion can be followed in the present modal state.
+    pub(super) obstacle: Option<Unfollowable>,
+    /// By address: the axis it moves: 0–2 X Y Z, 3–4 the machine's rotaries.
+    pub(super) rotary_addresses: [Address; 2],
+    pub(super) foreign_address: Address,
+    /// Work offset and shifts at the first complete point.
+    pub(super) first_offset: Option<(Option<u32>, u32)>,
+    /// The motion before asked for a corner to the present one.
+    pub(super) corner_open: bool,
+    has_blocks: bool,
+    has_motions: bool,
+    ended: bool,
+    pub(super) block: BlockWords,
+}
+
+/// The words of the block at hand, by address.
+#[derive(Debug, Clone)]
+pub(super) struct BlockWords {
+    pub(super) values: [f64; 32],
+    pub(super) decimals: [u8; 32],
+    /// Addresses in the block, bit by index; those of `,R` and its kin apart.
+    pub(super) present: u32,
+    /// Of these, the ones whose value is not a plain number.
+    pub(super) unknown: u32,
+    pub(super) comma: u32,
+    /// G and M codes in tenths.
+    pub(super) g_codes: [u32; 16],
+    pub(super) g_count: usize,
+    pub(super) m_codes: [u32; 16],
+    pub(super) m_count: usize,
+    /// A G or M word without a plain code, or too many of them.
+    pub(super) odd_code: bool,
+}
+
+impl BlockWords {
+    const EMPTY: Self = Self {
+        values: [0.0; 32],
+        decimals: [0; 32],
+        present: 0,
+        unknown: 0,
+        comma: 0,
+        g_codes: [0; 16],
+        g_count: 0,
+        m_codes: [0; 16],
+        m_count: 0,
+        odd_code: false,
+    };
+
+    #[inline]
+    fn gather(&mut self, words: &[Word]) {
+        (self.present, self.unknown, self.comma) = (0, 0, 0);
+        (self.g_count, self.m_count, self.odd_code) = (0, 0, false);
+        for word in words {
+            let index = word.address.index() & 31;
+            match word.address {
+                Address::G => Self::add_code(word, &mut self.g_codes, &mut self.g_count, &mut self.odd_code),
+                Address::M => Self::add_code(word, &mut self.m_codes, &mut self.m_count, &mut self.odd_code),
+                _ if word.form == WordForm::Comma => self.comma |= 1 << index,
+                _ => {
+                    self.present |= 1 << index;
+                    self.values[index] = word.value;
+                    self.decimals[index] = word.decimals;
+                    self.unknown |= u32::from(word.form == WordForm::Expression) << index;
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn add_code(word: &Word, codes: &mut [u32; 16], count: &mut usize, odd: &mut bool) {
+        match (word.code_tenths(), codes.get_mut(*count)) {
+            (Some(code), Some(slot)) => {
+                *slot = code;
+                *count += 1;
+            }
+            _ => *odd = true,
+        }
+    }
+
+    #[inline]
+    pub(super) fn has(&self, address: Address) -> bool {
+        self.present & (1 << address.index()) != 0
+    }
+
+    /// The value of a word, if it stands in the block with a plain number.
+    #[inline]
+    pub(super) fn value(&self, address: Address) -> Option<f64> {
+        let bit = 1 << address.index();
+        (self.present & bit != 0 && self.unknown & bit == 0).then(|| self.values[address.index()])
+    }
+
+    pub(super) fn g_codes(&self) -> &[u32] {
+        self.g_codes.get(..self.g_count).unwrap_or_default()
+    }
+
+    pub(super) fn m_codes(&self) -> &[u32] {
+        self.m_codes.get(..self.m_count).unwrap_or_default()
+    }
+
+    /// G0 and G1 only, no M codes: nothing but motion can come of it.
+    #[inline]
+    fn is_simple(&self) -> bool {
+        self.m_count == 0
+            && self.g_count <= 1
+            && !self.odd_code
+            && self.g_codes().iter().all(|code| matches!(code, 0 | 10))
+    }
+}
+
+/// Bits of X Y Z A B C.
+pub(super) const AXES: u32 =
+    bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
+
+pub(super) const fn bit(address: Address) -> u32 {
+    1 << address.index()
+}
+
+impl Interpreter {
+    /// A control of this machine in its starting state.
+    #[must_use]
+    pub fn new(machine: &Machine, options: InterpreterOptions) -> Self {
+        let letters = [Address::A, Address::B, Address::C];
+        let rotary_addresses = machine.rotary_axes().each_ref().map(|axis| letters[axis.letter as usize]);
+        let foreign_address =
+            letters.into_iter().find(|letter| !rotary_addresses.contains(letter)).unwrap_or(Address::C);
+        Self {
+            options,
+            modal: Modal::START,
+            position: Position::UNKNOWN,
+            program_decimals: Decimals::default(),
+            obstacle: None,
+            rotary_addresses,
+            foreign_address,
+            first_offset: None,
+            corner_open: false,
+            has_blocks: false,
+            has_motions: false,
+            ended: false,
+            block: BlockWords::EMPTY,
+        }
+    }
+
+    /// Appends the motions of the batch and what there is to say about it. A diagnostic of severity `Refusal` means
+    /// that the program as a whole cannot be followed: its effect could reach any later block.
+    pub fn interpret(&mut self, batch: &Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
+        if batch.dialect() == Dialect::Csv && self.modal.motion.is_none() {
+            self.modal.motion = Some(MotionMode::Linear);
+        }
+        let mut faults = batch.faults().iter();
+        for (index, block) in batch.blocks().iter().enumerate() {
+            if self.ended {
+                return;
+            }
+            match block.kind {
+                BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
+                BlockKind::Blank | BlockKind::Comment | BlockKind::Banner | BlockKind::Header => {}
+                // The first one opens the tape, another one closes it.
+                BlockKind::Percent => self.ended = self.has_blocks,
+                BlockKind::Assignment => self.assign(block),
+                BlockKind::Call => {
+                    self.has_blocks = true;
+                    let text = excerpt(batch, block);
+                    diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
+                    self.block.gather(&[]);
+                    self.opaque(index, block, Unfollowable::Call, motions);
+                    self.forget_all();
+                }
+                BlockKind::Flow => {
+                    let text = excerpt(batch, block);
+                    diagnostics.push(at_block(batch, block, DiagnosticCode::ControlFlow { text }));
+                }
+                BlockKind::Template => {
+                    let text = excerpt(batch, block);
+                    diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
+                }
+                BlockKind::Malformed => {
+                    if let Some(fault) = faults.find(|fault| fault.line == block.line) {
+                        diagnostics.push(*fault);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    fn interpret_words(
+        &mut self,
+        batch: &Batch,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let words = batch.words(block);
+        self.block.gather(words);
+        self.has_blocks |= !words.is_empty();
+        if block.flags.is_plain() && self.block.is_simple() && !self.block.has(Address::O) {
+            if let Some(&code) = self.block.g_codes().last() {
+                self.set_straight(code);
+            }
+            self.move_axes(index, block, None, motions);
+        } else if block.flags.has(BlockFlags::DELETE) {
+            // The operator decides: only what comes out the same both ways is known behind it.
+            let skipped = (self.modal, self.position, self.ended);
+            self.execute(batch, index, block, motions, diagnostics);
+            self.modal = self.modal.common(&skipped.0);
+            self.position = self.position.common(&skipped.1);
+            self.ended = skipped.2;
+            self.obstacle = self.modal.obstacle();
+        } else {
+            self.execute(batch, index, block, motions, diagnostics);
+        }
+        self.has_motions |= !motions.is_empty();
+    }
+
+    #[inline]
+    fn set_straight(&mut self, code: u32) {
+        self.modal.motion = Some(if code == 0 { MotionMode::Rapid } else { MotionMode::Linear });
+    }
+
+    /// Marks the end of the program.
+    pub(super) fn end(&mut self) {
+        self.ended = true;
+    }
+
+    /// Whether an O number now starts another program.
+    pub(super) fn is_under_way(&self) -> bool {
+        self.has_motions
+    }
+
+    fn assign(&mut self, block: &Block) {
+        self.has_blocks = true;
+        if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
+            self.shift_offsets();
+        }
+    }
+
+    /// A work offset moves: no position is known in the new coordinates.
+    pub(super) fn shift_offsets(&mut self) {
+        self.modal.shifts = self.modal.shifts.saturating_add(1);
+        self.position.forget_axes();
+    }
+
+    /// Behind a call.
+    pub(super) fn forget_all(&mut self) {
+        self.modal.forget();
+        self.position.forget_all();
+        self.obstacle = self.modal.obstacle();
+    }
+}
+
+pub(super) fn excerpt(batch: &Batch, block: &Block) -> Excerpt {
+    Excerpt::new(batch.block_text(block).trim_ascii())
+}
+
+/// A diagnostic of a whole block, from its first byte that is no blank.
+pub(super) fn at_block(batch: &Batch, block: &Block, code: DiagnosticCode) -> Diagnostic {
+    let text = batch.block_text(block);
+    let blanks = text.iter().take_while(|byte| byte.is_ascii_whitespace()).count().min(text.len());
+    at_bytes(batch, block, block.start + u32::try_from(blanks).unwrap_or(0), block.body_end, code)
+}
+
+/// A diagnostic of some bytes of the batch's text.
+pub(super) fn at_bytes(
+    batch: &Batch,
+    block: &Block,
+    start: u32,
+    end: u32,
+    code: DiagnosticCode,
+) -> Diagnostic {
+    Diagnostic {
+        code,
+        line: block.line,
+        column: start.saturating_sub(block.start) + 1,
+        span: ByteSpan {
+            start: batch.offset() + u64::from(start),
+            end: batch.offset() + u64::from(end.max(start)),
+        },
+    }
+}

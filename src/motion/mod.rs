@@ -1,0 +1,24 @@
+//! What a program means on one machine: motions with start, end, feed and source line, under the modal state of a
+//! control whose every value may be unknown.
+//!
+//! A program starts in G90 G21 G94 G17 with no position known. What cannot be followed is said to be so and left
+//! alone; nothing is guessed.
+
+mod codes;
+mod execute;
+mod feed;
+mod interpreter;
+mod modal;
+mod motions;
+mod position;
+#[cfg(test)]
+mod tests;
+mod travel;
+mod unfollowable;
+mod words;
+
+pub use feed::{Feed, FeedMode};
+pub use interpreter::{Interpreter, InterpreterOptions};
+pub use motions::{Interpolation, Motion, MotionKind};
+pub use unfollowable::{ModalGroup, Unfollowable};
+pub use words::{AxisWords, ContactWords, Decimals, Extra};

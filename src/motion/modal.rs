@@ -1,0 +1,156 @@
+//! The modal state of a control. `None` is a value that is not known.
+
+use super::{FeedMode, ModalGroup, Unfollowable};
+
+/// The motion group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MotionMode {
+    Rapid,
+    Linear,
+    Arc,
+    Cycle,
+    Spline,
+    Thread,
+    Probing,
+}
+
+/// The tool length group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ToolLength {
+    /// None, or along Z.
+    Plain,
+    /// Tool-centre-point control with rotary words.
+    Tcp,
+    /// The same with a tool vector.
+    Vector,
+}
+
+/// Coordinate transformations, by index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Transformation {
+    Rotation,
+    Scaling,
+    Mirror,
+    PolarWords,
+    PolarInterpolation,
+    Cylinder,
+}
+
+/// All that is modal but for positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Modal {
+    pub(super) motion: Option<MotionMode>,
+    pub(super) plane: Option<u8>,
+    pub(super) incremental: Option<bool>,
+    pub(super) mm_per_unit: Option<f64>,
+    pub(super) feed_mode: Option<FeedMode>,
+    pub(super) compensation: Option<bool>,
+    pub(super) tool_length: Option<ToolLength>,
+    /// By [`Transformation`].
+    pub(super) transformations: [Option<bool>; 6],
+    pub(super) modal_call: Option<bool>,
+    /// The work offset, as code and P number in one; G54 at the start.
+    pub(super) work_offset: Option<u32>,
+    /// Changes when G92, G52 or G10 move an offset.
+    pub(super) shifts: u32,
+    /// M83.
+    pub(super) relative_extruder: bool,
+    /// F as written and its decimals.
+    pub(super) feed: Option<(f64, u8)>,
+}
+
+/// G54.
+pub(super) const FIRST_WORK_OFFSET: u32 = 540 << 16;
+
+impl Modal {
+    /// G0-less start: G90 G21 G94 G17 G40 G49 G54, no transformation, no motion mode.
+    pub(super) const START: Self = Self {
+        motion: None,
+        plane: Some(2),
+        incremental: Some(false),
+        mm_per_unit: Some(1.0),
+        feed_mode: Some(FeedMode::PerMinute),
+        compensation: Some(false),
+        tool_length: Some(ToolLength::Plain),
+        transformations: [Some(false); 6],
+        modal_call: Some(false),
+        work_offset: Some(FIRST_WORK_OFFSET),
+        shifts: 0,
+        relative_extruder: false,
+        feed: None,
+    };
+
+    /// Behind a call. Rotation and tilted planes are what subprograms leave behind, so G69 has to say that there is
+    /// none; scaling, mirror, polar words and modal calls are taken to be as before.
+    pub(super) fn forget(&mut self) {
+        self.motion = None;
+        self.plane = None;
+        self.incremental = None;
+        self.mm_per_unit = None;
+        self.feed_mode = None;
+        self.compensation = None;
+        self.tool_length = None;
+        self.transformations[Transformation::Rotation as usize] = None;
+        self.work_offset = None;
+        self.feed = None;
+    }
+
+    /// What is the same whether a block was executed or skipped.
+    pub(super) fn common(&self, skipped: &Self) -> Self {
+        fn same<T: PartialEq + Copy>(a: Option<T>, b: Option<T>) -> Option<T> {
+            if a == b { a } else { None }
+        }
+        Self {
+            motion: same(self.motion, skipped.motion),
+            plane: same(self.plane, skipped.plane),
+            incremental: same(self.incremental, skipped.incremental),
+            mm_per_unit: same(self.mm_per_unit, skipped.mm_per_unit),
+            feed_mode: same(self.feed_mode, skipped.feed_mode),
+            compensation: same(self.compensation, skipped.compensation),
+            tool_length: same(self.tool_length, skipped.tool_length),
+            transformations: std::array::from_fn(|i| {
+                same(self.transformations[i], skipped.transformations[i])
+            }),
+            modal_call: same(self.modal_call, skipped.modal_call),
+            work_offset: same(self.work_offset, skipped.work_offset),
+            // A shift that may have been is a shift.
+            shifts: self.shifts,
+            relative_extruder: self.relative_extruder || skipped.relative_extruder,
+            feed: same(self.feed, skipped.feed),
+        }
+    }
+
+    /// Why no motion can be followed in this state, whatever the motion.
+    pub(super) fn obstacle(&self) -> Option<Unfollowable> {
+        let unknown = |group| Some(Unfollowable::ModeUnknown { group });
+        if self.modal_call != Some(false) {
+            return Some(Unfollowable::ModalCall);
+        }
+        if self.transformations.contains(&Some(true)) {
+            return Some(Unfollowable::Transformation);
+        }
+        if self.transformations.contains(&None) {
+            return unknown(ModalGroup::Transformation);
+        }
+        match self.compensation {
+            Some(false) => {}
+            Some(true) => return Some(Unfollowable::CutterCompensation),
+            None => return unknown(ModalGroup::CutterCompensation),
+        }
+        match self.tool_length {
+            Some(ToolLength::Vector) => return Some(Unfollowable::ToolVector),
+            Some(_) => {}
+            None => return unknown(ModalGroup::ToolLength),
+        }
+        if self.incremental.is_none() {
+            return unknown(ModalGroup::Distance);
+        }
+        if self.mm_per_unit.is_none() {
+            return unknown(ModalGroup::Units);
+        }
+        if self.feed_mode.is_none() {
+            return unknown(ModalGroup::FeedMode);
+        }
+        None
+    }
+}

@@ -1,0 +1,62 @@
+//! One motion, as the compensator takes it.
+
+use super::{AxisWords, ContactWords, Decimals, Extra, Feed, Unfollowable};
+
+/// The kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MotionKind {
+    /// G0.
+    Rapid,
+    /// G1.
+    Linear,
+    /// G2, G3; helix included.
+    Arc,
+    /// May move or change anything: calls, canned cycles, reference returns, unknown codes.
+    Opaque,
+}
+
+/// What the control interpolates linearly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The axes; X Y Z are machine axis positions in the work offset.
+    Machine,
+    /// Tool tip and tool axis in the workpiece (G43.4).
+    Tcp,
+}
+
+/// One motion of a program. Blocks without axis words make none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Index of its block in the batch.
+    pub block: u32,
+    /// 1-based line of the upload.
+    pub line: u64,
+    /// What kind.
+    pub kind: MotionKind,
+    /// By the program's own switches (G43.4, G49, …); `Machine` also where it is not known, and then the motion is
+    /// unfollowable.
+    pub interpolation: Interpolation,
+    /// Where it starts, in the coordinates of this motion; `None` unless all five axes are known.
+    pub start: Option<AxisWords>,
+    /// Where it ends; `None` unless all five axes are known.
+    pub end: Option<AxisWords>,
+    /// Contact words of the block.
+    pub contact: ContactWords,
+    /// Feed, after the block's own words.
+    pub feed: Feed,
+    /// The extruder, where the block moves it.
+    pub extra: Option<Extra>,
+    /// G91: the block's words count from the position before.
+    pub incremental: bool,
+    /// 1, or 25.4 where the block is in inches.
+    pub mm_per_unit: f64,
+    /// Of the words of this block; a class without a word takes those of its modal values.
+    pub decimals: Decimals,
+    /// The most seen so far in the program (posts strip trailing zeros).
+    pub program_decimals: Decimals,
+    /// Why it has to be left alone, if so.
+    pub unfollowable: Option<Unfollowable>,
+    /// Another work offset than at the program's first complete point is active, or one that is not known (G92,
+    /// G52, G10 since then).
+    pub offset_changed: bool,
+}

@@ -1,0 +1,87 @@
+//! Where the control is, as far as the text tells. `None` is not known.
+
+use super::{AxisWords, Decimals};
+
+/// Last values of the words that name places, and the digits they were written with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Position {
+    /// X Y Z [mm] and the machine's two rotaries [deg].
+    pub(super) axes: [Option<f64>; 5],
+    /// The letter among A B C that the machine lacks [deg].
+    pub(super) foreign_deg: Option<f64>,
+    /// U V W [mm].
+    pub(super) contact_mm: [Option<f64>; 3],
+    /// nx ny nz.
+    pub(super) normal: [Option<f64>; 3],
+    /// E, program units.
+    pub(super) extruder: Option<f64>,
+    /// Of X Y Z and the two rotaries.
+    pub(super) decimals: [u8; 5],
+    pub(super) contact_decimals: [u8; 3],
+    pub(super) extra_decimals: u8,
+}
+
+impl Position {
+    pub(super) const UNKNOWN: Self = Self {
+        axes: [None; 5],
+        foreign_deg: None,
+        contact_mm: [None; 3],
+        normal: [None; 3],
+        extruder: None,
+        decimals: [0; 5],
+        contact_decimals: [0; 3],
+        extra_decimals: 0,
+    };
+
+    /// All five axes, if known.
+    #[inline]
+    pub(super) fn axis_words(&self) -> Option<AxisWords> {
+        let [Some(x), Some(y), Some(z), Some(first), Some(second)] = self.axes else { return None };
+        Some(AxisWords { linear_mm: [x, y, z], rotary_deg: [first, second] })
+    }
+
+    pub(super) fn forget_linear(&mut self) {
+        self.axes[..3].fill(None);
+        self.contact_mm = [None; 3];
+    }
+
+    pub(super) fn forget_axes(&mut self) {
+        self.axes = [None; 5];
+        self.foreign_deg = None;
+        self.contact_mm = [None; 3];
+        self.normal = [None; 3];
+    }
+
+    pub(super) fn forget_all(&mut self) {
+        self.forget_axes();
+        self.extruder = None;
+    }
+
+    /// What is the same whether a block was executed or skipped.
+    pub(super) fn common(&self, skipped: &Self) -> Self {
+        fn same<const N: usize>(a: [Option<f64>; N], b: [Option<f64>; N]) -> [Option<f64>; N] {
+            std::array::from_fn(|i| if a[i] == b[i] { a[i] } else { None })
+        }
+        Self {
+            axes: same(self.axes, skipped.axes),
+            foreign_deg: same([self.foreign_deg], [skipped.foreign_deg])[0],
+            contact_mm: same(self.contact_mm, skipped.contact_mm),
+            normal: same(self.normal, skipped.normal),
+            extruder: same([self.extruder], [skipped.extruder])[0],
+            ..*self
+        }
+    }
+
+    /// Digits of the values that stand.
+    #[inline]
+    pub(super) fn modal_decimals(&self) -> Decimals {
+        let [x, y, z, first, second] = self.decimals;
+        let [u, v, w] = self.contact_decimals;
+        Decimals {
+            linear: x.max(y).max(z),
+            rotary: first.max(second),
+            contact: u.max(v).max(w),
+            extra: self.extra_decimals,
+        }
+    }
+}

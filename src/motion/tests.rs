@@ -1,0 +1,349 @@
+//! Odd spellings and modes, one test a habit of programs.
+
+use super::*;
+use crate::geometry::Vec3;
+use crate::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use crate::program::{Address, Batch, Diagnostics, ReadLimits, Reader, Severity};
+
+fn machine() -> Machine {
+    let axis = |letter, direction| RotaryAxis {
+        letter,
+        side: Side::Table,
+        direction,
+        point_mm: Vec3::zeros(),
+        travel_deg: None,
+        reversed: false,
+        location_error: LocationError::default(),
+    };
+    Machine::new(MachineParts {
+        name: "ac".to_owned(),
+        rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
+        linear_travel_mm: [None; 3],
+        squareness: Squareness::default(),
+        interpolation_period_s: 0.002,
+    })
+    .unwrap()
+}
+
+fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {
+    let mut reader = Reader::new(None, ReadLimits::default());
+    reader.feed(text.as_bytes());
+    reader.finish();
+    let mut interpreter = Interpreter::new(&machine(), options);
+    let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
+    while reader.next_batch(&mut batch).unwrap() {
+        interpreter.interpret(&batch, &mut motions, &mut diagnostics);
+    }
+    (motions, diagnostics)
+}
+
+fn run(text: &str) -> Vec<Motion> {
+    run_with(text, InterpreterOptions::default()).0
+}
+
+/// The motions behind a line that makes all five axes known at zero.
+fn run_from_zero(text: &str) -> Vec<Motion> {
+    run(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).split_off(1)
+}
+
+fn end(motion: &Motion) -> [f64; 5] {
+    let end = motion.end.unwrap();
+    let [x, y, z] = end.linear_mm;
+    [x, y, z, end.rotary_deg[0], end.rotary_deg[1]]
+}
+
+#[test]
+fn a_start_is_known_once_all_five_axes_are() {
+    let motions = run("G0 X1 Y2\nZ3 A4\nC5\nG1 X6 F100\n");
+    let known: Vec<_> = motions.iter().map(|motion| (motion.start.is_some(), motion.end.is_some())).collect();
+    assert_eq!(known, [(false, false), (false, false), (false, true), (true, true)]);
+    assert_eq!(motions[2].kind, MotionKind::Rapid);
+    assert_eq!(motions[3].kind, MotionKind::Linear);
+    assert!((end(&motions[3])[0] - 6.0).abs() < 1e-15);
+}
+
+#[test]
+fn inches_become_millimetres_and_degrees_stay() {
+    let motions = run_from_zero("G20 G1 X1. A10. F2.5\nG21 X1. F100\n");
+    assert!((end(&motions[0])[0] - 25.4).abs() < 1e-12);
+    assert!((end(&motions[0])[3] - 10.0).abs() < 1e-15);
+    assert_eq!(motions[0].feed.value, Some(2.5 * 25.4));
+    assert!((motions[0].feed.raw - 2.5).abs() < 1e-15);
+    assert_eq!(motions[0].feed.decimals, 1);
+    assert!((motions[1].mm_per_unit - 1.0).abs() < 1e-15);
+    assert!((end(&motions[1])[0] - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn incremental_words_count_from_the_position_before() {
+    let motions = run_from_zero("G91 G1 X1 C-200 F1\nX2 C-200\nG90 X2\n");
+    assert!(motions[1].incremental && !motions[2].incremental);
+    assert_eq!(end(&motions[1]), [3.0, 0.0, 0.0, 0.0, -400.0]);
+    assert_eq!(end(&motions[2]), [2.0, 0.0, 0.0, 0.0, -400.0]);
+}
+
+#[test]
+fn inverse_time_feed_holds_for_its_block_only() {
+    let motions = run_from_zero("G93 G1 X1 F10\nX2\nG94 X3\nX4 F500\nX5\n");
+    let feeds: Vec<_> = motions.iter().map(|motion| (motion.feed.value, motion.feed.word_in_block)).collect();
+    assert_eq!(
+        feeds,
+        [(Some(10.0), true), (None, false), (None, false), (Some(500.0), true), (Some(500.0), false)]
+    );
+}
+
+#[test]
+fn a_given_feed_serves_until_the_program_has_one() {
+    let options = InterpreterOptions { feed_mm_per_min: Some(254.0) };
+    let (motions, _) = run_with("G20 G1 X1\nX2 F5\n", options);
+    assert_eq!(motions[0].feed.value, Some(254.0));
+    assert!((motions[0].feed.raw - 10.0).abs() < 1e-12);
+    assert_eq!(motions[1].feed.value, Some(5.0 * 25.4));
+}
+
+#[test]
+fn tool_centre_point_switches_lose_the_linear_axes_but_for_words_of_the_block() {
+    let motions = run_from_zero("G1 X1 F100\nG43.4 Z2 H8\nX1 Y1\nX2\nG49\nX3\nY1 Z1\n");
+    let seen: Vec<_> = motions.iter().map(|motion| (motion.interpolation, motion.end.is_some())).collect();
+    use Interpolation::{Machine, Tcp};
+    assert_eq!(
+        seen,
+        [(Machine, true), (Tcp, false), (Tcp, true), (Tcp, true), (Machine, false), (Machine, true)]
+    );
+    assert!(motions[2].start.is_none() && motions[3].start.is_some());
+    assert!(motions.iter().all(|motion| motion.unfollowable.is_none()));
+}
+
+#[test]
+fn plain_length_compensation_loses_z_only() {
+    let motions = run_from_zero("G43 H1\nX1\nZ5\n");
+    assert!(motions[0].end.is_none());
+    assert_eq!(end(&motions[1]), [1.0, 0.0, 5.0, 0.0, 0.0]);
+}
+
+#[test]
+fn g53_is_for_one_block() {
+    let motions = run_from_zero("G53 G0 Z0\nX1\nZ5\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::MachineCoordinates));
+    assert_eq!((motions[0].start, motions[0].end, motions[1].end), (None, None, None));
+    assert_eq!(motions[1].unfollowable, None);
+    assert_eq!(end(&motions[2]), [1.0, 0.0, 5.0, 0.0, 0.0]);
+    assert!(run_from_zero("G53\n").is_empty());
+}
+
+#[test]
+fn reference_returns_lose_the_axes_they_name() {
+    let motions = run_from_zero("G91 G28 Z0\nG90 G0 X1\nZ1\nG28\nX1\n");
+    assert_eq!(motions[0].kind, MotionKind::Opaque);
+    assert!(motions[1].end.is_none() && motions[2].end.is_some());
+    assert_eq!(motions[3].unfollowable, Some(Unfollowable::Reference));
+    assert!(motions[4].end.is_none());
+}
+
+#[test]
+fn work_offsets_lose_the_position_when_they_change() {
+    let motions = run_from_zero("G54 X1\nG55 X1 Y1 Z1 A1 C1\nX2\nG54 X1 Y1 Z1 A1 C1\nG54.1 P3\nX1\n");
+    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, true, true, false, true]);
+    assert!(motions[0].start.is_some() && motions[1].start.is_none() && motions[1].end.is_some());
+    assert!(motions[4].end.is_none());
+}
+
+#[test]
+fn g92_loses_the_position_but_not_for_the_extruder() {
+    let motions = run_from_zero("G1 X1 E1 F1\nG92 E0\nX2 E1.5\nG92 X0\nX3\n");
+    assert_eq!(motions[0].extra, Some(Extra { start: None, end: 1.0 }));
+    assert_eq!(motions[1].extra, Some(Extra { start: Some(0.0), end: 1.5 }));
+    assert_eq!(motions[1].decimals.extra, 1);
+    assert!(motions[1].start.is_some() && !motions[1].offset_changed);
+    assert!(motions[2].end.is_none() && motions[2].offset_changed);
+}
+
+#[test]
+fn calls_leave_nothing_known() {
+    for call in ["M98 P1000", "G65 P9000 X1", "o<name> call [1]", "o100 call"] {
+        let text = format!("{call}\nX1\nG90 G21 G94 G40 G49 G69 G54 G1 X1 Y1 Z1 A1 C1\nX2 F100\nX3\n");
+        let motions = run_from_zero(&text);
+        assert_eq!(
+            (motions[0].kind, motions[0].unfollowable),
+            (MotionKind::Opaque, Some(Unfollowable::Call)),
+            "{call}"
+        );
+        assert_eq!(motions[1].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Motion }));
+        assert!(motions[2].start.is_none() && motions[3].start.is_some());
+        assert_eq!(motions[3].unfollowable, None);
+        assert_eq!(motions[4].feed.value, Some(100.0));
+    }
+    let motions = run_from_zero("M98 P1\nG1 G90 G21 G94 G40 G69 X1\nG49 X1\n");
+    assert_eq!(motions[1].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::ToolLength }));
+    assert_eq!(motions[2].unfollowable, None);
+}
+
+#[test]
+fn cutter_compensation_and_transformations_are_not_followed() {
+    for (on, off, reason) in [
+        ("G41 D1", "G40", Unfollowable::CutterCompensation),
+        ("G68 X0 Y0 R30", "G69", Unfollowable::Transformation),
+        ("G68.2 X0 Y0 Z0 I0 J30 K0", "G69", Unfollowable::Transformation),
+        ("G51 X0 Y0 Z0 P2", "G50", Unfollowable::Transformation),
+        ("G16", "G15", Unfollowable::Transformation),
+        ("G66 P9000", "G67", Unfollowable::ModalCall),
+    ] {
+        let restored = "G0 G90 G21 G94 G40 G49 G69 G54 X1 Y1 Z1 A1 C1";
+        let motions = run_from_zero(&format!("G1 F1\n{on}\nG0 G90 G21 G94 G49 X1\n{off}\n{restored}\nX2\n"));
+        let during: Vec<_> = motions.iter().filter(|motion| motion.line == 4).collect();
+        assert_eq!(during[0].unfollowable, Some(reason), "{on}");
+        let after = motions.last().unwrap();
+        assert_eq!((after.unfollowable, after.start.is_some()), (None, true), "{on}");
+    }
+}
+
+#[test]
+fn canned_cycles_last_until_g80() {
+    let motions = run_from_zero("G81 X1 Z-5 R1 F1\nX2\nG80\nX3\nG0 X4\nZ1\nX5\n");
+    assert!(motions[..2].iter().all(|motion| motion.unfollowable == Some(Unfollowable::CannedCycle)));
+    assert_eq!(motions[2].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Motion }));
+    assert!(motions[3].end.is_none());
+    assert_eq!(end(&motions[5]), [5.0, 0.0, 1.0, 0.0, 0.0]);
+    // A safety line's G80 changes nothing.
+    assert_eq!(run_from_zero("G0 G17 G40 G80\nX1\n")[0].kind, MotionKind::Rapid);
+}
+
+#[test]
+fn axis_words_of_a_dwell_are_seconds() {
+    assert!(run_from_zero("G4 X2.\nG04 P100\nG10 L1 P1 Z5\n").is_empty());
+    let motions = run_from_zero("G4 X2.\nY1\n");
+    assert_eq!(end(&motions[0]), [0.0, 1.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn values_that_cannot_be_seen_leave_the_axis_unknown() {
+    let motions = run_from_zero("#1 = 5\nG1 X#1 F1\nY1\nX[#1*2]\nX3\nY-#<a>\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::Expression { address: Address::X }));
+    assert!(motions[0].start.is_some() && motions[0].end.is_none());
+    assert!(motions[1].end.is_none() && motions[1].unfollowable.is_none());
+    assert!(motions[3].start.is_none() && motions[3].end.is_some());
+    assert_eq!(motions[4].unfollowable, Some(Unfollowable::Expression { address: Address::Y }));
+    // A system parameter may be an offset.
+    assert!(run_from_zero("#5221 = 1\nX1\n")[0].end.is_none());
+    assert!(run_from_zero("#3000 = 1\nX1\n")[0].end.is_some());
+}
+
+#[test]
+fn repeated_addresses_and_conflicting_codes_are_left_alone() {
+    let (motions, diagnostics) =
+        run_with("G0 X0 Y0 Z0 A0 C0\nX1 X2\nY1\nX1\nG0 G1 Y2\n", InterpreterOptions::default());
+    assert_eq!(motions[1].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
+    assert!(motions[2].end.is_none() && motions[3].end.is_some());
+    assert!(motions[4].unfollowable.is_some());
+    assert_eq!((diagnostics.count(Severity::Warning), diagnostics.count(Severity::Refusal)), (1, 0));
+    assert_eq!((diagnostics.kept()[0].line, diagnostics.kept()[0].column), (2, 4));
+}
+
+#[test]
+fn blocks_the_operator_can_skip_leave_their_axes_unknown() {
+    let motions = run_from_zero("G1 F1\n/X1\nY1\nX2\n/Z0\nX3\n/G91\nX1\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::BlockDelete));
+    assert!(motions[1].end.is_none() && motions[2].end.is_some());
+    // Skipped or not, Z is at zero.
+    assert!(motions[4].end.is_some());
+    assert_eq!(motions[5].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Distance }));
+    assert_eq!(run_from_zero("/M30\nX1\n").len(), 1);
+}
+
+#[test]
+fn nothing_moves_behind_the_end() {
+    let (motions, diagnostics) =
+        run_with("%\nO1\nG0 X1\nX2 M30\nX3\nO2 sub\nbroken\n", InterpreterOptions::default());
+    assert_eq!(motions.len(), 2);
+    assert_eq!(diagnostics.kept(), []);
+    assert_eq!(run("%\nG0 X1\n%\nX2\n").len(), 1);
+    assert_eq!(run("G0 X1\nM2\nX2\n").len(), 1);
+}
+
+#[test]
+fn an_axis_the_machine_does_not_have_matters_when_it_changes() {
+    let motions = run_from_zero("G1 X1 B5 F1\nX2 B5\nX3 B6\nX4\n");
+    let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable.is_some()).collect();
+    assert_eq!(seen, [true, false, true, false]);
+}
+
+#[test]
+fn corners_change_both_their_neighbours() {
+    let motions = run_from_zero("G1 X1 ,R2 F1\nY5\nX2\nX3 R1\nY1\n");
+    let seen: Vec<_> =
+        motions.iter().map(|motion| motion.unfollowable == Some(Unfollowable::Corner)).collect();
+    assert_eq!(seen, [true, true, false, true, true]);
+}
+
+#[test]
+fn arcs_end_at_their_words_and_full_circles_where_they_start() {
+    let motions = run_from_zero("G2 X10 I5 F1\nI-5\nZ-1 I-5\nG3 X0 R5\n");
+    assert!(motions.iter().all(|motion| motion.kind == MotionKind::Arc && motion.unfollowable.is_none()));
+    assert_eq!(end(&motions[1]), [10.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(end(&motions[3]), [0.0, 0.0, -1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn contact_words_complete_one_another() {
+    let motions = run_from_zero("G1 X1 U1 V2 F1\nX2 W3\nX3\nX4 U2.25\n");
+    let seen: Vec<_> = motions.iter().map(|motion| motion.contact).collect();
+    use ContactWords::{None, Point};
+    assert_eq!(seen, [None, Point([1.0, 2.0, 3.0]), None, Point([2.25, 2.0, 3.0])]);
+    assert_eq!(motions[3].decimals.contact, 2);
+}
+
+#[test]
+fn decimals_are_those_of_the_block_or_else_of_what_stands() {
+    let motions = run_from_zero("G1 X1.25 A1.5 F1\nY2\nC10.125\n");
+    assert_eq!((motions[0].decimals.linear, motions[0].decimals.rotary), (2, 1));
+    assert_eq!((motions[1].decimals.linear, motions[1].decimals.rotary), (0, 1));
+    assert_eq!((motions[2].decimals.linear, motions[2].decimals.rotary), (2, 3));
+    assert_eq!((motions[2].program_decimals.linear, motions[2].program_decimals.rotary), (2, 3));
+}
+
+#[test]
+fn odd_spellings_mean_what_they_mean() {
+    for text in [
+        "g01x1.5y-.25z+.5a10c-3f100",
+        "G 1 X 1.5 Y -.25 Z + .5 A\t10 C-3. F100",
+        "N10 G1 (X9) X1.5 Y-0.25 Z00.5 A10.0 C-3 F100 ; X8",
+        "N0010G01X1.500Y-.2500Z.5A10.C-3.F100.(END)",
+        "/1 ; nothing\nG1X1.5Y-.25Z.5A10C-3F1E2\rF100",
+    ] {
+        let motions = run(text);
+        let [motion] = motions.as_slice() else { panic!("{text}: {motions:?}") };
+        assert_eq!(end(motion), [1.5, -0.25, 0.5, 10.0, -3.0], "{text}");
+    }
+}
+
+#[test]
+fn smooth_modes_are_no_splines_and_splines_are() {
+    let motions = run_from_zero("G05.1 Q1\nG05 P10000\nG08 P1\nG64 P.1\nG1 X1 F1\nG5.1 X1 I2\nX3\n");
+    assert_eq!(motions[0].unfollowable, None);
+    assert!(motions[1..].iter().all(|motion| motion.unfollowable == Some(Unfollowable::Spline)));
+}
+
+#[test]
+fn rows_of_a_table_are_linear_motions() {
+    let motions = run("x,y,z,a,c,f,nx,ny,nz\n1,2,3,4,5,600,0,0,1\n2,2,3,4,-5.5,,0,1,0\n");
+    assert_eq!(motions.len(), 2);
+    assert_eq!(motions[1].contact, ContactWords::Normal([0.0, 1.0, 0.0]));
+    assert_eq!(motions[1].feed.value, Some(600.0));
+    assert_eq!((motions[1].line, motions[1].block, motions[1].kind), (3, 2, MotionKind::Linear));
+    assert!(motions[1].start.is_some() && motions[1].unfollowable.is_none());
+}
+
+#[test]
+fn faults_have_line_and_column() {
+    let (_, diagnostics) =
+        run_with("G0 X1\nG0 X1.2.3\n  Y\nX1e400\nX2000000000\n[\n", InterpreterOptions::default());
+    let places: Vec<_> =
+        diagnostics.refusals().map(|fault| (fault.line, fault.column, fault.code.name())).collect();
+    assert_eq!(
+        places,
+        [(2, 8, "unexpected_text"), (3, 3, "missing_number"), (5, 1, "too_large"), (6, 1, "unexpected_text")]
+    );
+    let spans: Vec<_> = diagnostics.refusals().map(|fault| (fault.span.start, fault.span.end)).collect();
+    assert_eq!(spans[0], (13, 15));
+}

@@ -1,0 +1,327 @@
+//! Axis words into a motion.
+
+use super::interpreter::{AXES, Interpreter, bit};
+use super::modal::{MotionMode, ToolLength};
+use super::{
+    ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
+    Unfollowable,
+};
+use crate::program::{Address, Block};
+
+const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
+const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
+const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+/// Words of an arc's centre and radius.
+const I: u32 = 1 << 8;
+const J: u32 = 1 << 9;
+const K: u32 = 1 << 10;
+const R: u32 = 1 << 17;
+/// Repetitions of a cycle.
+const L: u32 = 1 << 11;
+const FEED: usize = Address::F.index();
+
+impl Interpreter {
+    /// The end of every block: feed, then the motion its axis words ask for under the present modes. `reason` is
+    /// what the block itself has against being followed.
+    #[inline]
+    pub(super) fn move_axes(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let present = self.block.present;
+        self.set_feed();
+        let is_arc = self.modal.motion == Some(MotionMode::Arc) && present & (I | J | K | R) != 0;
+        if present & AXES == 0 && !is_arc {
+            self.take_other_words();
+            return;
+        }
+        let kind = match self.modal.motion {
+            Some(MotionMode::Rapid) => MotionKind::Rapid,
+            Some(MotionMode::Linear) => MotionKind::Linear,
+            Some(MotionMode::Arc) => MotionKind::Arc,
+            None => return self.move_unseen(index, block, mode_unknown(ModalGroup::Motion), motions),
+            Some(MotionMode::Cycle) => return self.run_cycle(index, block, motions),
+            Some(MotionMode::Spline) => return self.move_unseen(index, block, Unfollowable::Spline, motions),
+            Some(MotionMode::Thread) => {
+                return self.move_unseen(index, block, Unfollowable::SpecialMotion, motions);
+            }
+            Some(MotionMode::Probing) => {
+                return self.move_unseen(index, block, Unfollowable::Probing, motions);
+            }
+        };
+        let start = self.position.axis_words();
+        let word_reason = self.word_reason(kind);
+        self.take_axis_words();
+        let extra = self.take_other_words();
+        let mut motion = self.motion_shell(index, block, kind);
+        let in_program_axes = !matches!(
+            self.obstacle,
+            Some(
+                Unfollowable::Transformation
+                    | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
+            )
+        );
+        if in_program_axes && reason != Some(Unfollowable::MachineCoordinates) {
+            motion.start = start;
+            motion.end = self.position.axis_words();
+        }
+        motion.contact = self.contact();
+        motion.extra = extra;
+        motion.unfollowable = reason.or(self.obstacle).or(word_reason);
+        if self.modal.relative_extruder && extra.is_some() && motion.unfollowable.is_none() {
+            motion.unfollowable = Some(Unfollowable::RelativeExtruder);
+        }
+        self.note_offset(&mut motion);
+        motions.push(motion);
+    }
+
+    /// What the words of the block have against being followed.
+    #[inline]
+    fn word_reason(&mut self, kind: MotionKind) -> Option<Unfollowable> {
+        let block = &self.block;
+        let corner_before = std::mem::replace(&mut self.corner_open, block.comma != 0);
+        let mut reason = corner_before.then_some(Unfollowable::Corner);
+        if kind != MotionKind::Arc && block.present & (I | J | K | R) != 0 {
+            reason = Some(match block.present {
+                present if present & R != 0 => Unfollowable::Corner,
+                present => Unfollowable::VectorWord { address: first_address(present & (I | J | K)) },
+            });
+            self.corner_open |= block.present & R != 0;
+        }
+        if block.present & bit(self.foreign_address) != 0
+            && (block.value(self.foreign_address).is_none()
+                || block.value(self.foreign_address) != self.position.foreign_deg
+                || self.modal.incremental == Some(true))
+        {
+            reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
+        }
+        let relevant =
+            AXES | bit(Address::U) | bit(Address::V) | bit(Address::W) | bit(Address::E) | bit(Address::F);
+        if block.unknown & relevant != 0 {
+            reason = Some(Unfollowable::Expression { address: first_address(block.unknown & relevant) });
+        }
+        reason
+    }
+
+    /// Moves the five axes, and the letter the machine lacks, to where the words say.
+    #[inline]
+    fn take_axis_words(&mut self) {
+        let block = &self.block;
+        let scale = self.modal.mm_per_unit;
+        let repeated_or_unknown = block.unknown;
+        let [first, second] = self.rotary_addresses;
+        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+            let index = address.index();
+            if block.present & (1 << index) == 0 {
+                continue;
+            }
+            self.position.decimals[slot] = block.decimals[index];
+            let scale = if slot < 3 { scale } else { Some(1.0) };
+            self.position.axes[slot] = match (scale, self.modal.incremental) {
+                _ if repeated_or_unknown & (1 << index) != 0 => None,
+                (Some(scale), Some(false)) => Some(block.values[index] * scale),
+                (Some(scale), Some(true)) => {
+                    self.position.axes[slot].map(|at| at + block.values[index] * scale)
+                }
+                _ => None,
+            };
+        }
+        if block.present & bit(self.foreign_address) != 0 {
+            let absolute = self.modal.incremental == Some(false);
+            self.position.foreign_deg = block.value(self.foreign_address).filter(|_| absolute);
+        }
+        if block.comma & bit(Address::A) != 0 {
+            // An angle in place of a coordinate: the end is for the control to find.
+            self.position.forget_linear();
+        }
+    }
+
+    /// Takes contact, normal and extruder words; gives the extruder's motion.
+    #[inline]
+    fn take_other_words(&mut self) -> Option<Extra> {
+        let block = &self.block;
+        for (slot, address) in CONTACT.into_iter().enumerate() {
+            let index = address.index();
+            if block.present & (1 << index) != 0 {
+                self.position.contact_decimals[slot] = block.decimals[index];
+                let value = block.value(address);
+                let before = self.position.contact_mm[slot];
+                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, self.modal.incremental) {
+                    (Some(scale), Some(false)) => value.map(|value| value * scale),
+                    (Some(scale), Some(true)) => before.and_then(|at| value.map(|value| at + value * scale)),
+                    _ => None,
+                };
+            }
+        }
+        if block.present >> Address::NX.index() != 0 {
+            for (slot, address) in NORMAL.into_iter().enumerate() {
+                if block.has(address) {
+                    self.position.contact_decimals[slot] = block.decimals[address.index()];
+                    self.position.normal[slot] = block.value(address);
+                }
+            }
+        }
+        if !block.has(Address::E) {
+            return None;
+        }
+        self.position.extra_decimals = block.decimals[Address::E.index()];
+        let start = self.position.extruder;
+        let value = block.value(Address::E);
+        self.position.extruder = if self.modal.relative_extruder { None } else { value };
+        value.map(|end| Extra { start: start.filter(|_| !self.modal.relative_extruder), end })
+    }
+
+    /// Contact words are those of this block, completed from before.
+    #[inline]
+    fn contact(&self) -> ContactWords {
+        const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
+        if self.block.present & POINTS != 0 {
+            if let [Some(u), Some(v), Some(w)] = self.position.contact_mm {
+                return ContactWords::Point([u, v, w]);
+            }
+        } else if self.block.present >> Address::NX.index() != 0
+            && let [Some(x), Some(y), Some(z)] = self.position.normal
+        {
+            return ContactWords::Normal([x, y, z]);
+        }
+        ContactWords::None
+    }
+
+    #[inline]
+    pub(super) fn set_feed(&mut self) {
+        if self.block.present & (1 << FEED) != 0 {
+            let known = self.block.unknown & (1 << FEED) == 0;
+            self.modal.feed = known.then(|| (self.block.values[FEED], self.block.decimals[FEED]));
+        }
+    }
+
+    #[inline]
+    fn feed(&self) -> Feed {
+        let mode = self.modal.feed_mode;
+        let word_in_block = self.block.present & (1 << FEED) != 0;
+        let stands = self.modal.feed.filter(|_| mode != Some(FeedMode::InverseTime) || word_in_block);
+        let Some((raw, decimals)) = stands else {
+            let given = self.options.feed_mm_per_min.filter(|_| mode == Some(FeedMode::PerMinute));
+            let raw = given.zip(self.modal.mm_per_unit).map_or(0.0, |(feed, scale)| feed / scale);
+            return Feed { mode, value: given, raw, decimals: 0, word_in_block };
+        };
+        let value = match mode {
+            Some(FeedMode::PerMinute | FeedMode::PerRevolution) => {
+                self.modal.mm_per_unit.map(|scale| raw * scale)
+            }
+            Some(FeedMode::InverseTime) => Some(raw),
+            None => None,
+        };
+        Feed { mode, value, raw, decimals, word_in_block }
+    }
+
+    /// A motion with all that modes and words say but for places.
+    #[inline]
+    pub(super) fn motion_shell(&mut self, index: usize, block: &Block, kind: MotionKind) -> Motion {
+        let decimals = self.decimals();
+        let most = &mut self.program_decimals;
+        most.linear = most.linear.max(decimals.linear);
+        most.rotary = most.rotary.max(decimals.rotary);
+        most.contact = most.contact.max(decimals.contact);
+        most.extra = most.extra.max(decimals.extra);
+        Motion {
+            block: u32::try_from(index).unwrap_or(u32::MAX),
+            line: block.line,
+            kind,
+            interpolation: match self.modal.tool_length {
+                Some(ToolLength::Tcp | ToolLength::Vector) => Interpolation::Tcp,
+                Some(ToolLength::Plain) | None => Interpolation::Machine,
+            },
+            start: None,
+            end: None,
+            contact: ContactWords::None,
+            feed: self.feed(),
+            extra: None,
+            incremental: self.modal.incremental == Some(true),
+            mm_per_unit: self.modal.mm_per_unit.unwrap_or(1.0),
+            decimals,
+            program_decimals: self.program_decimals,
+            unfollowable: None,
+            offset_changed: self.offset_changed(),
+        }
+    }
+
+    /// Of the words of the block; a class without a word takes its modal values.
+    #[inline]
+    fn decimals(&self) -> Decimals {
+        let modal = self.position.modal_decimals();
+        let most = |addresses: &[Address], modal: u8| {
+            let mut found = false;
+            let mut most = 0;
+            for &address in addresses {
+                if self.block.has(address) {
+                    found = true;
+                    most = most.max(self.block.decimals[address.index()]);
+                }
+            }
+            if found { most } else { modal }
+        };
+        let mut contact = most(&CONTACT, modal.contact);
+        if self.block.present >> Address::NX.index() != 0 {
+            contact = most(&NORMAL, contact);
+        }
+        Decimals {
+            linear: most(&LINEAR, modal.linear),
+            rotary: most(&self.rotary_addresses, modal.rotary),
+            contact,
+            extra: modal.extra,
+        }
+    }
+
+    #[inline]
+    fn offset_changed(&self) -> bool {
+        self.modal.work_offset.is_none()
+            || self.first_offset.is_some_and(|first| first != (self.modal.work_offset, self.modal.shifts))
+    }
+
+    #[inline]
+    fn note_offset(&mut self, motion: &mut Motion) {
+        if self.first_offset.is_none() && motion.end.is_some() {
+            self.first_offset = Some((self.modal.work_offset, self.modal.shifts));
+        }
+        motion.offset_changed = self.offset_changed();
+    }
+
+    /// A block in cycle mode: the plane's axes end where the words say, the others somewhere else.
+    fn run_cycle(&mut self, index: usize, block: &Block, motions: &mut Vec<Motion>) {
+        self.opaque(index, block, Unfollowable::CannedCycle, motions);
+        let certain = self.modal.incremental == Some(false) && self.block.present & L == 0;
+        self.take_axis_words();
+        self.take_other_words();
+        match self.modal.plane.filter(|_| certain) {
+            Some(plane) => {
+                if let Some(drilled) = self.position.axes.get_mut(usize::from(plane)) {
+                    *drilled = None;
+                }
+            }
+            None => self.position.forget_linear(),
+        }
+    }
+
+    /// A motion whose course and end are not followed.
+    fn move_unseen(&mut self, index: usize, block: &Block, reason: Unfollowable, motions: &mut Vec<Motion>) {
+        self.opaque(index, block, reason, motions);
+        self.take_other_words();
+        self.forget_named(self.block.present & AXES);
+        if reason == Unfollowable::Probing {
+            self.position.forget_axes();
+        }
+    }
+}
+
+fn mode_unknown(group: ModalGroup) -> Unfollowable {
+    Unfollowable::ModeUnknown { group }
+}
+
+fn first_address(bits: u32) -> Address {
+    let letter = b'A' + u8::try_from(bits.trailing_zeros()).unwrap_or(0).min(25);
+    Address::from_letter(letter).unwrap_or(Address::X)
+}

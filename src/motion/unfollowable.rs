@@ -1,0 +1,126 @@
+//! Why a motion has to be left alone.
+
+use thiserror::Error;
+
+use crate::program::Address;
+
+/// A modal group whose value can be lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModalGroup {
+    /// G0 G1 G2 G3.
+    Motion,
+    /// G17 G18 G19.
+    Plane,
+    /// G90 G91.
+    Distance,
+    /// G20 G21.
+    Units,
+    /// G93 G94 G95.
+    FeedMode,
+    /// G40 G41 G42.
+    CutterCompensation,
+    /// G43 G43.4 G49.
+    ToolLength,
+    /// G69, G50, G50.1, G15, G13.1: rotation, scaling, mirror, polar words, polar interpolation.
+    Transformation,
+}
+
+impl ModalGroup {
+    /// The codes by which a program makes the group known again.
+    #[must_use]
+    pub fn codes(self) -> &'static str {
+        match self {
+            Self::Motion => "G0 G1 G2 G3",
+            Self::Plane => "G17 G18 G19",
+            Self::Distance => "G90 G91",
+            Self::Units => "G20 G21",
+            Self::FeedMode => "G93 G94 G95",
+            Self::CutterCompensation => "G40 G41 G42",
+            Self::ToolLength => "G43 G43.4 G49",
+            Self::Transformation => "G69 G50 G50.1 G15 G13.1",
+        }
+    }
+}
+
+/// Why a motion is left as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum Unfollowable {
+    /// A modal group is unknown.
+    #[error("the state of {} is not known here", group.codes())]
+    ModeUnknown {
+        /// Which.
+        group: ModalGroup,
+    },
+    /// The value of a word is an expression or a parameter.
+    #[error("the value of {address} is an expression or a parameter")]
+    Expression {
+        /// Which word.
+        address: Address,
+    },
+    /// Two words of the same address.
+    #[error("{address} stands twice in the block")]
+    RepeatedAddress {
+        /// Which address.
+        address: Address,
+    },
+    /// An axis word for an axis the machine does not have, whose value changes.
+    #[error("the machine has no axis {address}")]
+    NoSuchAxis {
+        /// The word.
+        address: Address,
+    },
+    /// A `/` block, which the operator may have skipped.
+    #[error("the block can be skipped by the operator")]
+    BlockDelete,
+    /// Cutter radius compensation.
+    #[error("cutter radius compensation is active")]
+    CutterCompensation,
+    /// Rotation, tilted plane, scaling, mirror, polar words, cylinder or diameter mode.
+    #[error("a coordinate transformation is active")]
+    Transformation,
+    /// G43.5: the tool axis is given as a vector.
+    #[error("the tool axis is programmed as a vector")]
+    ToolVector,
+    /// I J K in a straight motion.
+    #[error("{address} stands in a straight motion")]
+    VectorWord {
+        /// The word.
+        address: Address,
+    },
+    /// `,R` `,C` `,A` or R: the corner to the next block is changed by the control.
+    #[error("the control changes the corner next to this motion")]
+    Corner,
+    /// G53.
+    #[error("the motion is in machine coordinates")]
+    MachineCoordinates,
+    /// A canned cycle.
+    #[error("a canned cycle is active")]
+    CannedCycle,
+    /// Splines and NURBS.
+    #[error("the motion is a spline")]
+    Spline,
+    /// Threads (G33), single-direction positioning (G60), moves by tool offsets (G45–G48).
+    #[error("the motion is a thread, a single-direction positioning or a move by tool offsets")]
+    SpecialMotion,
+    /// Probing and skip.
+    #[error("the motion is a probing move")]
+    Probing,
+    /// G28, G30 and their kin.
+    #[error("the motion goes to a reference position")]
+    Reference,
+    /// A subprogram or macro call.
+    #[error("a subprogram or macro is called")]
+    Call,
+    /// A G code that is not known, or not as motion.
+    #[error("a code in the block is not known")]
+    UnknownCode,
+    /// A modal macro (G66) is called at every motion.
+    #[error("a macro is called at every motion")]
+    ModalCall,
+    /// M83: E counts from the block before.
+    #[error("the extruder word counts from the block before")]
+    RelativeExtruder,
+    /// Two codes of the motion group, or codes that use the same words, in one block.
+    #[error("two codes of the block use the same words")]
+    ConflictingCodes,
+}

@@ -1,0 +1,202 @@
+//! Deviation of the cutter contact along its path, before and after compensation.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::PlotFault;
+
+/// One point of the curves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeviationPoint {
+    /// Contact path length [mm].
+    pub path_mm: f64,
+    /// Line of the upload.
+    pub line: u64,
+    /// Deviation before [µm].
+    pub before_um: f64,
+    /// Deviation after [µm].
+    pub after_um: f64,
+}
+
+/// What the figure shows.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviationFigure<'a> {
+    /// Program and machine, one line.
+    pub title: &'a str,
+    /// The curves.
+    pub points: &'a [DeviationPoint],
+    /// The tolerance [µm].
+    pub tolerance_um: f64,
+}
+
+const SIZE: (u32, u32) = (1000, 520);
+/// Largest drawn over smallest non-zero deviation above which the axis is logarithmic.
+const LOG_ABOVE: f64 = 50.0;
+/// The logarithmic axis starts at this share of the tolerance.
+const LOG_FLOOR: f64 = 1e-3;
+
+const BEFORE: RGBColor = RGBColor(196, 84, 26);
+const AFTER: RGBColor = RGBColor(21, 101, 142);
+const TOLERANCE: RGBColor = RGBColor(90, 90, 90);
+const GRID: RGBColor = RGBColor(225, 225, 225);
+
+/// Draws both curves over the contact path, the tolerance as a dashed line, and marks the worst block before
+/// compensation with its line number. The deviation axis is logarithmic where the largest value is more than 50
+/// times the tolerance. Same points, same bytes.
+///
+/// # Errors
+/// The drawing library gave up.
+pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> Result<String, PlotFault> {
+    let mut svg = String::new();
+    draw(figure, &mut svg).ok_or(PlotFault)?;
+    Ok(svg)
+}
+
+fn draw(figure: &DeviationFigure<'_>, svg: &mut String) -> Option<()> {
+    let points = figure.points;
+    let path_end = points.last().map_or(1.0, |point| point.path_mm).max(1e-3);
+    let largest =
+        points.iter().flat_map(|point| [point.before_um, point.after_um]).fold(figure.tolerance_um, f64::max);
+    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    root.fill(&WHITE).ok()?;
+    let mut builder = ChartBuilder::on(&root);
+    builder.caption(figure.title, ("sans-serif", 18)).margin(16).x_label_area_size(48).y_label_area_size(74);
+    if largest > LOG_ABOVE * figure.tolerance_um {
+        let floor = LOG_FLOOR * figure.tolerance_um;
+        let chart = builder.build_cartesian_2d(0.0..path_end, (floor..largest * 2.0).log_scale()).ok()?;
+        curves(chart, figure, path_end, floor)?;
+    } else {
+        let chart = builder.build_cartesian_2d(0.0..path_end, 0.0..largest * 1.3).ok()?;
+        curves(chart, figure, path_end, 0.0)?;
+    }
+    root.present().ok()
+}
+
+fn curves<'a, Y>(
+    mut chart: ChartContext<'a, SVGBackend<'a>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+    figure: &DeviationFigure<'_>,
+    path_end: f64,
+    floor: f64,
+) -> Option<()>
+where
+    Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .x_desc("cutter-contact path [mm]")
+        .y_desc("deviation from the contact line [µm]")
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 15))
+        .light_line_style(WHITE.mix(0.0))
+        .bold_line_style(GRID)
+        .x_label_formatter(&|value| plain(*value))
+        .y_label_formatter(&|value| plain(*value))
+        .draw()
+        .ok()?;
+    let curve = |value: fn(&DeviationPoint) -> f64| {
+        figure.points.iter().map(move |point| (point.path_mm, value(point).max(floor)))
+    };
+    chart
+        .draw_series(LineSeries::new(curve(|point| point.before_um), BEFORE.stroke_width(1)))
+        .ok()?
+        .label("before")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], BEFORE.stroke_width(3)));
+    chart
+        .draw_series(LineSeries::new(curve(|point| point.after_um), AFTER.stroke_width(1)))
+        .ok()?
+        .label("after")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], AFTER.stroke_width(3)));
+    let level = figure.tolerance_um;
+    chart
+        .draw_series(DashedLineSeries::new(
+            [(0.0, level), (path_end, level)],
+            8,
+            5,
+            TOLERANCE.stroke_width(2),
+        ))
+        .ok()?
+        .label(format!("tolerance {} µm", plain(level)))
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], TOLERANCE.stroke_width(2)));
+    let worst = figure.points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um));
+    if let Some(worst) = worst {
+        // Near the right edge the label would run out of the figure.
+        let (anchor, shift) =
+            if worst.path_mm > 0.75 * path_end { (HPos::Right, -8) } else { (HPos::Left, 8) };
+        let style = ("sans-serif", 14).into_font().color(&BEFORE).pos(Pos::new(anchor, VPos::Bottom));
+        let label = format!("line {}: {} µm", worst.line, plain(worst.before_um));
+        let top = (worst.path_mm, worst.before_um.max(floor));
+        chart
+            .draw_series(std::iter::once(
+                EmptyElement::at(top)
+                    + Circle::new((0, 0), 4, BEFORE.filled())
+                    + Text::new(label, (shift, -4), style),
+            ))
+            .ok()?;
+    }
+    // The legend keeps out of the worst block's half.
+    let right = worst.is_some_and(|worst| worst.path_mm > 0.5 * path_end);
+    let corner = if right { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight };
+    chart
+        .configure_series_labels()
+        .position(corner)
+        .background_style(WHITE.mix(0.85))
+        .border_style(GRID)
+        .label_font(("sans-serif", 14))
+        .draw()
+        .ok()
+}
+
+/// A number with the digits a reader needs and no exponent.
+fn plain(value: f64) -> String {
+    let digits = match value.abs() {
+        size if size == 0.0 || size >= 100.0 => 0,
+        size if size >= 10.0 => 1,
+        size if size >= 1.0 => 2,
+        size if size >= 0.1 => 3,
+        _ => 4,
+    };
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(scale: f64) -> Vec<DeviationPoint> {
+        (0..500_u32)
+            .map(|k| {
+                let phase = f64::from(k) / 30.0;
+                DeviationPoint {
+                    path_mm: f64::from(k) * 0.7,
+                    line: u64::from(k) + 12,
+                    before_um: scale * phase.sin().abs() * (1.0 + f64::from(k) / 400.0),
+                    after_um: 9.5 * phase.cos().abs(),
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_figure_names_units_tolerance_and_the_worst_line() {
+        let points = wave(40.0);
+        let figure =
+            DeviationFigure { title: "flank.nc on example-ac-table", points: &points, tolerance_um: 10.0 };
+        let svg = deviation_along_path(&figure).expect("a figure");
+        let worst = points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um)).expect("points");
+        for part in
+            ["path [mm]", "[µm]", "tolerance 10 µm", "before", "after", &format!("line {}:", worst.line)]
+        {
+            assert!(svg.contains(part), "{part}");
+        }
+        assert_eq!(svg, deviation_along_path(&figure).expect("a figure"));
+    }
+
+    #[test]
+    fn empty_and_enormous_figures_are_drawn() {
+        for points in [Vec::new(), wave(1e6), wave(0.0)] {
+            let figure = DeviationFigure { title: "", points: &points, tolerance_um: 10.0 };
+            assert!(deviation_along_path(&figure).expect("a figure").ends_with("</svg>\n"));
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! Cutter-contact compensation of a whole program, streamed: read, judge, divide, write, read back.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::rc::Rc;
+
+use super::emit::{Emitter, plan};
+use super::judge::{Checked, Judge, Verdict};
+use super::stream::{Passage, Passages};
+use super::verify::{Expected, Group, Verifier};
+use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
+use crate::contact::Correction;
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
+use crate::program::{Address, Batch, Dialect, ReadLimits, Reader};
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0).
+///
+/// Blocks whose contact deviates by more than the tolerance are divided and corrected; all other bytes are copied.
+/// What is written is read back with its own decimals and checked against the source's lines before this function
+/// returns; the report's `after` comes from that reading. Memory does not grow with the program.
+///
+/// `stop` is asked between batches of a few hundred blocks.
+///
+/// # Errors
+/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+pub fn compensate(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<CcReport, Fault> {
+    let contact = resolve_contact(parameters, source, stop)?;
+    let kinematics = Kinematics::new(machine, &parameters.setup);
+    let options =
+        InterpreterOptions { feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min) };
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    let mut run: Option<Run<'_>> = None;
+    while let Some((passage, following)) = passages.next()? {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        passages.refusals()?;
+        let run = run.get_or_insert_with(|| {
+            Run::new(machine, &kinematics, parameters, contact, passages.dialect(), options)
+        });
+        run.passage(&passage, following.as_ref())?;
+        output.write_all(&run.out)?;
+        run.out.clear();
+    }
+    passages.refusals()?;
+    let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
+    if run.judge.faults.total > 0 {
+        return Err(Fault::Lines(run.judge.faults));
+    }
+    run.verifier.finish()?;
+    output.flush()?;
+    Ok(run.report(passages.dialect(), passages.blocks))
+}
+
+/// The work in progress.
+struct Run<'a> {
+    parameters: &'a CcParameters,
+    machine: &'a Machine,
+    contact: ContactSource,
+    judge: Judge<'a>,
+    emitter: Emitter,
+    verifier: Verifier<'a>,
+    out: Vec<u8>,
+    checked: u64,
+    over: u64,
+    modes: [u64; 2],
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        machine: &'a Machine,
+        kinematics: &'a Kinematics,
+        parameters: &'a CcParameters,
+        contact: ContactSource,
+        dialect: Dialect,
+        options: InterpreterOptions,
+    ) -> Self {
+        Self {
+            parameters,
+            machine,
+            contact,
+            judge: Judge::new(machine, kinematics, parameters, contact),
+            emitter: Emitter::default(),
+            verifier: Verifier::new(machine, parameters, dialect, options),
+            out: Vec::new(),
+            checked: 0,
+            over: 0,
+            modes: [0; 2],
+        }
+    }
+
+    /// Compensates one batch into `out` and reads it back.
+    fn passage(&mut self, passage: &Passage, following: Option<&Motion>) -> Result<(), Fault> {
+        let Passage { batch, motions } = passage;
+        let mut copied = 0;
+        self.judge.prepare(motions);
+        for (index, motion) in motions.iter().enumerate() {
+            let text =
+                batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
+            if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
+                self.modes[self.judge.mode(motion) as usize] += 1;
+            }
+            let largest = self.verifier.after.max_mm();
+            let verdict = self.judge.judge(motions, index, following, text, largest);
+            self.checked += u64::from(verdict.is_some());
+            let changed = match verdict {
+                Some(Verdict::Over(checked)) => {
+                    self.over += 1;
+                    self.divide(batch, motion, text, checked, &mut copied)?
+                }
+                verdict => {
+                    let checked = match verdict {
+                        Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
+                        _ => None,
+                    };
+                    self.verifier.expect(Expected::Same { motion: *motion, checked });
+                    self.restore_feed(batch, motion, &mut copied)?
+                }
+            };
+            if changed {
+                copied = motion.block as usize + 1;
+            }
+        }
+        self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        self.check_budget()?;
+        // A faulty program is judged to its end, so that every fault is named, but no longer read back.
+        if self.judge.faults.total == 0 { self.verifier.take(&self.out) } else { Ok(()) }
+    }
+
+    /// Copies the blocks before this motion's, then writes its parts.
+    fn divide(
+        &mut self,
+        batch: &Batch,
+        motion: &Motion,
+        text: &[u8],
+        checked: Checked<'a>,
+        copied: &mut usize,
+    ) -> Result<bool, Fault> {
+        let planned = plan(self.parameters, self.machine, &checked, motion, &mut self.judge.evaluations);
+        let division = match planned {
+            Ok(division) => division,
+            Err(kind) => {
+                self.judge.faults.add(motion.line, text, kind);
+                return Ok(false);
+            }
+        };
+        for node in &division.nodes {
+            let station = &node.station;
+            let words = self.judge.axis_words(checked.block.mode, &station.words, station.pose.tip_mm);
+            for (k, (axis, word)) in ['X', 'Y', 'Z'].into_iter().zip(words).enumerate() {
+                let travel = self.machine.linear_travel_mm()[k];
+                self.judge.check_word(motion.line, text, axis, word, travel);
+            }
+        }
+        if motion.feed.value.is_none() {
+            self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
+        }
+        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+        self.emitter
+            .write_division(batch, &checked, motion, &division, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        let group = Rc::new(Group { source: *motion, checked, division });
+        for index in 0..group.division.nodes.len() {
+            self.verifier.expect(Expected::Part { group: Rc::clone(&group), index });
+        }
+        Ok(true)
+    }
+
+    /// Gives a block left alone its feed back, where divided blocks before it took it.
+    fn restore_feed(&mut self, batch: &Batch, motion: &Motion, copied: &mut usize) -> Result<bool, Fault> {
+        if !self.emitter.owes_feed() {
+            return Ok(false);
+        }
+        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+        *copied = motion.block as usize;
+        self.emitter
+            .restore_feed(batch, motion, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })
+    }
+
+    fn check_budget(&self) -> Result<(), Fault> {
+        let budget = &self.parameters.budget;
+        if self.judge.evaluations + self.verifier.evaluations > budget.max_evaluations {
+            return Err(Fault::TooCostly {
+                what: "evaluations of the deviation",
+                limit: budget.max_evaluations,
+            });
+        }
+        if self.verifier.blocks > budget.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
+        }
+        Ok(())
+    }
+
+    fn report(mut self, dialect: Dialect, blocks_in: u64) -> CcReport {
+        let warnings = &mut self.judge.warnings;
+        if self.checked == 0 {
+            warnings.add(WarningKind::NothingChecked, None);
+        } else if self.contact == ContactSource::FeedPlane {
+            warnings.add(WarningKind::ContactAssumed, None).count = self.checked;
+        }
+        let after = self.verifier.after.summary();
+        if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {
+            warnings.add_distance(
+                WarningKind::ToleranceNotReached,
+                after.worst_line.unwrap_or_default(),
+                after.max_mm,
+            );
+        }
+        let interpolation = match self.modes {
+            [0, tcp] if tcp > 0 => Some(Interpolation::Tcp),
+            [_, 0] => Some(Interpolation::Machine),
+            _ => None,
+        };
+        CcReport {
+            dialect,
+            interpolation,
+            contact: self.contact,
+            blocks_in,
+            blocks_out: self.verifier.blocks,
+            motions_checked: self.checked,
+            motions_over_tolerance: self.over,
+            feeds_restored: self.emitter.feeds_restored,
+            before: self.verifier.before.summary(),
+            after,
+            cc_path_length_mm: self.verifier.before.path_mm(),
+            series: self.verifier.series,
+            warnings: self.judge.warnings.into_list(),
+        }
+    }
+}
+
+/// The contact source that a program with these blocks has: `auto` takes the first available of program, normals,
+/// feed-plane, and one that was asked for must be there.
+fn resolve_contact(
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ContactSource, Fault> {
+    let asked = parameters.contact;
+    if matches!(asked, ContactSource::FeedPlane | ContactSource::Tip) {
+        return Ok(asked);
+    }
+    match (asked, find_contact(parameters.dialect, source, stop)?) {
+        (ContactSource::Auto, None) => Ok(ContactSource::FeedPlane),
+        (ContactSource::Auto, Some(found)) => Ok(found),
+        (asked, Some(found)) if asked == found => Ok(asked),
+        (asked, _) => {
+            let missing =
+                if asked == ContactSource::Program { "U V W words" } else { "contact normals nx ny nz" };
+            Err(Fault::NoContactInProgram { contact: asked.name(), missing })
+        }
+    }
+}
+
+/// Looks for the first block that states a contact: U, V and W together, or normal columns.
+fn find_contact(
+    dialect: Option<Dialect>,
+    source: &dyn ProgramSource,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Option<ContactSource>, Fault> {
+    const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
+    let mut reader = Reader::new(dialect, ReadLimits::default());
+    let mut input = source.open()?;
+    let mut batch = Batch::new();
+    let mut chunk = vec![0; super::stream::CHUNK_BYTES];
+    let mut ended = false;
+    loop {
+        while reader.next_batch(&mut batch)? {
+            if batch.columns().contains(&Address::NX) {
+                return Ok(Some(ContactSource::Normals));
+            }
+            let stated = batch.blocks().iter().any(|block| {
+                let words = batch.words(block);
+                POINT.iter().all(|letter| words.iter().any(|word| word.address == *letter))
+            });
+            if stated {
+                return Ok(Some(ContactSource::Program));
+            }
+        }
+        if ended {
+            return Ok(None);
+        }
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let count = super::stream::read_some(&mut *input, &mut chunk)?;
+        if count == 0 {
+            ended = true;
+            reader.finish();
+        } else {
+            reader.feed(&chunk[..count]);
+        }
+    }
+}

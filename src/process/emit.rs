@@ -1,0 +1,417 @@
+//! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
+
+use super::fault::LineFaultKind;
+use super::judge::Checked;
+use super::{CcParameters, OutputForm};
+use crate::contact::{
+    BlockTime, Correction, Node, Resolution, Sampled, Segment, block_time_s, divide, feed_word, nodes,
+    sample_until_sure, segments,
+};
+use crate::machine::Machine;
+use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion};
+use crate::program::{
+    Address, Batch, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_inserted,
+    round_to_decimals,
+};
+
+/// A written number this close to the meant one is it [program units].
+const SAME_WORD: f64 = 1e-9;
+/// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
+const FEED_ROUNDING: f64 = 0.005;
+/// How many more decimals than the source's an F word may get.
+const EXTRA_FEED_DECIMALS: u8 = 4;
+
+/// A block that is divided: where its parts end, and what is left of its deviation by plan.
+#[derive(Debug, Clone)]
+pub(super) struct Division {
+    pub(super) nodes: Vec<Node>,
+    pub(super) resolution: Resolution,
+}
+
+/// Plans the division of a block over tolerance.
+///
+/// # Errors
+/// What is wrong with the line.
+pub(super) fn plan(
+    parameters: &CcParameters,
+    machine: &Machine,
+    checked: &Checked<'_>,
+    motion: &Motion,
+    evaluations: &mut u64,
+) -> Result<Division, LineFaultKind> {
+    if motion.feed.mode.is_none() {
+        return Err(LineFaultKind::FeedModeUnknown);
+    }
+    if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
+        return Err(LineFaultKind::NoInverseTime);
+    }
+    if motion.extra.is_some_and(|extra| extra.start.is_none()) {
+        return Err(LineFaultKind::ExtraUnknown);
+    }
+    let tolerance_mm = parameters.tolerance.mm();
+    let block = &checked.block;
+    let own = resolution(motion.mm_per_unit, motion.decimals.linear, motion.decimals.rotary);
+    // Posts strip trailing zeros: where the block's own decimals are too coarse, the program's finest count.
+    let finest = resolution(
+        motion.mm_per_unit,
+        motion.decimals.linear.max(motion.program_decimals.linear),
+        motion.decimals.rotary.max(motion.program_decimals.rotary),
+    );
+    let mut reachable_mm = f64::INFINITY;
+    let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
+    for resolution in tries {
+        let found = match parameters.output {
+            OutputForm::Minimal if parameters.correction == Correction::Seed => {
+                let ratio = checked.before.max_mm / tolerance_mm;
+                Ok(nodes(block, Correction::Seed, count(ratio.sqrt())?, resolution))
+            }
+            OutputForm::Minimal => divide(
+                block,
+                parameters.correction,
+                checked.before.max_mm,
+                tolerance_mm,
+                resolution,
+                evaluations,
+            )
+            .map(|divided| divided.nodes),
+            OutputForm::Interpolated => {
+                let parts = interpolation_steps(machine, checked, motion)?;
+                let nodes = nodes(block, parameters.correction, parts, resolution);
+                let left = left_over(checked, &nodes, tolerance_mm, evaluations);
+                if left.max_mm <= tolerance_mm || parameters.correction == Correction::Seed {
+                    Ok(nodes)
+                } else {
+                    Err(left.max_mm)
+                }
+            }
+        };
+        match found {
+            Ok(nodes) => return Ok(Division { nodes, resolution: *resolution }),
+            Err(mm) => reachable_mm = reachable_mm.min(mm),
+        }
+    }
+    Err(LineFaultKind::ToleranceOutOfReach {
+        reachable_um: reachable_mm * 1000.0,
+        tolerance_um: tolerance_mm * 1000.0,
+    })
+}
+
+/// The deviation left by a division.
+pub(super) fn left_over(
+    checked: &Checked<'_>,
+    nodes: &[Node],
+    tolerance_mm: f64,
+    evaluations: &mut u64,
+) -> Sampled {
+    let found = Sampled::join(segments(&checked.block, nodes).map(|segment| {
+        let share = segment.fraction[1] - segment.fraction[0];
+        (share, sample_until_sure(&checked.block, &segment, tolerance_mm))
+    }));
+    *evaluations += found.evaluations;
+    found
+}
+
+fn resolution(mm_per_unit: f64, linear_decimals: u8, rotary_decimals: u8) -> Resolution {
+    Resolution { linear_decimals, rotary_decimals, mm_per_unit }
+}
+
+/// P0's `n = max(1, ⌈τ/T⌉)`.
+fn interpolation_steps(
+    machine: &Machine,
+    checked: &Checked<'_>,
+    motion: &Motion,
+) -> Result<u32, LineFaultKind> {
+    let time = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
+    let (Some(mode), Some(_)) = (motion.feed.mode, motion.feed.value) else {
+        return Err(LineFaultKind::NoFeed);
+    };
+    let tau_s = block_time_s(mode, motion.feed.raw, &time).ok_or(LineFaultKind::NoFeed)?;
+    count(tau_s / machine.interpolation_period_s())
+}
+
+/// Rounds up to at least one, refusing what no program would want.
+fn count(parts: f64) -> Result<u32, LineFaultKind> {
+    /// An hour of two-millisecond steps.
+    const MAX_PARTS: f64 = 1_800_000.0;
+    if !(parts <= MAX_PARTS) {
+        return Err(LineFaultKind::TooManyParts { parts, max: MAX_PARTS });
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 1 ..= MAX_PARTS")]
+    Ok(parts.ceil().max(1.0) as u32)
+}
+
+/// Writes blocks and keeps track of the feed that the written program has at each point.
+#[derive(Debug, Default)]
+pub(super) struct Emitter {
+    /// F as the written program has it after divided blocks, where it differs from the source's.
+    owed: Option<OwedFeed>,
+    pub(super) feeds_restored: u64,
+}
+
+/// The F word that the source has and the output lost in divided blocks.
+#[derive(Debug, Clone, Copy)]
+struct OwedFeed {
+    raw: f64,
+    decimals: u8,
+    mode: Option<FeedMode>,
+}
+
+impl Emitter {
+    /// Whether divided blocks have left another modal feed than the source's.
+    pub(super) fn owes_feed(&self) -> bool {
+        self.owed.is_some()
+    }
+
+    /// What a block that is left alone needs before or in it, so that it runs at the source's feed: writes the
+    /// block and returns true, or returns false where it can be copied as it is.
+    pub(super) fn restore_feed(
+        &mut self,
+        batch: &Batch,
+        motion: &Motion,
+        out: &mut Vec<u8>,
+    ) -> Result<bool, WriteFault> {
+        use crate::motion::MotionKind::{Arc, Linear, Opaque, Rapid};
+        let Some(owed) = self.owed else { return Ok(false) };
+        let feed = &motion.feed;
+        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
+        match motion.kind {
+            Rapid => return Ok(false),
+            _ if given_again => {
+                self.owed = None;
+                return Ok(false);
+            }
+            Linear | Arc => {
+                let word = NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals };
+                print_changed(batch, motion.block as usize, &[word], false, out)?;
+                self.owed = None;
+                self.feeds_restored += 1;
+                return Ok(true);
+            }
+            Opaque => {
+                crate::program::print_feed_only(batch, motion.block as usize, owed.raw, owed.decimals, out)?;
+                self.owed = None;
+                self.feeds_restored += 1;
+            }
+        }
+        Ok(false)
+    }
+
+    /// Writes a divided block: the source block with the first part's words, then one block for each further part.
+    pub(super) fn write_division(
+        &mut self,
+        batch: &Batch,
+        checked: &Checked<'_>,
+        motion: &Motion,
+        division: &Division,
+        out: &mut Vec<u8>,
+    ) -> Result<(), WriteFault> {
+        let block = &checked.block;
+        let index = motion.block as usize;
+        let mut words = Words::new(batch, checked, motion, division);
+        let source_time = BlockTime::of(block, &block.whole(), motion.mm_per_unit);
+        let has_feed_column = batch.dialect() != Dialect::Csv || batch.columns().contains(&Address::F);
+        let mut modal_feed = self.owed.map_or(motion.feed.raw, |_| f64::NAN);
+        if motion.feed.word_in_block {
+            // Whatever was modal before, the source block states its own.
+            modal_feed = f64::NAN;
+        }
+        let last = division.nodes.len() - 1;
+        for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
+            let mut list = words.at(node, k == last);
+            if has_feed_column
+                && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
+            {
+                // A table row has a cell for F whether it changes or not.
+                let always =
+                    motion.feed.mode == Some(FeedMode::InverseTime) || batch.dialect() == Dialect::Csv;
+                if always || differs(feed.value, modal_feed) {
+                    list.push(feed);
+                    modal_feed = feed.value;
+                }
+            }
+            if k == 0 {
+                print_changed(batch, index, &list, last > 0, out)?;
+            } else {
+                print_inserted(batch, index, &list, k == last, out)?;
+            }
+        }
+        let feed = &motion.feed;
+        let modal = feed.mode != Some(FeedMode::InverseTime) && feed.value.is_some() && has_feed_column;
+        self.owed = (modal && differs(modal_feed, feed.raw)).then_some(OwedFeed {
+            raw: feed.raw,
+            decimals: feed.decimals,
+            mode: feed.mode,
+        });
+        Ok(())
+    }
+}
+
+fn differs(a: f64, b: f64) -> bool {
+    // Written out so that an unknown (NaN) feed differs from every other.
+    !((a - b).abs() <= SAME_WORD)
+}
+
+fn part_feed(
+    feed: &Feed,
+    source_time: &BlockTime,
+    checked: &Checked<'_>,
+    segment: &Segment,
+    motion: &Motion,
+) -> Option<NewWord> {
+    let (mode, _) = (feed.mode?, feed.value?);
+    let share = segment.fraction[1] - segment.fraction[0];
+    let part_time = BlockTime::of(&checked.block, segment, motion.mm_per_unit);
+    let value = feed_word(mode, feed.raw, source_time, &part_time, share)?;
+    let mut decimals = feed.decimals;
+    while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
+        && decimals < feed.decimals + EXTRA_FEED_DECIMALS
+    {
+        decimals += 1;
+    }
+    Some(NewWord { address: Address::F, value: round_to_decimals(value, decimals), decimals })
+}
+
+/// Builds the words of each part: absolute, or counted from the point before in G91.
+struct Words<'a> {
+    checked: &'a Checked<'a>,
+    motion: &'a Motion,
+    resolution: Resolution,
+    letters: [Address; 5],
+    present: [bool; 5],
+    /// The written position so far: X Y Z in program units, rotaries in degrees.
+    written: [f64; 5],
+    contact: ContactEnds,
+    extra: Option<(f64, f64)>,
+    extra_written: f64,
+}
+
+/// Contact words at both ends of the source block, as far as it has them.
+enum ContactEnds {
+    None,
+    /// U V W: the contact aimed at, by the definition of those words.
+    Aimed,
+    /// U V W of a program whose contacts come from elsewhere: interpolated as they stand.
+    Points([f64; 3], [f64; 3]),
+    /// nx ny nz.
+    Normals([f64; 3], [f64; 3]),
+}
+
+impl<'a> Words<'a> {
+    fn new(batch: &Batch, checked: &'a Checked<'a>, motion: &'a Motion, division: &Division) -> Self {
+        let rotary = checked.block.machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()));
+        let letters = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
+        let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
+        let present = letters.map(|letter| source.iter().any(|word| word.address == letter));
+        let contact = match (checked.start_contact, motion.contact) {
+            (Some(_), ContactWords::Point(_)) if checked.contact_from_words => ContactEnds::Aimed,
+            (Some(a), ContactWords::Point(b)) => ContactEnds::Points(a, b),
+            (Some(a), ContactWords::Normal(b)) => ContactEnds::Normals(a, b),
+            _ => ContactEnds::None,
+        };
+        let extra = motion.extra.and_then(|extra| extra.start.map(|start| (start, extra.end)));
+        Self {
+            checked,
+            motion,
+            resolution: division.resolution,
+            letters,
+            present,
+            written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
+            contact,
+            extra,
+            extra_written: extra.map_or(0.0, |(start, _)| start),
+        }
+    }
+
+    /// The words of the part that ends at `node`.
+    fn at(&mut self, node: &Node, last: bool) -> Vec<NewWord> {
+        let target = in_units(&node.station.words, self.motion.mm_per_unit);
+        let mut list = Vec::with_capacity(12);
+        for k in 0..5 {
+            let decimals =
+                if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };
+            let from = if self.motion.incremental { self.written[k] } else { 0.0 };
+            let value = target[k] - from;
+            let decimals = if last { exact_decimals(value, decimals) } else { decimals };
+            let rounded = round_to_decimals(value, decimals);
+            let position = from + rounded;
+            if self.present[k] || differs(position, self.written[k]) {
+                list.push(NewWord { address: self.letters[k], value: rounded, decimals });
+            }
+            self.written[k] = position;
+        }
+        self.contact_words(node, last, &mut list);
+        if let Some((start, end)) = self.extra {
+            let decimals = self.motion.decimals.extra;
+            let value = if last { end } else { start + (end - start) * node.fraction };
+            let from = if self.motion.incremental { self.extra_written } else { 0.0 };
+            let rounded = round_to_decimals(value - from, decimals);
+            list.push(NewWord { address: Address::E, value: rounded, decimals });
+            self.extra_written = from + rounded;
+        }
+        list
+    }
+
+    fn contact_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
+        const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
+        const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+        let (addresses, values, unit) = match (&self.contact, self.motion.contact) {
+            (ContactEnds::None, _) => return,
+            (ContactEnds::Aimed, ContactWords::Point(end)) => {
+                let value = if last { end } else { self.aimed_words(node) };
+                (POINT, value, self.motion.mm_per_unit)
+            }
+            (ContactEnds::Points(a, b), _) => (POINT, between(a, b, node.fraction), self.motion.mm_per_unit),
+            (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
+            (ContactEnds::Aimed, _) => return,
+        };
+        let decimals = self.motion.decimals.contact;
+        for (address, value) in addresses.into_iter().zip(values) {
+            list.push(NewWord { address, value: value / unit, decimals });
+        }
+    }
+
+    /// U V W of the contact aimed at: the linear words that would put the tip there (§2).
+    fn aimed_words(&self, node: &Node) -> [f64; 3] {
+        let block = &self.checked.block;
+        match block.mode {
+            Interpolation::Tcp => node.contact_mm.into(),
+            Interpolation::Machine => {
+                let rotary_rad = crate::contact::rotary_rad(block.machine, node.station.words.rotary_deg);
+                block.kinematics.linear_mm(node.contact_mm, rotary_rad).into()
+            }
+        }
+    }
+}
+
+fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+    let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
+    let [first, second] = words.rotary_deg;
+    [x, y, z, first, second]
+}
+
+fn between(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
+    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u)
+}
+
+/// Normals move on their great circle, their written lengths linearly.
+fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
+    use crate::geometry::{GreatCircle, Vec3};
+    let (from, to) = (Vec3::from(*a), Vec3::from(*b));
+    let arc = GreatCircle::between(from.normalize(), to.normalize(), Vec3::z());
+    (arc.at(u) * (from.norm() * (1.0 - u) + to.norm() * u)).into()
+}
+
+/// The fewest decimals, at least `decimals`, that give `value` back.
+fn exact_decimals(value: f64, decimals: u8) -> u8 {
+    (decimals..=MAX_DECIMALS)
+        .find(|&digits| !differs(round_to_decimals(value, digits), value))
+        .unwrap_or(decimals)
+}
+
+fn letter(letter: char) -> Address {
+    match letter {
+        'A' => Address::A,
+        'B' => Address::B,
+        _ => Address::C,
+    }
+}

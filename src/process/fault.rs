@@ -1,0 +1,149 @@
+//! Why a program is not compensated. Nothing has then left the core that could be run.
+
+use std::io;
+
+use thiserror::Error;
+
+use crate::contact::ContactFault;
+use crate::program::{Diagnostics, ReadFault, WriteFault};
+
+/// What is wrong with one line of the upload.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LineFaultKind {
+    /// The contact stated at the end of this line cannot be one.
+    #[error(transparent)]
+    Contact(#[from] ContactFault),
+    /// An axis is commanded outside its travel.
+    #[error("{axis} {commanded} is outside the travel {min} … {max}")]
+    OutOfTravel {
+        /// Address letter.
+        axis: char,
+        /// The word commanded [mm or deg].
+        commanded: f64,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// The decimals of the words cannot keep the tolerance.
+    #[error(
+        "the block's decimals reach {reachable_um:.3} µm at best, not the tolerance of {tolerance_um:.3} µm"
+    )]
+    ToleranceOutOfReach {
+        /// Smallest deviation reached [µm].
+        reachable_um: f64,
+        /// Asked for [µm].
+        tolerance_um: f64,
+    },
+    /// `interpolated` needs the block's time.
+    #[error("the block has no feed, and the number of interpolation steps follows from it")]
+    NoFeed,
+    /// Divided blocks need an F word of known meaning.
+    #[error("the feed mode is not known here, so the block cannot be divided")]
+    FeedModeUnknown,
+    /// G93 without F.
+    #[error("G93 needs an F word in every block; this block has none and has to be divided")]
+    NoInverseTime,
+    /// More parts than any program would want.
+    #[error("the block would become {parts:.0} blocks; the limit is {max:.0}")]
+    TooManyParts {
+        /// How many.
+        parts: f64,
+        /// Most accepted.
+        max: f64,
+    },
+    /// An extruder word whose start is unknown.
+    #[error("E counts from an unknown value, so the block cannot be divided")]
+    ExtraUnknown,
+}
+
+/// One faulty line.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("line {line}: {kind}")]
+pub struct LineFault {
+    /// 1-based line of the upload.
+    pub line: u64,
+    /// The block's text, cut to a readable length.
+    pub block: String,
+    /// What is wrong with it.
+    pub kind: LineFaultKind,
+}
+
+/// Line faults: the first hundred are kept, all are counted.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LineFaults {
+    /// The first ones, in the order of the program.
+    pub kept: Vec<LineFault>,
+    /// How many there are.
+    pub total: u64,
+}
+
+impl LineFaults {
+    /// How many are kept.
+    pub const MAX_KEPT: usize = 100;
+    /// Longest excerpt of a block [characters].
+    const EXCERPT_CHARS: usize = 80;
+
+    pub(super) fn add(&mut self, line: u64, text: &[u8], kind: LineFaultKind) {
+        self.total += 1;
+        if self.kept.len() < Self::MAX_KEPT {
+            let block = String::from_utf8_lossy(text).trim().chars().take(Self::EXCERPT_CHARS).collect();
+            self.kept.push(LineFault { line, block, kind });
+        }
+    }
+}
+
+/// Why a program is refused as a whole.
+#[derive(Debug, Error)]
+pub enum Fault {
+    /// It cannot be read as a program.
+    #[error(transparent)]
+    Unreadable(#[from] ReadFault),
+    /// Blocks that cannot be read or followed, with effects beyond themselves.
+    #[error("the program has {} faults", .0.count(crate::program::Severity::Refusal))]
+    Program(Box<Diagnostics>),
+    /// Blocks that cannot be compensated.
+    #[error("{} lines of the program cannot be compensated", .0.total)]
+    Lines(LineFaults),
+    /// A program that moves nothing.
+    #[error("the program has no motion")]
+    NoMotion,
+    /// A contact source was asked for that the program does not have.
+    #[error("contact `{contact}` was asked for, but the program has no {missing}")]
+    NoContactInProgram {
+        /// The source asked for.
+        contact: &'static str,
+        /// What is missing.
+        missing: &'static str,
+    },
+    /// More work than one request may cause.
+    #[error("{what} exceed the limit of {limit}")]
+    TooCostly {
+        /// Of what there is too much.
+        what: &'static str,
+        /// How much is allowed.
+        limit: u64,
+    },
+    /// A block could not be written.
+    #[error("line {line} cannot be written: {fault}")]
+    Unwritable {
+        /// 1-based line of the upload.
+        line: u64,
+        /// Why.
+        fault: WriteFault,
+    },
+    /// What was written does not read back as what was meant. A defect of this software, never of the program.
+    #[error("verification failed at line {line} of the upload: {what}")]
+    VerificationFailed {
+        /// 1-based line of the upload.
+        line: u64,
+        /// What differs.
+        what: &'static str,
+    },
+    /// The caller no longer wants the answer.
+    #[error("cancelled")]
+    Cancelled,
+    /// Source or output could not be read or written.
+    #[error("program text: {0}")]
+    Io(#[from] io::Error),
+}

@@ -1,0 +1,373 @@
+//! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
+
+use super::fault::{LineFaultKind, LineFaults};
+use super::warnings::Warnings;
+use super::{CcParameters, ContactSource, WarningKind};
+use crate::contact::{
+    Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, feed_plane_normal, quick_look,
+    rotary_rad, sample_until_sure,
+};
+use crate::geometry::Vec3;
+use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::machine::{Machine, Travel};
+use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+
+/// Words this far outside the travel are still rounding of the decimals [mm or deg].
+const TRAVEL_SLACK: f64 = 1e-6;
+/// Mean square of a parabola over its arc, as a share of its top squared.
+const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
+
+/// What a checked motion turned out to be.
+#[derive(Debug)]
+pub(super) enum Verdict<'a> {
+    /// Within tolerance.
+    Within {
+        /// Length of the contact line [mm].
+        path_mm: f64,
+        before: Sampled,
+    },
+    /// To be divided.
+    Over(Checked<'a>),
+}
+
+/// A motion over tolerance.
+#[derive(Debug, Clone)]
+pub(super) struct Checked<'a> {
+    pub(super) block: SourceBlock<'a>,
+    pub(super) before: Sampled,
+    /// U V W words gave the contacts, so that new blocks get U V W of the contact aimed at.
+    pub(super) contact_from_words: bool,
+    /// U V W or nx ny nz of the start point, if it has them.
+    pub(super) start_contact: Option<[f64; 3]>,
+}
+
+/// A program point on the way.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    station: Station,
+    mode: Interpolation,
+    words: ContactWords,
+    touch: Option<Touch>,
+    /// The contact that the touch gives, W [mm].
+    contact_mm: Vec3,
+    line: u64,
+}
+
+impl Point {
+    fn new(station: Station, mode: Interpolation, motion: &Motion) -> Self {
+        let contact_mm = station.pose.tip_mm;
+        Self { station, mode, words: motion.contact, touch: None, contact_mm, line: motion.line }
+    }
+}
+
+/// Half way between two positions.
+fn middle<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+}
+
+/// The pose of one lane; with TCP the linear words are the tip themselves.
+fn pose(lanes: &PoseLanes, mode: Interpolation, index: usize, linear_mm: &[f64; 3]) -> ToolPose {
+    let tip_mm = match mode {
+        Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
+        Interpolation::Tcp => Vec3::from(*linear_mm),
+    };
+    ToolPose { tip_mm, axis: Vec3::new(lanes.i[index], lanes.j[index], lanes.k[index]) }
+}
+
+/// Looks at motion after motion, in the order of the program.
+pub(super) struct Judge<'a> {
+    machine: &'a Machine,
+    kinematics: &'a Kinematics,
+    parameters: &'a CcParameters,
+    contact: ContactSource,
+    point: Option<Point>,
+    pub(super) warnings: Warnings,
+    pub(super) faults: LineFaults,
+    pub(super) evaluations: u64,
+    joints: JointLanes,
+    ends: PoseLanes,
+    middles: PoseLanes,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(
+        machine: &'a Machine,
+        kinematics: &'a Kinematics,
+        parameters: &'a CcParameters,
+        contact: ContactSource,
+    ) -> Self {
+        Self {
+            machine,
+            kinematics,
+            parameters,
+            contact,
+            point: None,
+            warnings: Warnings::default(),
+            faults: LineFaults::default(),
+            evaluations: 0,
+            joints: JointLanes::default(),
+            ends: PoseLanes::default(),
+            middles: PoseLanes::default(),
+        }
+    }
+
+    /// Computes the poses at the ends and in the middle of these motions, many at a time; to be called before they
+    /// are judged.
+    pub(super) fn prepare(&mut self, motions: &[Motion]) {
+        self.joints.clear();
+        for motion in motions {
+            self.push_joints(motion.end);
+        }
+        self.kinematics.forward_lanes(&self.joints, &mut self.ends);
+        self.joints.clear();
+        for motion in motions {
+            self.push_joints(motion.start.zip(motion.end).map(|(start, end)| AxisWords {
+                linear_mm: middle(&start.linear_mm, &end.linear_mm),
+                rotary_deg: middle(&start.rotary_deg, &end.rotary_deg),
+            }));
+        }
+        self.kinematics.forward_lanes(&self.joints, &mut self.middles);
+    }
+
+    fn push_joints(&mut self, words: Option<AxisWords>) {
+        // A motion without known ends keeps its lane; nobody looks at it.
+        let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
+        self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
+    }
+
+    fn station(&self, mode: Interpolation, index: usize, words: AxisWords) -> Station {
+        Station { words, pose: pose(&self.ends, mode, index, &words.linear_mm) }
+    }
+
+    /// The mode a motion is judged in: the parameter wins over the program's own switches.
+    pub(super) fn mode(&self, motion: &Motion) -> Interpolation {
+        self.parameters.interpolation.unwrap_or(motion.interpolation)
+    }
+
+    /// Judges the motion of this index among those prepared; `following` is the first motion after them, `text` the
+    /// motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured, smaller
+    /// ones only bounded. `None`: not checked.
+    pub(super) fn judge(
+        &mut self,
+        motions: &[Motion],
+        index: usize,
+        following: Option<&Motion>,
+        text: &[u8],
+        largest_after_mm: f64,
+    ) -> Option<Verdict<'a>> {
+        let motion = &motions[index];
+        let mode = self.mode(motion);
+        let end = motion.end.map(|words| Point::new(self.station(mode, index, words), mode, motion));
+        if let Some(end) = &end {
+            self.check_travel(motion, &end.station, text);
+        }
+        let start = std::mem::replace(&mut self.point, end);
+        let (Some(start_words), Some(mut end)) = (motion.start, end) else {
+            self.say_why_not(motion);
+            return None;
+        };
+        if !checkable(motion) {
+            self.say_why_not(motion);
+            return None;
+        }
+        let mut start = start
+            .filter(|point| point.mode == mode && point.station.words == start_words)
+            .unwrap_or_else(|| {
+                let station = Station::new(self.machine, self.kinematics, mode, start_words);
+                Point { words: ContactWords::None, ..Point::new(station, mode, motion) }
+            });
+        let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
+        if start.touch.is_none() {
+            // The first point of a pass: its neighbour is only the next one.
+            self.touch(&mut start, to - from, text);
+        }
+        let next = motions.get(index + 1).or(following);
+        let beyond = next
+            .filter(|next| checkable(next) && next.start == motion.end && self.mode(next) == mode)
+            .and_then(|next| next.end)
+            .map_or(to, |words| {
+                if index + 1 < motions.len() {
+                    return self.station(mode, index + 1, words).pose.tip_mm;
+                }
+                Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
+            });
+        self.touch(&mut end, beyond - from, text);
+        self.point = Some(end);
+        if start.touch.is_none() || end.touch.is_none() {
+            self.warnings.add(WarningKind::NoContact, Some(motion.line));
+            return None;
+        }
+        let half_way = middle(&start_words.linear_mm, &end.station.words.linear_mm);
+        let middle = pose(&self.middles, mode, index, &half_way);
+        Some(self.measure(&start, &end, &middle, largest_after_mm))
+    }
+
+    fn measure(
+        &mut self,
+        start: &Point,
+        end: &Point,
+        middle: &ToolPose,
+        largest_after_mm: f64,
+    ) -> Verdict<'a> {
+        let tool = self.parameters.tool;
+        let tolerance_mm = self.parameters.tolerance.mm();
+        let mode = end.mode;
+        let ends = [start.station, end.station];
+        let contacts = [start, end]
+            .map(|point| point.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact));
+        let contacts_mm = [start.contact_mm, end.contact_mm];
+        self.evaluations += 1;
+        let look = quick_look(self.kinematics, &tool, mode, &ends, contacts, contacts_mm, middle);
+        if let Some(QuickLook { middle, at_most_mm }) = look
+            && at_most_mm <= tolerance_mm
+            && at_most_mm <= largest_after_mm
+        {
+            let before = Sampled {
+                max_mm: middle.distance_mm,
+                mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
+                max_excess_mm: middle.along_normal_mm.max(0.0),
+                max_gouge_mm: (-middle.along_normal_mm).max(0.0),
+                evaluations: 1,
+            };
+            return Verdict::Within { path_mm: (end.contact_mm - start.contact_mm).norm(), before };
+        }
+        let carry = Carry::between(&tool, contacts, ends.map(|end| end.pose.axis));
+        let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
+        let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
+        self.evaluations += before.evaluations;
+        if before.max_mm <= tolerance_mm {
+            return Verdict::Within { path_mm: block.line.length_mm, before };
+        }
+        let start_contact = match start.words {
+            ContactWords::None => None,
+            ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
+        };
+        let contact_from_words = self.contact == ContactSource::Program;
+        Verdict::Over(Checked { block, before, contact_from_words, start_contact })
+    }
+
+    /// Finds the contact at a point; `chord_mm` is the chord of its neighbouring tips. Faults are noted, and the
+    /// point then has no contact.
+    fn touch(&mut self, point: &mut Point, chord_mm: Vec3, text: &[u8]) {
+        point.touch = self.find_touch(point, chord_mm, text);
+        if let Some(touch) = &point.touch {
+            let pose = &point.station.pose;
+            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.parameters.tool, pose.axis);
+        }
+    }
+
+    fn find_touch(&mut self, point: &Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
+        let tool = &self.parameters.tool;
+        let pose = &point.station.pose;
+        let feed_direction = chord_mm.try_normalize(f64::MIN_POSITIVE);
+        let found = match (self.contact, point.words) {
+            (ContactSource::Tip, _) => {
+                Ok(Touch { contact: CutterContact::Tip, off_tool_mm: 0.0, side_assumed: false })
+            }
+            (ContactSource::Program, ContactWords::Point(contact)) => {
+                let contact_mm = match point.mode {
+                    Interpolation::Tcp => Vec3::from(contact),
+                    Interpolation::Machine => {
+                        let rotary_rad = rotary_rad(self.machine, point.station.words.rotary_deg);
+                        self.kinematics.tip_mm(Vec3::from(contact), rotary_rad)
+                    }
+                };
+                Touch::from_point(tool, pose, contact_mm, feed_direction)
+            }
+            (ContactSource::Normals, ContactWords::Normal(normal)) => {
+                Touch::from_normal(tool, pose, Vec3::from(normal), feed_direction)
+            }
+            (ContactSource::FeedPlane, _) => {
+                // A tip that rests or plunges along its axis touches with its lowest point.
+                let normal =
+                    feed_direction.and_then(|feed| feed_plane_normal(pose.axis, feed)).unwrap_or(pose.axis);
+                Touch::from_normal(tool, pose, normal, feed_direction)
+            }
+            _ => return None,
+        };
+        match found {
+            Ok(touch) => {
+                if touch.off_tool_mm > Touch::ON_TOOL_MM {
+                    let kind = WarningKind::ContactOffTool;
+                    self.warnings.add_distance(kind, point.line, touch.off_tool_mm);
+                }
+                if touch.side_assumed {
+                    self.warnings.add(WarningKind::ContactSideAssumed, Some(point.line));
+                }
+                Some(touch)
+            }
+            Err(fault) => {
+                self.faults.add(point.line, text, LineFaultKind::Contact(fault));
+                None
+            }
+        }
+    }
+
+    fn say_why_not(&mut self, motion: &Motion) {
+        if motion.kind == MotionKind::Rapid || motion.unfollowable == Some(Unfollowable::Reference) {
+            return;
+        }
+        if let Some(reason) = motion.unfollowable {
+            let warning = self.warnings.add(WarningKind::NotFollowed, Some(motion.line));
+            warning.reason.get_or_insert(reason);
+        } else if motion.offset_changed {
+            self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
+        } else if motion.kind == MotionKind::Arc
+            && let (Some(start), Some(end)) = (motion.start, motion.end)
+            && start.rotary_deg != end.rotary_deg
+        {
+            self.warnings.add(WarningKind::ArcWithRotary, Some(motion.line));
+        }
+    }
+
+    fn check_travel(&mut self, motion: &Motion, station: &Station, text: &[u8]) {
+        if motion.kind == MotionKind::Opaque || motion.unfollowable.is_some() || motion.offset_changed {
+            return;
+        }
+        for (axis, word) in self.machine.rotary_axes().iter().zip(station.words.rotary_deg) {
+            self.check_word(motion.line, text, axis.letter.as_char(), word, axis.travel_deg);
+        }
+        let travel = *self.machine.linear_travel_mm();
+        if travel.iter().all(Option::is_none) {
+            return;
+        }
+        let words = self.axis_words(self.mode(motion), &station.words, station.pose.tip_mm);
+        for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(words).zip(travel) {
+            self.check_word(motion.line, text, letter, word, travel);
+        }
+    }
+
+    /// The positions that the linear axes take: the words themselves, or with TCP those that reach the tip.
+    pub(super) fn axis_words(&self, mode: Interpolation, words: &AxisWords, tip_mm: Vec3) -> [f64; 3] {
+        match mode {
+            Interpolation::Machine => words.linear_mm,
+            Interpolation::Tcp => {
+                self.kinematics.linear_mm(tip_mm, rotary_rad(self.machine, words.rotary_deg)).into()
+            }
+        }
+    }
+
+    pub(super) fn check_word(
+        &mut self,
+        line: u64,
+        text: &[u8],
+        axis: char,
+        word: f64,
+        travel: Option<Travel>,
+    ) {
+        if let Some(travel) = travel
+            && !travel.contains(word, TRAVEL_SLACK)
+        {
+            let Travel { min, max } = travel;
+            self.faults.add(line, text, LineFaultKind::OutOfTravel { axis, commanded: word, min, max });
+        }
+    }
+}
+
+fn checkable(motion: &Motion) -> bool {
+    motion.kind == MotionKind::Linear
+        && motion.start.is_some()
+        && motion.end.is_some()
+        && motion.unfollowable.is_none()
+        && !motion.offset_changed
+}

@@ -1,0 +1,19 @@
+//! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
+
+mod compensate;
+mod emit;
+mod fault;
+mod judge;
+mod parameters;
+mod report;
+mod series;
+mod stream;
+mod verify;
+mod warnings;
+
+pub use compensate::compensate;
+pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
+pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
+pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
+pub use series::{Series, SeriesPoint};
+pub use stream::ProgramSource;

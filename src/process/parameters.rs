@@ -1,0 +1,112 @@
+//! What a cutter-contact compensation is asked to do.
+
+use crate::contact::Correction;
+use crate::kinematics::Setup;
+use crate::machine::Tool;
+use crate::motion::Interpolation;
+use crate::program::Dialect;
+use crate::units::{Feedrate, Length};
+
+/// Where the contact at the block ends comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactSource {
+    /// The first available of program, normals, feed-plane.
+    #[default]
+    Auto,
+    /// U V W words.
+    Program,
+    /// Contact normals carried with the program (CSV columns nx ny nz).
+    Normals,
+    /// P0's rule from the feed direction; an assumption, reported as such.
+    FeedPlane,
+    /// The tool tip itself.
+    Tip,
+}
+
+impl ContactSource {
+    /// The name in the contract.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Program => "program",
+            Self::Normals => "normals",
+            Self::FeedPlane => "feed-plane",
+            Self::Tip => "tip",
+        }
+    }
+}
+
+/// How a block over tolerance is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OutputForm {
+    /// The fewest equal parts that keep the tolerance.
+    #[default]
+    Minimal,
+    /// One block per interpolation step of the control (P0).
+    Interpolated,
+}
+
+/// The parameters of a cutter-contact compensation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CcParameters {
+    /// The cutter.
+    pub tool: Tool,
+    /// Largest deviation of the contact point from its line.
+    pub tolerance: Length,
+    /// Where contacts come from.
+    pub contact: ContactSource,
+    /// Who interpolates; `None` takes it from the program's own switches.
+    pub interpolation: Option<Interpolation>,
+    /// How the tip is moved.
+    pub correction: Correction,
+    /// How blocks are divided.
+    pub output: OutputForm,
+    /// Work offset, tool length, location errors.
+    pub setup: Setup,
+    /// Feedrate where the program has none.
+    pub feed: Option<Feedrate>,
+    /// The dialect; `None` detects it.
+    pub dialect: Option<Dialect>,
+    /// What the computation may cost.
+    pub budget: Budget,
+}
+
+/// Bounds on what one program may cost, checked as it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Most evaluations of the deviation.
+    pub max_evaluations: u64,
+    /// Most blocks written.
+    pub max_blocks_out: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { max_evaluations: 1_000_000_000, max_blocks_out: 20_000_000 }
+    }
+}
+
+impl CcParameters {
+    /// Smallest tolerance: a tenth of the last digit of five decimals.
+    pub const MIN_TOLERANCE: Length = Length::from_mm(1e-6);
+    /// Largest tolerance that is still one.
+    pub const MAX_TOLERANCE: Length = Length::from_mm(10.0);
+
+    /// The defaults of the contract for a tool: 10 µm, contact found by itself, even correction, fewest blocks.
+    #[must_use]
+    pub fn new(tool: Tool) -> Self {
+        Self {
+            tool,
+            tolerance: Length::from_mm(0.01),
+            contact: ContactSource::Auto,
+            interpolation: None,
+            correction: Correction::Even,
+            output: OutputForm::Minimal,
+            setup: Setup::default(),
+            feed: None,
+            dialect: None,
+            budget: Budget::default(),
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The report that goes with a compensated program.
+
+use super::{ContactSource, Series};
+use crate::contact::Sampled;
+use crate::motion::{Interpolation, Unfollowable};
+use crate::program::Dialect;
+
+/// Deviation over a whole program.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DeviationSummary {
+    /// Largest deviation [mm].
+    pub max_mm: f64,
+    /// Root mean square over the contact path [mm].
+    pub rms_mm: f64,
+    /// Largest part along the normal, out of the part [mm].
+    pub max_excess_mm: f64,
+    /// Largest part along the normal, into the part [mm], as a magnitude.
+    pub max_gouge_mm: f64,
+    /// Line of the upload with the largest deviation.
+    pub worst_line: Option<u64>,
+}
+
+/// Sums up deviations motion by motion.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct DeviationTotals {
+    summary: DeviationSummary,
+    weighted_square: f64,
+    path_mm: f64,
+    plain_square: f64,
+    motions: f64,
+}
+
+impl DeviationTotals {
+    pub(super) fn add(&mut self, line: u64, path_mm: f64, found: &Sampled) {
+        let summary = &mut self.summary;
+        if found.max_mm > summary.max_mm || summary.worst_line.is_none() {
+            summary.max_mm = found.max_mm;
+            summary.worst_line = Some(line);
+        }
+        summary.max_excess_mm = summary.max_excess_mm.max(found.max_excess_mm);
+        summary.max_gouge_mm = summary.max_gouge_mm.max(found.max_gouge_mm);
+        self.weighted_square += path_mm * found.mean_square_mm2;
+        self.path_mm += path_mm;
+        self.plain_square += found.mean_square_mm2;
+        self.motions += 1.0;
+    }
+
+    pub(super) fn max_mm(&self) -> f64 {
+        self.summary.max_mm
+    }
+
+    pub(super) fn path_mm(&self) -> f64 {
+        self.path_mm
+    }
+
+    /// The summary; a path without length counts every motion alike.
+    pub(super) fn summary(&self) -> DeviationSummary {
+        let mean = if self.path_mm > 0.0 {
+            self.weighted_square / self.path_mm
+        } else if self.motions > 0.0 {
+            self.plain_square / self.motions
+        } else {
+            0.0
+        };
+        DeviationSummary { rms_mm: mean.sqrt(), ..self.summary }
+    }
+}
+
+/// What a caller should know although the program was compensated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum WarningKind {
+    /// A stated contact point does not lie on the tool; its offset was carried as it is.
+    ContactOffTool,
+    /// The normal lies along the tool axis: the feed direction decided on which side the tool touches.
+    ContactSideAssumed,
+    /// Contacts were assumed from the feed direction.
+    ContactAssumed,
+    /// A motion at whose ends no contact is known: neither checked nor changed.
+    NoContact,
+    /// A motion that cannot be followed: neither checked nor changed.
+    NotFollowed,
+    /// A motion under another work offset than the first: neither checked nor changed.
+    WorkOffsetChanged,
+    /// An arc that turns rotary axes: neither checked nor changed.
+    ArcWithRotary,
+    /// Divided blocks got no F word because the program has no feed.
+    NoFeed,
+    /// Nothing in the program could be checked.
+    NothingChecked,
+    /// The seed correction leaves more than the tolerance.
+    ToleranceNotReached,
+}
+
+impl WarningKind {
+    /// The name in the report.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ContactOffTool => "contact_off_tool",
+            Self::ContactSideAssumed => "contact_side_assumed",
+            Self::ContactAssumed => "contact_assumed",
+            Self::NoContact => "no_contact",
+            Self::NotFollowed => "not_followed",
+            Self::WorkOffsetChanged => "work_offset_changed",
+            Self::ArcWithRotary => "arc_with_rotary",
+            Self::NoFeed => "no_feed",
+            Self::NothingChecked => "nothing_checked",
+            Self::ToleranceNotReached => "tolerance_not_reached",
+        }
+    }
+
+    /// What it means, in a sentence.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::ContactOffTool => {
+                "the stated contact point does not lie on the tool; its offset from the tip is carried as it is"
+            }
+            Self::ContactSideAssumed => {
+                "the contact normal lies along the tool axis; the contact is taken on the leading side"
+            }
+            Self::ContactAssumed => {
+                "contacts are assumed from the feed direction; give contact points or normals where they are known"
+            }
+            Self::NoContact => {
+                "no contact is known at an end of this motion; it is neither checked nor changed"
+            }
+            Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
+            Self::WorkOffsetChanged => {
+                "another work offset than the program's first is active; the motion is neither checked nor changed"
+            }
+            Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
+            Self::NoFeed => "the program has no feed; inserted blocks carry no F word",
+            Self::NothingChecked => {
+                "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1"
+            }
+            Self::ToleranceNotReached => "the seed correction leaves more than the tolerance",
+        }
+    }
+}
+
+/// One warning: how often, first where, and how bad at worst.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    /// What happened.
+    pub kind: WarningKind,
+    /// How many motions or points.
+    pub count: u64,
+    /// First line of the upload.
+    pub line: Option<u64>,
+    /// Line with the largest distance, where a distance belongs to the warning.
+    pub worst_line: Option<u64>,
+    /// Largest distance [mm], where one belongs to the warning.
+    pub max_distance_mm: Option<f64>,
+    /// Why a motion could not be followed, for the first such line.
+    pub reason: Option<Unfollowable>,
+}
+
+/// Everything a compensation has to show for itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CcReport {
+    /// The dialect read and written.
+    pub dialect: Dialect,
+    /// Who interpolates; `None` where the program switches.
+    pub interpolation: Option<Interpolation>,
+    /// Where contacts came from.
+    pub contact: ContactSource,
+    /// Blocks of the upload.
+    pub blocks_in: u64,
+    /// Blocks written.
+    pub blocks_out: u64,
+    /// Motions checked.
+    pub motions_checked: u64,
+    /// Motions over tolerance before.
+    pub motions_over_tolerance: u64,
+    /// Blocks that only got their F word back after divided blocks.
+    pub feeds_restored: u64,
+    /// Deviation of the upload.
+    pub before: DeviationSummary,
+    /// Deviation of what was written, from its own text.
+    pub after: DeviationSummary,
+    /// Σ chords of the checked motions [mm].
+    pub cc_path_length_mm: f64,
+    /// Deviation along the path.
+    pub series: Series,
+    /// What the caller should know.
+    pub warnings: Vec<Warning>,
+}

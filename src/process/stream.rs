@@ -1,0 +1,134 @@
+//! A program read piece by piece: text in, blocks and motions out.
+
+use std::collections::VecDeque;
+use std::io::{self, Read};
+
+use super::Fault;
+use crate::machine::Machine;
+use crate::motion::{Interpreter, InterpreterOptions, Motion};
+use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+
+/// A program that can be read more than once.
+pub trait ProgramSource {
+    /// The program from its first byte.
+    ///
+    /// # Errors
+    /// The text cannot be opened.
+    fn open(&self) -> io::Result<Box<dyn Read + '_>>;
+}
+
+impl ProgramSource for [u8] {
+    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+        Ok(Box::new(self))
+    }
+}
+
+impl ProgramSource for Vec<u8> {
+    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+        Ok(Box::new(self.as_slice()))
+    }
+}
+
+/// A batch of blocks with the motions they make.
+#[derive(Debug, Default)]
+pub(super) struct Passage {
+    pub(super) batch: Batch,
+    pub(super) motions: Vec<Motion>,
+}
+
+/// How much is read at once [bytes].
+pub(super) const CHUNK_BYTES: usize = 64 * 1024;
+/// How many batches without a motion are read ahead in search of the next one.
+const MAX_LOOKAHEAD: usize = 64;
+
+/// Reads a source into passages; one motion of look-ahead is there for rules that need a neighbour.
+pub(super) struct Passages<'a> {
+    input: Box<dyn Read + 'a>,
+    chunk: Vec<u8>,
+    ended: bool,
+    reader: Reader,
+    interpreter: Interpreter,
+    ahead: VecDeque<Passage>,
+    pub(super) diagnostics: Diagnostics,
+    pub(super) blocks: u64,
+    pub(super) motions: u64,
+}
+
+impl<'a> Passages<'a> {
+    pub(super) fn open(
+        source: &'a dyn ProgramSource,
+        machine: &Machine,
+        dialect: Option<Dialect>,
+        options: InterpreterOptions,
+    ) -> Result<Self, Fault> {
+        Ok(Self {
+            input: source.open()?,
+            chunk: vec![0; CHUNK_BYTES],
+            ended: false,
+            reader: Reader::new(dialect, ReadLimits::default()),
+            interpreter: Interpreter::new(machine, options),
+            ahead: VecDeque::new(),
+            diagnostics: Diagnostics::new(),
+            blocks: 0,
+            motions: 0,
+        })
+    }
+
+    pub(super) fn dialect(&self) -> Dialect {
+        self.reader.dialect().unwrap_or(Dialect::Iso)
+    }
+
+    /// The next passage, and the first motion after it.
+    pub(super) fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
+        let Some(passage) =
+            self.ahead.pop_front().map_or_else(|| self.read(), |passage| Ok(Some(passage)))?
+        else {
+            return Ok(None);
+        };
+        while self.ahead.iter().all(|later| later.motions.is_empty()) && self.ahead.len() < MAX_LOOKAHEAD {
+            match self.read()? {
+                Some(later) => self.ahead.push_back(later),
+                None => break,
+            }
+        }
+        let following = self.ahead.iter().find_map(|later| later.motions.first().copied());
+        Ok(Some((passage, following)))
+    }
+
+    fn read(&mut self) -> Result<Option<Passage>, Fault> {
+        let mut passage = Passage::default();
+        while !self.reader.next_batch(&mut passage.batch)? {
+            if self.ended {
+                return Ok(None);
+            }
+            let count = read_some(&mut *self.input, &mut self.chunk)?;
+            if count == 0 {
+                self.ended = true;
+                self.reader.finish();
+            } else {
+                self.reader.feed(&self.chunk[..count]);
+            }
+        }
+        self.interpreter.interpret(&passage.batch, &mut passage.motions, &mut self.diagnostics);
+        self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
+        self.motions += passage.motions.len() as u64;
+        Ok(Some(passage))
+    }
+
+    /// The program's refusals, if any, as a fault.
+    pub(super) fn refusals(&mut self) -> Result<(), Fault> {
+        if self.diagnostics.count(Severity::Refusal) > 0 {
+            return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn read_some(input: &mut dyn Read, chunk: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match input.read(chunk) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
+    }
+}

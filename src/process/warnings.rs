@@ -1,0 +1,37 @@
+//! Warnings gathered while a program streams by: one per kind, with count, first and worst line.
+
+use std::collections::BTreeMap;
+
+use super::{Warning, WarningKind};
+
+#[derive(Debug, Default)]
+pub(super) struct Warnings(BTreeMap<WarningKind, Warning>);
+
+impl Warnings {
+    /// Counts one occurrence.
+    pub(super) fn add(&mut self, kind: WarningKind, line: Option<u64>) -> &mut Warning {
+        let warning = self.0.entry(kind).or_insert(Warning {
+            kind,
+            count: 0,
+            line,
+            worst_line: None,
+            max_distance_mm: None,
+            reason: None,
+        });
+        warning.count += 1;
+        warning
+    }
+
+    /// Counts one occurrence that has a distance.
+    pub(super) fn add_distance(&mut self, kind: WarningKind, line: u64, distance_mm: f64) {
+        let warning = self.add(kind, Some(line));
+        if warning.max_distance_mm.is_none_or(|largest| distance_mm > largest) {
+            warning.max_distance_mm = Some(distance_mm);
+            warning.worst_line = Some(line);
+        }
+    }
+
+    pub(super) fn into_list(self) -> Vec<Warning> {
+        self.0.into_values().collect()
+    }
+}

@@ -1,0 +1,93 @@
+//! Word addresses.
+
+use std::fmt;
+
+/// The address of a word: a letter A to Z, or one of the contact-normal columns `nx ny nz` of CSV programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Address(u8);
+
+macro_rules! letters {
+    ($($name:ident = $byte:literal),*) => { $(#[doc = concat!("The letter ", stringify!($name), ".")] pub const $name: Self = Self($byte);)* };
+}
+
+impl Address {
+    letters!(
+        A = b'A',
+        B = b'B',
+        C = b'C',
+        D = b'D',
+        E = b'E',
+        F = b'F',
+        G = b'G',
+        H = b'H',
+        I = b'I',
+        J = b'J',
+        K = b'K',
+        L = b'L',
+        M = b'M',
+        N = b'N',
+        O = b'O',
+        P = b'P',
+        Q = b'Q',
+        R = b'R',
+        S = b'S',
+        T = b'T',
+        U = b'U',
+        V = b'V',
+        W = b'W',
+        X = b'X',
+        Y = b'Y',
+        Z = b'Z'
+    );
+    /// Contact normal, x component (CSV column `nx`).
+    pub const NX: Self = Self(b'x');
+    /// Contact normal, y component (CSV column `ny`).
+    pub const NY: Self = Self(b'y');
+    /// Contact normal, z component (CSV column `nz`).
+    pub const NZ: Self = Self(b'z');
+
+    /// The address written as this letter, upper or lower case; `None` for any other byte.
+    #[must_use]
+    pub const fn from_letter(letter: u8) -> Option<Self> {
+        if letter.is_ascii_alphabetic() { Some(Self(letter.to_ascii_uppercase())) } else { None }
+    }
+
+    /// For the lexer, which has already seen that `letter` is one.
+    pub(super) const fn of_letter(letter: u8) -> Self {
+        Self(letter & !0x20)
+    }
+
+    /// The upper-case letter; `None` for a contact normal.
+    #[must_use]
+    pub const fn letter(self) -> Option<u8> {
+        if self.0.is_ascii_uppercase() { Some(self.0) } else { None }
+    }
+
+    /// A small number of its own for every address, below 32: letters 0–25, `nx ny nz` 26–28.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        if self.0 >= b'x' { (self.0 - b'x') as usize + 26 } else { (self.0 - b'A') as usize }
+    }
+
+    /// Whether words of this address name where to go: X Y Z, A B C, U V W, E, nx ny nz.
+    #[must_use]
+    pub const fn is_coordinate(self) -> bool {
+        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'Z' | b'x'..=b'z')
+    }
+
+    /// As a column heading or in a message.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        const NAMES: [&str; 29] = [
+            "A", "B", "C", "D", "E", "F", "G", "H", "I", "J", "K", "L", "M", "N", "O", "P", "Q", "R", "S",
+            "T", "U", "V", "W", "X", "Y", "Z", "nx", "ny", "nz",
+        ];
+        NAMES[self.index()]
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}

@@ -1,0 +1,297 @@
+//! Blocks and words, as offsets into the text they were written in.
+
+use super::dialect::Dialect;
+use super::{Address, Diagnostic};
+
+/// How the value of a word is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WordForm {
+    /// A plain number.
+    Number,
+    /// A plain number after a comma: `,R2`, `,C1`, `,A30`.
+    Comma,
+    /// An expression, parameter or function; the value is not known and reads 0.
+    Expression,
+}
+
+/// One word of a block: address and value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Word {
+    /// The value in the program's own unit: the f64 nearest to the decimal written; −0 reads 0.
+    pub value: f64,
+    /// First byte of the word in the batch's text.
+    pub start: u32,
+    /// One past its last byte.
+    pub end: u32,
+    /// Its address.
+    pub address: Address,
+    /// Digits written after the point.
+    pub decimals: u8,
+    /// How the value is written.
+    pub form: WordForm,
+    /// Whether a decimal point is written.
+    pub has_point: bool,
+}
+
+impl Word {
+    /// A G or M number in tenths (`G43.4` is 434, `M6` is 60); `None` where it is not a plain number with at most
+    /// one decimal that counts, or not below 100 000.
+    #[must_use]
+    pub fn code_tenths(&self) -> Option<u32> {
+        let tenths = self.value * 10.0;
+        let whole = tenths.round();
+        let is_code = self.form == WordForm::Number
+            && (0.0..1e6).contains(&whole)
+            && (tenths - whole).abs() < 1e-6 * whole.max(1.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be in 0..1e6"
+        )]
+        is_code.then_some(whole as u32)
+    }
+}
+
+/// What a line of the upload is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BlockKind {
+    /// Words to be executed, possibly with comments and assignments.
+    Words,
+    /// Blanks only.
+    Blank,
+    /// A comment and nothing else.
+    Comment,
+    /// The tape mark `%`.
+    Percent,
+    /// Text before the program proper: a listing's banner.
+    Banner,
+    /// The header row of a CSV program.
+    Header,
+    /// Assignments of parameters, or statements that only talk to the outside (`DPRNT`), and no words.
+    Assignment,
+    /// A call of a subprogram by an O word or a `CALL` statement.
+    Call,
+    /// Control flow: `o… sub`, `IF`, `WHILE`, `GOTO`, `END1`, …
+    Flow,
+    /// Text of a template language (`{BEGIN}`), not of a control.
+    Template,
+    /// Cannot be read; the batch holds a diagnostic that says where and why.
+    Malformed,
+}
+
+/// Facts about a block that most blocks do not have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BlockFlags(u8);
+
+impl BlockFlags {
+    /// `/`: skipped when the operator wants it.
+    pub const DELETE: Self = Self(1);
+    /// An address other than G, M and N stands twice.
+    pub const REPEATED: Self = Self(2);
+    /// Sets a parameter.
+    pub const ASSIGNS: Self = Self(4);
+    /// Sets a system parameter (or one that cannot be told), which may change offsets.
+    pub const ASSIGNS_SYSTEM: Self = Self(8);
+    /// Has a word whose value is an expression or a parameter.
+    pub const EXPRESSION: Self = Self(16);
+    /// Has a comment.
+    pub const COMMENT: Self = Self(32);
+    /// Has a word after a comma.
+    pub const COMMA: Self = Self(64);
+
+    /// Whether all of `other` are set.
+    #[must_use]
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Whether none is set but perhaps `COMMENT`.
+    #[must_use]
+    pub const fn is_plain(self) -> bool {
+        self.0 & !Self::COMMENT.0 == 0
+    }
+
+    pub(super) fn set(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+/// One line of the upload, its line ending included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// 1-based line of the upload.
+    pub line: u64,
+    /// First byte in the batch's text.
+    pub start: u32,
+    /// One past the last byte before the line ending.
+    pub body_end: u32,
+    /// One past the last byte, line ending included: where the next block starts.
+    pub end: u32,
+    /// Index of its first word among the batch's words.
+    pub words_start: u32,
+    /// One past its last word.
+    pub words_end: u32,
+    /// What the line is.
+    pub kind: BlockKind,
+    /// What else there is to it.
+    pub flags: BlockFlags,
+}
+
+impl Block {
+    /// Whether it counts as a block: not empty, not only a comment, not the header of a table.
+    #[must_use]
+    pub fn counts(&self) -> bool {
+        !matches!(self.kind, BlockKind::Blank | BlockKind::Comment | BlockKind::Header)
+    }
+}
+
+/// How the program so far is written, for blocks that have to be made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Habits {
+    /// Some number below one was written without its zero: `.5`.
+    pub(super) drops_zero: bool,
+    /// Some number was written with a point.
+    pub(super) points: bool,
+    /// How lines end.
+    pub(super) line_ending: LineEnding,
+}
+
+/// How lines end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum LineEnding {
+    /// LF, also where no line has ended yet.
+    #[default]
+    Lf,
+    /// CR LF.
+    CrLf,
+    /// CR alone.
+    Cr,
+}
+
+impl LineEnding {
+    pub(super) const fn bytes(self) -> &'static [u8] {
+        match self {
+            Self::Lf => b"\n",
+            Self::CrLf => b"\r\n",
+            Self::Cr => b"\r",
+        }
+    }
+}
+
+/// A few hundred consecutive blocks with their text. Blocks cover the text without gap or overlap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batch {
+    pub(super) text: Vec<u8>,
+    pub(super) blocks: Vec<Block>,
+    pub(super) words: Vec<Word>,
+    pub(super) faults: Vec<Diagnostic>,
+    pub(super) columns: Vec<Address>,
+    pub(super) separator: u8,
+    pub(super) offset: u64,
+    pub(super) dialect: Dialect,
+    pub(super) habits: Habits,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self {
+            text: Vec::new(),
+            blocks: Vec::new(),
+            words: Vec::new(),
+            faults: Vec::new(),
+            columns: Vec::new(),
+            separator: b',',
+            offset: 0,
+            dialect: Dialect::Iso,
+            habits: Habits::default(),
+        }
+    }
+}
+
+impl Batch {
+    /// An empty batch, to be filled by [`super::Reader::next_batch`] again and again.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The text of all its blocks.
+    #[must_use]
+    pub fn text(&self) -> &[u8] {
+        &self.text
+    }
+
+    /// Its blocks in the order of the program.
+    #[must_use]
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// The words of one of its blocks, in the order written; none for a block that could not be read.
+    #[must_use]
+    pub fn words(&self, block: &Block) -> &[Word] {
+        self.words.get(block.words_start as usize..block.words_end as usize).unwrap_or_default()
+    }
+
+    /// The bytes of one of its blocks, line ending included.
+    #[must_use]
+    pub fn block_text(&self, block: &Block) -> &[u8] {
+        self.text.get(block.start as usize..block.end as usize).unwrap_or_default()
+    }
+
+    /// The bytes from block `first` to block `last` (excluded), to be copied as they are.
+    #[must_use]
+    pub fn blocks_text(&self, first: usize, last: usize) -> &[u8] {
+        let from = self.blocks.get(first).map_or(self.text.len(), |block| block.start as usize);
+        let to = self.blocks.get(last).map_or(self.text.len(), |block| block.start as usize);
+        self.text.get(from..to).unwrap_or_default()
+    }
+
+    /// The bytes of one word of this batch.
+    #[must_use]
+    pub fn word_text(&self, word: &Word) -> &[u8] {
+        self.text.get(word.start as usize..word.end as usize).unwrap_or_default()
+    }
+
+    /// What could not be read, in the order of the text.
+    #[must_use]
+    pub fn faults(&self) -> &[Diagnostic] {
+        &self.faults
+    }
+
+    /// Where the first byte of the text stands in the upload, counted from 0.
+    #[must_use]
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// The dialect it was read in.
+    #[must_use]
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// The columns of a CSV program; empty in every other dialect.
+    #[must_use]
+    pub fn columns(&self) -> &[Address] {
+        &self.columns
+    }
+
+    /// Notes how the first line that has an ending ends.
+    pub(super) fn note_line_ending(&mut self) {
+        if let Some(block) = self.blocks.iter().find(|block| block.end > block.body_end) {
+            self.habits.line_ending = match self.text.get(block.body_end as usize..block.end as usize) {
+                Some(b"\r\n") => LineEnding::CrLf,
+                Some(b"\r") => LineEnding::Cr,
+                _ => LineEnding::Lf,
+            };
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.text.clear();
+        self.blocks.clear();
+        self.words.clear();
+        self.faults.clear();
+    }
+}

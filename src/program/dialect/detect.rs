@@ -1,0 +1,139 @@
+//! Which dialect a text is, by unmistakable marks, and where the program proper starts.
+
+use super::{Dialect, ForeignDialect, csv, iso};
+use crate::program::{Address, Batch, BlockKind, ReadFault};
+
+/// Lines looked at.
+pub(in crate::program) const MAX_LINES: usize = 200;
+/// Bytes looked at.
+pub(in crate::program) const MAX_BYTES: usize = 64 * 1024;
+
+/// Words that open a Sinumerik statement and no ISO block.
+const SIEMENS: [&[u8]; 14] = [
+    b"TRAORI",
+    b"TRAFOOF",
+    b"SUPA",
+    b"MCALL",
+    b"DEF",
+    b"PROC",
+    b"CYCLE",
+    b"WORKPIECE",
+    b"GOTOF",
+    b"GOTOB",
+    b"EXTERN",
+    b"ATRANS",
+    b"AROT",
+    b"TRANS",
+];
+const HEIDENHAIN: [&[u8]; 5] = [b"BEGIN PGM", b"BLK FORM", b"CYCL DEF", b"TOOL CALL", b"TOOL DEF"];
+const APT: [&[u8]; 11] = [
+    b"PARTNO/", b"PARTNO ", b"GOTO/", b"CUTTER/", b"FEDRAT/", b"LOADTL/", b"LOAD/", b"TLAXIS/", b"SPINDL/",
+    b"UNITS/", b"UNIT/",
+];
+
+/// What the beginning of a text tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::program) struct Opening {
+    pub(in crate::program) dialect: Dialect,
+    /// Lines before the program proper.
+    pub(in crate::program) banner_lines: u64,
+}
+
+/// Looks at the first whole lines of a text. `wanted` is taken without asking.
+pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Result<Opening, ReadFault> {
+    let dialect = match wanted {
+        Some(dialect) => dialect,
+        None if csv::is_header(first_line(text)) => Dialect::Csv,
+        None => {
+            if let Some((line, dialect)) = foreign(text) {
+                return Err(ReadFault::NotReadYet { line, dialect });
+            }
+            Dialect::Iso
+        }
+    };
+    let banner_lines = if dialect == Dialect::Iso { banner_lines(text) } else { 0 };
+    Ok(Opening { dialect, banner_lines })
+}
+
+/// The text up to its first line ending that has something before it.
+fn first_line(text: &[u8]) -> &[u8] {
+    lines(text).map(<[u8]>::trim_ascii).find(|line| !line.is_empty()).unwrap_or_default()
+}
+
+fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    text.split(|&byte| byte == b'\n').take(MAX_LINES)
+}
+
+/// The first line that marks a foreign dialect.
+fn foreign(text: &[u8]) -> Option<(u64, ForeignDialect)> {
+    lines(text).zip(1..).find_map(|(line, number)| foreign_mark(line).map(|dialect| (number, dialect)))
+}
+
+fn foreign_mark(line: &[u8]) -> Option<ForeignDialect> {
+    let line = line.trim_ascii();
+    if starts(line, b"%_N_") || starts(line, b";$PATH=") {
+        return Some(ForeignDialect::Siemens);
+    }
+    if APT.iter().any(|mark| starts(line, mark)) {
+        return Some(ForeignDialect::Apt);
+    }
+    let without_number = line.trim_ascii_start();
+    let digits = without_number.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let statement = without_number.get(digits..)?.trim_ascii_start();
+    if HEIDENHAIN.iter().any(|mark| starts(statement, mark)) {
+        return Some(ForeignDialect::Heidenhain);
+    }
+    let statement = match line.split_first() {
+        Some((b'N' | b'n', rest)) => {
+            let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+            rest.get(digits..)?.trim_ascii_start()
+        }
+        _ => line,
+    };
+    let is_siemens = starts(statement, b"MSG(\"")
+        || starts(statement, b"T=\"")
+        || SIEMENS.iter().any(|word| {
+            starts(statement, word)
+                && statement
+                    .get(word.len())
+                    .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
+        });
+    is_siemens.then_some(ForeignDialect::Siemens)
+}
+
+fn starts(line: &[u8], mark: &[u8]) -> bool {
+    line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark))
+}
+
+/// How many lines stand before the first `%`, or else the first O number, if they do not look like blocks: none of
+/// them has words, and one at least cannot be read.
+fn banner_lines(text: &[u8]) -> u64 {
+    let mut batch = Batch::new();
+    let mut at = 0;
+    let mut o_number = None;
+    for line in 1..=MAX_LINES as u64 {
+        if at >= text.len() {
+            break;
+        }
+        at = iso::read_line(text, at, 0, line, &mut batch);
+        let Some(block) = batch.blocks().last() else { break };
+        if block.kind == BlockKind::Percent {
+            return banner_before(&batch, line);
+        }
+        let names_program = batch.words(block).first().is_some_and(|word| word.address == Address::O);
+        if names_program && o_number.is_none() {
+            o_number = Some(line);
+        }
+    }
+    o_number.map_or(0, |line| banner_before(&batch, line))
+}
+
+fn banner_before(batch: &Batch, mark: u64) -> u64 {
+    let mut before = batch.blocks().iter().take_while(|block| block.line < mark);
+    let mut unreadable = false;
+    let readable = before.any(|block| {
+        unreadable |= block.kind == BlockKind::Malformed;
+        !matches!(block.kind, BlockKind::Malformed | BlockKind::Blank | BlockKind::Comment)
+    });
+    if unreadable && !readable { mark - 1 } else { 0 }
+}

@@ -1,0 +1,287 @@
+//! One line of ISO G-code into words. The plain case is one loop over letters, blanks and numbers; everything else
+//! is in `statement`.
+
+use super::statement;
+use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
+use crate::program::{
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Word,
+    WordForm,
+};
+
+const SPECIAL: u8 = 0;
+const LETTER: u8 = 1;
+const BLANK: u8 = 2;
+const LINE_END: u8 = 3;
+
+/// What a byte can begin. O begins words and statements, so it is special; control bytes are blanks.
+const CLASSES: [u8; 256] = {
+    let mut classes = [SPECIAL; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        if byte <= b' ' as usize || byte == 0x7f {
+            classes[byte] = BLANK;
+        }
+        if byte < 128 && (byte as u8).is_ascii_alphabetic() && byte as u8 | 0x20 != b'o' {
+            classes[byte] = LETTER;
+        }
+        byte += 1;
+    }
+    classes[b'\n' as usize] = LINE_END;
+    classes[b'\r' as usize] = LINE_END;
+    classes
+};
+
+/// A line while it is read.
+pub(super) struct Line<'a> {
+    pub(super) text: &'a [u8],
+    pub(super) at: usize,
+    pub(super) start: usize,
+    /// Added to a position in `text` to get one in the batch's text.
+    shift: usize,
+    number: u64,
+    first_word: usize,
+    batch: &'a mut Batch,
+    /// Addresses seen, by index.
+    seen: u32,
+    pub(super) flags: BlockFlags,
+    pub(super) kind: Option<BlockKind>,
+}
+
+/// Addresses that may stand several times in a block: G, M, N.
+const REPEATABLE: u32 = (1 << Address::G.index()) | (1 << Address::M.index()) | (1 << Address::N.index());
+
+/// Reads the line that starts at `start` of `text` and adds it to the batch; returns where the next one starts.
+/// `shift` (wrapping) takes positions in `text` to positions in the batch's text.
+pub(in crate::program) fn read_line(
+    text: &[u8],
+    start: usize,
+    shift: usize,
+    number: u64,
+    batch: &mut Batch,
+) -> usize {
+    let first_word = batch.words.len();
+    let flags = BlockFlags::default();
+    let mut line =
+        Line { text, at: start, start, shift, number, first_word, batch, seen: 0, flags, kind: None };
+    loop {
+        let Some(&byte) = text.get(line.at) else { break };
+        match CLASSES[byte as usize] {
+            LETTER => line.word(byte),
+            BLANK => line.at += 1,
+            LINE_END => break,
+            _ => line.special(byte),
+        }
+    }
+    line.close()
+}
+
+impl Line<'_> {
+    #[inline]
+    fn word(&mut self, letter: u8) {
+        let start = self.at;
+        let mut at = start + 1;
+        let mut byte = self.byte(at);
+        while byte == b' ' || byte == b'\t' {
+            at += 1;
+            byte = self.byte(at);
+        }
+        let negative = byte == b'-';
+        if negative || byte == b'+' {
+            at += 1;
+            while matches!(self.byte(at), b' ' | b'\t') {
+                at += 1;
+            }
+        }
+        match read_unsigned(self.text, at) {
+            Some(number) if number.value <= MAX_MAGNITUDE => {
+                self.at = number.end;
+                // 0 − 0 is +0: a negative zero never enters.
+                let value = if negative { 0.0 - number.value } else { number.value };
+                let address = Address::of_letter(letter);
+                self.batch.habits.drops_zero |= !number.has_whole;
+                self.batch.habits.points |= number.has_point;
+                self.push(Word {
+                    value,
+                    start: self.in_batch(start),
+                    end: self.in_batch(number.end),
+                    address,
+                    decimals: number.decimals,
+                    form: WordForm::Number,
+                    has_point: number.has_point,
+                });
+            }
+            Some(number) => {
+                let value = if negative { -number.value } else { number.value }.clamp(f64::MIN, f64::MAX);
+                let address = Address::of_letter(letter);
+                let code = DiagnosticCode::TooLarge { address, value, max_abs: MAX_MAGNITUDE };
+                self.fail(code, start, number.end);
+            }
+            None => statement::odd_word(self, letter),
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, word: Word) {
+        let bit = 1 << word.address.index();
+        if self.seen & bit & !REPEATABLE != 0 {
+            self.flags.set(BlockFlags::REPEATED);
+        }
+        self.seen |= bit;
+        self.batch.words.push(word);
+    }
+
+    /// Adds a word whose value ends at `end` and is not plain.
+    pub(super) fn push_odd(
+        &mut self,
+        address: Address,
+        form: WordForm,
+        start: usize,
+        end: usize,
+        value: f64,
+    ) {
+        let word = Word {
+            value,
+            start: self.in_batch(start),
+            end: self.in_batch(end),
+            address,
+            decimals: 0,
+            form,
+            has_point: false,
+        };
+        match form {
+            // `,R2` is no second R.
+            WordForm::Comma => {
+                self.flags.set(BlockFlags::COMMA);
+                self.batch.words.push(word);
+            }
+            WordForm::Expression => {
+                self.flags.set(BlockFlags::EXPRESSION);
+                self.push(word);
+            }
+            WordForm::Number => self.push(word),
+        }
+        self.at = end;
+    }
+
+    fn special(&mut self, byte: u8) {
+        match byte {
+            b'(' => {
+                self.flags.set(BlockFlags::COMMENT);
+                let rest = self.text.get(self.at..).unwrap_or_default();
+                self.at += match memchr::memchr3(b')', b'\n', b'\r', rest) {
+                    Some(length) if rest.get(length) == Some(&b')') => length + 1,
+                    Some(length) => length,
+                    None => rest.len(),
+                };
+            }
+            b';' => {
+                self.flags.set(BlockFlags::COMMENT);
+                self.at = self.line_end();
+            }
+            b'%' if self.is_untouched() => {
+                self.kind = Some(BlockKind::Percent);
+                self.at = self.line_end();
+            }
+            b'/' => {
+                self.flags.set(BlockFlags::DELETE);
+                self.at += 1;
+                if matches!(self.byte(self.at), b'1'..=b'9') && !self.byte(self.at + 1).is_ascii_digit() {
+                    self.at += 1;
+                }
+            }
+            // A byte order mark.
+            0xef if self.number == 1
+                && self.at == self.start
+                && self.text[self.at..].starts_with(b"\xef\xbb\xbf") =>
+            {
+                self.at += 3;
+            }
+            _ => statement::special(self, byte),
+        }
+    }
+
+    /// The byte at `at`, or a line end behind the text.
+    #[inline]
+    pub(super) fn byte(&self, at: usize) -> u8 {
+        self.text.get(at).copied().unwrap_or(b'\n')
+    }
+
+    #[inline]
+    fn in_batch(&self, at: usize) -> u32 {
+        #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
+        let position = at.wrapping_add(self.shift) as u32;
+        position
+    }
+
+    /// Whether nothing but blanks has been read on this line.
+    pub(super) fn is_untouched(&self) -> bool {
+        self.batch.words.len() == self.first_word
+            && self.flags == BlockFlags::default()
+            && self.kind.is_none()
+    }
+
+    /// Where the line ending starts, from the present position on.
+    pub(super) fn line_end(&self) -> usize {
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        self.at + memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())
+    }
+
+    /// Gives the line up: its words are dropped, the reason is kept.
+    pub(super) fn fail(&mut self, code: DiagnosticCode, start: usize, end: usize) {
+        let offset = self.batch.offset + u64::from(self.in_batch(start));
+        self.batch.faults.push(Diagnostic {
+            code,
+            line: self.number,
+            column: u32::try_from(start - self.start + 1).unwrap_or(u32::MAX),
+            span: ByteSpan { start: offset, end: offset + (end - start) as u64 },
+        });
+        self.kind = Some(BlockKind::Malformed);
+        self.batch.words.truncate(self.first_word);
+        self.at = self.line_end();
+    }
+
+    /// Fails at `start` with the text from there on.
+    pub(super) fn fail_with(&mut self, code: fn(Excerpt) -> DiagnosticCode, start: usize) {
+        let end = self.line_end().max(start);
+        self.fail(code(Excerpt::new(self.text.get(start..end).unwrap_or_default())), start, end);
+    }
+
+    fn close(self) -> usize {
+        let body_end = self.at;
+        let end = match (self.text.get(body_end), self.text.get(body_end + 1)) {
+            (None, _) => body_end,
+            (Some(b'\r'), Some(b'\n')) => body_end + 2,
+            _ => body_end + 1,
+        };
+        let words_end = self.batch.words.len();
+        let kind = self.kind.unwrap_or({
+            let body = self.text.get(self.start..body_end).unwrap_or_default();
+            if words_end > self.first_word || self.flags.has(BlockFlags::DELETE) {
+                BlockKind::Words
+            } else if self.flags.has(BlockFlags::ASSIGNS) {
+                BlockKind::Assignment
+            } else if self.flags.has(BlockFlags::COMMENT) {
+                BlockKind::Comment
+            } else if body.trim_ascii().is_empty() {
+                BlockKind::Blank
+            } else {
+                // Control bytes, as old tapes and systems leave them: a block without words.
+                BlockKind::Words
+            }
+        });
+        #[expect(clippy::cast_possible_truncation, reason = "fewer words than bytes")]
+        let (words_start, words_end) = (self.first_word as u32, words_end as u32);
+        let block = Block {
+            line: self.number,
+            start: self.in_batch(self.start),
+            body_end: self.in_batch(body_end),
+            end: self.in_batch(end),
+            words_start,
+            words_end,
+            kind,
+            flags: self.flags,
+        };
+        self.batch.blocks.push(block);
+        end
+    }
+}

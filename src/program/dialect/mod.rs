@@ -1,0 +1,47 @@
+//! The dialects: which texts are read, and how a line of each becomes words.
+
+pub(super) mod csv;
+pub(super) mod detect;
+pub(super) mod iso;
+mod statement;
+
+use std::fmt;
+
+/// A dialect that is read and written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialect {
+    /// ISO 6983 G-code as Fanuc, Haas, Mori, Okuma, Hurco and RS274/NGC controls write it.
+    Iso,
+    /// A table with a header row: X, Y, Z, two rotary letters, and where wanted F, U V W or nx ny nz.
+    Csv,
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Iso => "iso",
+            Self::Csv => "csv",
+        })
+    }
+}
+
+/// A dialect that is recognised so as not to be misread.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForeignDialect {
+    /// Sinumerik.
+    Siemens,
+    /// Heidenhain conversational.
+    Heidenhain,
+    /// APT cutter location text.
+    Apt,
+}
+
+impl fmt::Display for ForeignDialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Siemens => "siemens",
+            Self::Heidenhain => "heidenhain",
+            Self::Apt => "apt",
+        })
+    }
+}

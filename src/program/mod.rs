@@ -1,0 +1,25 @@
+//! NC program text: what was written, no more. Chunks of bytes go in, batches of blocks come out, and every byte of
+//! the upload lies in exactly one block, so that untouched blocks are printed back as they were.
+//!
+//! No machine is known here and nothing is read from or written to files; `motion` says what the text means.
+
+mod address;
+mod batch;
+mod decimal;
+mod diagnostic;
+mod dialect;
+mod fault;
+mod number;
+mod reader;
+mod style;
+mod writer;
+
+pub use address::Address;
+pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
+pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
+pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
+pub use dialect::{Dialect, ForeignDialect};
+pub use fault::{ReadFault, WriteFault};
+pub use number::MAX_MAGNITUDE;
+pub use reader::{ReadLimits, Reader};
+pub use writer::{NewWord, print_changed, print_feed_only, print_inserted};

@@ -1,0 +1,188 @@
+//! Decimal numbers, eight digits at a time.
+
+/// Powers of ten that an f64 holds exactly.
+pub(super) const POWERS_OF_TEN: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+    1e19, 1e20, 1e21, 1e22,
+];
+
+/// Largest magnitude of a number in a program: 10⁹ units.
+pub const MAX_MAGNITUDE: f64 = 1e9;
+
+/// Integers below this are exact in an f64.
+const MAX_EXACT: u64 = 1 << 53;
+
+/// A number without its sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unsigned {
+    /// The f64 nearest to the decimal; infinite if beyond all.
+    pub(super) value: f64,
+    /// Digits behind the point.
+    pub(super) decimals: u8,
+    /// Whether there is a point.
+    pub(super) has_point: bool,
+    /// Whether there is a digit before the point.
+    pub(super) has_whole: bool,
+    /// One past its last byte.
+    pub(super) end: usize,
+}
+
+const ZEROS: u64 = 0x3030_3030_3030_3030;
+
+#[inline]
+fn eight_bytes(text: &[u8], at: usize) -> Option<u64> {
+    text.get(at..at + 8).and_then(|bytes| bytes.try_into().ok()).map(u64::from_le_bytes)
+}
+
+/// The high bit of every byte that is not a digit.
+#[inline]
+const fn not_digits(word: u64) -> u64 {
+    let x = word ^ ZEROS;
+    (((x & 0x7f7f_7f7f_7f7f_7f7f) + 0x7676_7676_7676_7676) | x) & 0x8080_8080_8080_8080
+}
+
+/// The first `count` bytes, digits all (1 ≤ count ≤ 8), as a number.
+#[inline]
+const fn digits_value(word: u64, count: u32) -> u64 {
+    let x = (word ^ ZEROS) << (64 - 8 * count);
+    let pairs = x.wrapping_mul(10).wrapping_add(x >> 8);
+    let low = (pairs & 0x0000_00ff_0000_00ff).wrapping_mul(0x000f_4240_0000_0064);
+    let high = ((pairs >> 16) & 0x0000_00ff_0000_00ff).wrapping_mul(0x0000_2710_0000_0001);
+    low.wrapping_add(high) >> 32
+}
+
+/// Reads digits with at most one point among, before or after them, starting at `at`; `None` if there is no digit.
+#[inline]
+pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
+    let Some(word) = eight_bytes(text, at) else { return read_long(text, at) };
+    let whole = not_digits(word).trailing_zeros() / 8;
+    if whole >= 7 {
+        return read_long(text, at);
+    }
+    if (word >> (8 * whole)) & 0xff != u64::from(b'.') {
+        if whole == 0 {
+            return None;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "below 10⁷")]
+        let value = digits_value(word, whole) as f64;
+        let end = at + whole as usize;
+        return Some(Unsigned { value, decimals: 0, has_point: false, has_whole: true, end });
+    }
+    // Close the gap of the point: at most seven digits are left.
+    let below = (1_u64 << (8 * whole)) - 1;
+    let digits = (word & below) | ((word >> 8) & !below);
+    let count = not_digits(digits).trailing_zeros() / 8;
+    if count >= 7 {
+        return read_long(text, at);
+    }
+    if count == 0 {
+        return None;
+    }
+    let decimals = count - whole;
+    #[expect(clippy::cast_precision_loss, reason = "below 10⁷")]
+    let mantissa = digits_value(digits, count) as f64;
+    let value = mantissa / POWERS_OF_TEN[(decimals & 7) as usize];
+    #[expect(clippy::cast_possible_truncation, reason = "at most 6")]
+    let decimals = decimals as u8;
+    Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end: at + count as usize + 1 })
+}
+
+/// A run of digits: the mantissa continued (saturating) and one past the last digit.
+#[inline]
+fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
+    while let Some(word) = eight_bytes(text, at) {
+        let count = not_digits(word).trailing_zeros() / 8;
+        if count == 0 {
+            return (mantissa, at);
+        }
+        const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+        mantissa = mantissa.saturating_mul(SCALE[count as usize]).saturating_add(digits_value(word, count));
+        at += count as usize;
+        if count < 8 {
+            return (mantissa, at);
+        }
+    }
+    while let Some(digit @ b'0'..=b'9') = text.get(at) {
+        mantissa = mantissa.saturating_mul(10).saturating_add(u64::from(digit - b'0'));
+        at += 1;
+    }
+    (mantissa, at)
+}
+
+/// The same for numbers of any length, and near the end of the text.
+fn read_long(text: &[u8], at: usize) -> Option<Unsigned> {
+    let (mut mantissa, mut end) = read_digits(text, at, 0);
+    let mut digits = end - at;
+    let has_whole = digits > 0;
+    let has_point = text.get(end) == Some(&b'.');
+    let mut decimals = 0;
+    if has_point {
+        let fraction = end + 1;
+        (mantissa, end) = read_digits(text, fraction, mantissa);
+        decimals = end - fraction;
+        digits += decimals;
+    }
+    if digits == 0 {
+        return None;
+    }
+    let value = match POWERS_OF_TEN.get(decimals) {
+        #[expect(clippy::cast_precision_loss, reason = "below 2⁵³")]
+        Some(power) if mantissa < MAX_EXACT => mantissa as f64 / power,
+        // Digits and one point are what `f64::from_str` reads, correctly rounded.
+        _ => std::str::from_utf8(text.get(at..end)?).ok()?.parse().unwrap_or(f64::INFINITY),
+    };
+    let decimals = u8::try_from(decimals).unwrap_or(u8::MAX);
+    Some(Unsigned { value, decimals, has_point, has_whole, end })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_every_length_are_read_like_the_standard_library_does() {
+        for text in [
+            "0",
+            "7",
+            ".5",
+            "5.",
+            "0.0593",
+            ".0593",
+            "123456",
+            "1234567",
+            "12345678",
+            "123456789",
+            "12345.67",
+            "12345.678",
+            "123456.7",
+            "1234567.",
+            "000123.4500",
+            ".1234567",
+            ".12345678",
+            "9007199254740993",
+            "0.1234567890123456789",
+            "1234567890.123456789012345678901234567890",
+            "3.14159265358979",
+            "00000000000000000000000000000000000001.5",
+        ] {
+            for tail in ["", "X", " Y1", "\r\n", "X12345678", ".."] {
+                let padded = format!("{text}{tail}");
+                if text.ends_with('.') && tail.starts_with('.') {
+                    continue;
+                }
+                let read = read_unsigned(padded.as_bytes(), 0);
+                let end = if tail == ".." && !text.contains('.') { text.len() + 1 } else { text.len() };
+                let read = read.unwrap();
+                assert_eq!(read.end, end, "{padded}");
+                assert_eq!(read.value.to_bits(), text.parse::<f64>().unwrap().to_bits(), "{padded}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_digit_is_no_number() {
+        for text in [".", "", "X12345678", ".X1234567", "-1234567", "..1234567", ".\n"] {
+            assert_eq!(read_unsigned(text.as_bytes(), 0), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! From chunks of bytes to batches of blocks.
+
+use super::dialect::{Dialect, csv, detect, iso};
+use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
+
+/// What a reader accepts and how much it gives at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReadLimits {
+    /// Longest line, its ending included.
+    pub max_line_bytes: usize,
+    /// A batch is closed at this many blocks.
+    pub batch_blocks: usize,
+    /// A batch is closed behind the line that reaches this many bytes.
+    pub batch_bytes: usize,
+}
+
+impl Default for ReadLimits {
+    fn default() -> Self {
+        Self { max_line_bytes: 64 * 1024, batch_blocks: 512, batch_bytes: 128 * 1024 }
+    }
+}
+
+/// Reads a program from chunks of bytes of any size. It keeps the bytes of one chunk, of one batch, and of the
+/// opening lines by which the dialect is told.
+#[derive(Debug)]
+pub struct Reader {
+    limits: ReadLimits,
+    wanted: Option<Dialect>,
+    opening: Option<detect::Opening>,
+    /// Bytes not yet in a batch.
+    pending: Vec<u8>,
+    /// How many of `pending` are already in `current`.
+    taken: usize,
+    /// How far `pending` has been searched for line endings, and one past the last one found.
+    searched: usize,
+    complete: usize,
+    current: Batch,
+    next_line: u64,
+    has_header: bool,
+    finished: bool,
+    failed: Option<ReadFault>,
+}
+
+impl Reader {
+    /// A reader for this dialect, or for the one that the beginning of the text shows.
+    #[must_use]
+    pub fn new(dialect: Option<Dialect>, limits: ReadLimits) -> Self {
+        Self {
+            limits,
+            wanted: dialect,
+            opening: None,
+            pending: Vec::new(),
+            taken: 0,
+            searched: 0,
+            complete: 0,
+            current: Batch::new(),
+            next_line: 1,
+            has_header: false,
+            finished: false,
+            failed: None,
+        }
+    }
+
+    /// Takes the next bytes of the upload. Call [`Self::next_batch`] until it gives nothing before feeding more:
+    /// what has been fed and not taken is kept.
+    pub fn feed(&mut self, chunk: &[u8]) {
+        if self.failed.is_some() || self.finished {
+            return;
+        }
+        self.pending.drain(..self.taken);
+        self.searched -= self.taken;
+        self.complete = self.complete.saturating_sub(self.taken);
+        self.taken = 0;
+        self.pending.extend_from_slice(chunk);
+        self.find_complete();
+    }
+
+    /// Says that there is no more: the rest is the last line.
+    pub fn finish(&mut self) {
+        self.finished = true;
+        self.complete = self.pending.len();
+    }
+
+    /// Fills `batch` with the next blocks; false if more bytes are needed first, or if all have been given. Batches
+    /// depend on the text alone, not on how it was cut into chunks.
+    ///
+    /// # Errors
+    /// The text cannot be read as a program; the reader gives nothing more then.
+    pub fn next_batch(&mut self, batch: &mut Batch) -> Result<bool, ReadFault> {
+        if let Some(fault) = self.failed {
+            return Err(fault);
+        }
+        let filled = self.fill().inspect_err(|fault| self.failed = Some(*fault))?;
+        if filled {
+            batch.clear();
+            self.current.note_line_ending();
+            let offset = self.current.offset + self.current.text.len() as u64;
+            std::mem::swap(batch, &mut self.current);
+            self.current.clear();
+            self.current.offset = offset;
+            self.current.dialect = batch.dialect;
+            self.current.separator = batch.separator;
+            self.current.habits = batch.habits;
+            self.current.columns.clone_from(&batch.columns);
+        }
+        Ok(filled)
+    }
+
+    /// The dialect, as soon as it is known.
+    #[must_use]
+    pub fn dialect(&self) -> Option<Dialect> {
+        self.opening.map(|opening| opening.dialect)
+    }
+
+    /// Moves `complete` behind the last line ending in `pending`. A final CR waits: it may be half of CR LF.
+    fn find_complete(&mut self) {
+        let fresh = self.pending.get(self.searched..).unwrap_or_default();
+        let last = match memchr::memrchr2(b'\n', b'\r', fresh) {
+            Some(at) if fresh[at] == b'\r' && at + 1 == fresh.len() => {
+                memchr::memrchr2(b'\n', b'\r', &fresh[..at])
+            }
+            found => found,
+        };
+        if let Some(at) = last {
+            self.complete = self.searched + at + 1;
+        }
+        self.searched = self.pending.len() - usize::from(self.pending.last() == Some(&b'\r'));
+    }
+
+    /// Whether enough of the beginning is there to tell the dialect, and how much of it is to be looked at.
+    fn opening_length(&self) -> Option<usize> {
+        let head = &self.pending[..self.pending.len().min(detect::MAX_BYTES)];
+        if self.finished && self.pending.len() < detect::MAX_BYTES {
+            return Some(head.len());
+        }
+        if let Some(at) = memchr::memchr_iter(b'\n', head).nth(detect::MAX_LINES - 1) {
+            return Some(at + 1);
+        }
+        (self.pending.len() >= detect::MAX_BYTES)
+            .then(|| memchr::memrchr2(b'\n', b'\r', head).map_or(head.len(), |at| at + 1))
+    }
+
+    fn fill(&mut self) -> Result<bool, ReadFault> {
+        if self.opening.is_none() {
+            if !self.finished && self.pending.len() > self.complete + self.limits.max_line_bytes {
+                return Err(self.too_long());
+            }
+            let Some(length) = self.opening_length() else { return Ok(false) };
+            let opening = detect::opening(&self.pending[..length], self.wanted)?;
+            self.current.dialect = opening.dialect;
+            self.opening = Some(opening);
+        }
+        let origin = self.taken;
+        let held = self.current.text.len();
+        let full = self.take_lines();
+        self.current.text.extend_from_slice(&self.pending[origin..self.taken]);
+        debug_assert!(self.current.text.len() == held + self.taken - origin, "every byte is kept");
+        if !full? {
+            let rest = self.pending.len() - self.complete.max(self.taken);
+            if rest > self.limits.max_line_bytes {
+                return Err(self.too_long());
+            }
+            return Ok(self.finished && !self.current.blocks.is_empty());
+        }
+        Ok(true)
+    }
+
+    fn too_long(&self) -> ReadFault {
+        let lines =
+            memchr::memchr_iter(b'\n', &self.pending[self.taken..self.complete.max(self.taken)]).count();
+        let line = self.next_line + lines as u64;
+        ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes }
+    }
+
+    /// Reads whole lines into the current batch until it is full (true) or there are none (false).
+    fn take_lines(&mut self) -> Result<bool, ReadFault> {
+        let Some(opening) = self.opening else { return Ok(false) };
+        // From a position in `pending` to one in the batch's text.
+        let shift = self.current.text.len().wrapping_sub(self.taken);
+        let text = &self.pending[..self.complete];
+        loop {
+            let start = self.taken;
+            let length = start.wrapping_add(shift);
+            if self.current.blocks.len() >= self.limits.batch_blocks || length >= self.limits.batch_bytes {
+                return Ok(true);
+            }
+            if start >= text.len() {
+                return Ok(false);
+            }
+            let line = self.next_line;
+            let end = if line <= opening.banner_lines {
+                skip_line(text, start, shift, line, BlockKind::Banner, &mut self.current)
+            } else if opening.dialect == Dialect::Iso {
+                iso::read_line(text, start, shift, line, &mut self.current)
+            } else if self.has_header {
+                csv::read_row(text, start, shift, line, &mut self.current)
+            } else {
+                let header = line_body(text, start);
+                if header.trim_ascii().is_empty() {
+                    skip_line(text, start, shift, line, BlockKind::Blank, &mut self.current)
+                } else {
+                    let (columns, separator) = csv::read_header(header, line)?;
+                    self.current.columns = columns;
+                    self.current.separator = separator;
+                    self.has_header = true;
+                    skip_line(text, start, shift, line, BlockKind::Header, &mut self.current)
+                }
+            };
+            if end - start > self.limits.max_line_bytes {
+                return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
+            }
+            self.taken = end;
+            self.next_line += 1;
+        }
+    }
+}
+
+fn line_body(text: &[u8], start: usize) -> &[u8] {
+    let rest = text.get(start..).unwrap_or_default();
+    let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+    rest.get(..length).unwrap_or_default()
+}
+
+/// Adds a line without looking at it.
+fn skip_line(
+    text: &[u8],
+    start: usize,
+    shift: usize,
+    line: u64,
+    kind: BlockKind,
+    batch: &mut Batch,
+) -> usize {
+    let body_end = start + line_body(text, start).len();
+    let end = match (text.get(body_end), text.get(body_end + 1)) {
+        (None, _) => body_end,
+        (Some(b'\r'), Some(b'\n')) => body_end + 2,
+        _ => body_end + 1,
+    };
+    let at = |position: usize| position.wrapping_add(shift);
+    #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
+    let (start, body_end, end_in_batch, words) =
+        (at(start) as u32, at(body_end) as u32, at(end) as u32, batch.words.len() as u32);
+    batch.blocks.push(Block {
+        line,
+        start,
+        body_end,
+        end: end_in_batch,
+        words_start: words,
+        words_end: words,
+        kind,
+        flags: BlockFlags::default(),
+    });
+    end
+}

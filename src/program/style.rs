@@ -1,0 +1,123 @@
+//! How the words of a block are set: blanks, columns, signs, points, case.
+
+use super::decimal::{BUFFER, Look, print_into};
+use super::{Address, Batch, Block, NewWord, Word, WordForm};
+
+/// How one word is set.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Setting<'a> {
+    /// Blanks before the word.
+    separator: &'a [u8],
+    /// Bytes from behind the letter to the end of the number, and whether there are blanks among them.
+    field: usize,
+    has_gap: bool,
+    lower: bool,
+    look: Look,
+}
+
+const BLANKS: [u8; 64] = [b' '; 64];
+
+/// The settings of a block's words.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Style<'a> {
+    batch: &'a Batch,
+    words: &'a [Word],
+    /// For words the block does not have.
+    usual: Setting<'a>,
+}
+
+impl<'a> Style<'a> {
+    pub(super) fn new(batch: &'a Batch, block: &Block) -> Self {
+        let words = batch.words(block);
+        let is_plain = |word: &&Word| word.form == WordForm::Number;
+        let look =
+            Look { drops_zero: batch.habits.drops_zero, ends_in_point: batch.habits.points, plus: false };
+        let fallback = Setting { separator: b" ", field: 0, has_gap: false, lower: false, look };
+        let mut style = Self { batch, words, usual: fallback };
+        let last = words.iter().rposition(|word| is_plain(&word) && word.address.is_coordinate());
+        let model = last.or_else(|| words.iter().rposition(|word| is_plain(&word)));
+        if let Some(index) = model {
+            style.usual = style.setting_at(index);
+            style.usual.look = Look { plus: style.usual.look.plus, ..look };
+            if index == 0 && words.len() > 1 {
+                style.usual.separator = style.separator_before(1);
+            } else if index == 0 {
+                style.usual.separator = b" ";
+            }
+        }
+        style
+    }
+
+    /// The blanks between a word and the one before; one blank if something else stands there.
+    fn separator_before(&self, index: usize) -> &'a [u8] {
+        let (Some(before), Some(word)) =
+            (index.checked_sub(1).and_then(|i| self.words.get(i)), self.words.get(index))
+        else {
+            return b" ";
+        };
+        let between = self.batch.text.get(before.end as usize..word.start as usize).unwrap_or_default();
+        if between.iter().all(|byte| matches!(byte, b' ' | b'\t')) { between } else { b" " }
+    }
+
+    fn setting_at(&self, index: usize) -> Setting<'a> {
+        let Some(word) = self.words.get(index) else { return self.usual };
+        let text = self.batch.word_text(word);
+        let number = text.get(1..).unwrap_or_default();
+        let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
+        Setting {
+            separator: self.separator_before(index),
+            field: number.len(),
+            has_gap: matches!(number.first(), Some(b' ' | b'\t')),
+            lower: text.first().is_some_and(u8::is_ascii_lowercase),
+            look: Look {
+                drops_zero: self.batch.habits.drops_zero,
+                ends_in_point: word.has_point,
+                plus: sign == b'+',
+            },
+        }
+    }
+
+    /// The setting for a word of this address.
+    fn setting(&self, address: Address) -> Setting<'a> {
+        let same = |word: &Word| word.address == address && word.form == WordForm::Number;
+        self.words.iter().position(same).map_or(self.usual, |index| Setting {
+            separator: if index == 0 { self.usual.separator } else { self.separator_before(index) },
+            ..self.setting_at(index)
+        })
+    }
+
+    /// Appends the number of a word, in place of one of its own.
+    pub(super) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
+        print_field(&self.setting_at(index), new, out);
+    }
+
+    /// Appends a whole word, with the blanks before it unless it is the first of its block.
+    pub(super) fn print_word(&self, new: &NewWord, letter: u8, first: bool, out: &mut Vec<u8>) {
+        let setting = self.setting(new.address);
+        if !first {
+            out.extend_from_slice(setting.separator);
+        }
+        out.push(if setting.lower { letter.to_ascii_lowercase() } else { letter });
+        print_field(&setting, new, out);
+    }
+
+    /// Appends a word of the source block as it is.
+    pub(super) fn print_same(&self, word: &Word, first: bool, out: &mut Vec<u8>) {
+        if !first {
+            out.extend_from_slice(self.usual.separator);
+        }
+        out.extend_from_slice(self.batch.word_text(word));
+    }
+}
+
+/// The number, right-aligned in its column where the program has columns.
+#[inline]
+fn print_field(setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
+    let mut buffer = [0; BUFFER];
+    let start = print_into(new.value, new.decimals, setting.look, &mut buffer);
+    if setting.has_gap {
+        let gap = setting.field.saturating_sub(BUFFER - start).clamp(1, BLANKS.len());
+        out.extend_from_slice(&BLANKS[..gap]);
+    }
+    out.extend_from_slice(&buffer[start..]);
+}

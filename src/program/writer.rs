@@ -1,0 +1,219 @@
+//! Blocks printed again with other values, and new blocks in the style of an old one.
+
+use super::batch::LineEnding;
+use super::style::Style;
+use super::{Address, Batch, Block, Dialect, MAX_MAGNITUDE, Word, WordForm, WriteFault};
+
+/// A word to be written: what a control will read is [`super::round_to_decimals`] of the value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewWord {
+    /// Its address.
+    pub address: Address,
+    /// Its value in the program's own unit.
+    pub value: f64,
+    /// Digits behind the point.
+    pub decimals: u8,
+}
+
+/// M codes that act when the block's motion is done, in tenths.
+const END_CODES: [u32; 8] = [0, 10, 20, 50, 90, 300, 600, 990];
+
+fn is_end_code(word: &Word) -> bool {
+    word.address == Address::M && word.code_tenths().is_some_and(|code| END_CODES.contains(&code))
+}
+
+/// Appends the block of index `block` with these words in place of its own of the same address, all other bytes
+/// kept; words the block does not have are added behind its last coordinate word in the block's own style.
+///
+/// `without_end_codes` says that more blocks made of this one follow: the M words that act at the end of a block
+/// (M0 M1 M2 M5 M9 M30 M60 M99) are left out, and a last line without an ending gets one.
+///
+/// # Errors
+/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+pub fn print_changed(
+    batch: &Batch,
+    block: usize,
+    words: &[NewWord],
+    without_end_codes: bool,
+    out: &mut Vec<u8>,
+) -> Result<(), WriteFault> {
+    let source = checked(batch, block, words)?;
+    if batch.dialect == Dialect::Csv {
+        print_row(batch, source, words, out);
+    } else {
+        print_body(batch, source, words, without_end_codes, out);
+    }
+    if source.end > source.body_end || without_end_codes {
+        print_line_ending(batch, source, out);
+    }
+    Ok(())
+}
+
+/// Appends a new block in the style of the block of index `block` (spacing with padded columns, letter case,
+/// leading-zero habit, line ending): these words and no others, no block number. With `with_end_codes` the source
+/// block's M words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
+///
+/// The block always has a line ending, and starts on a line of its own.
+///
+/// # Errors
+/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+pub fn print_inserted(
+    batch: &Batch,
+    block: usize,
+    words: &[NewWord],
+    with_end_codes: bool,
+    out: &mut Vec<u8>,
+) -> Result<(), WriteFault> {
+    let source = checked(batch, block, words)?;
+    start_line(batch, out);
+    if batch.dialect == Dialect::Csv {
+        print_row(batch, source, words, out);
+    } else {
+        let style = Style::new(batch, source);
+        let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
+        let indent = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+        out.extend_from_slice(text.get(..indent).unwrap_or_default());
+        let mut first = true;
+        for word in words {
+            if let Some(letter) = word.address.letter() {
+                style.print_word(word, letter, first, out);
+                first = false;
+            }
+        }
+        if with_end_codes {
+            for word in batch.words(source).iter().filter(|word| is_end_code(word)) {
+                style.print_same(word, first, out);
+                first = false;
+            }
+        }
+    }
+    print_line_ending(batch, source, out);
+    Ok(())
+}
+
+/// Appends a block that holds only this feed word, in the style of the block of index `block`.
+///
+/// # Errors
+/// A value that cannot be printed, no such block, a CSV program; nothing is appended.
+pub fn print_feed_only(
+    batch: &Batch,
+    block: usize,
+    value: f64,
+    decimals: u8,
+    out: &mut Vec<u8>,
+) -> Result<(), WriteFault> {
+    if batch.dialect == Dialect::Csv {
+        return Err(WriteFault::NoFeedRow);
+    }
+    print_inserted(batch, block, &[NewWord { address: Address::F, value, decimals }], false, out)
+}
+
+fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a Block, WriteFault> {
+    let Some(block) = batch.blocks.get(index) else {
+        return Err(WriteFault::NoBlock { index, blocks: batch.blocks.len() });
+    };
+    for word in words {
+        let (address, value) = (word.address, word.value);
+        // NaN is not in the range either.
+        if !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
+            return Err(WriteFault::NotPrintable { address, value, max_abs: MAX_MAGNITUDE });
+        }
+        let writable = match batch.dialect {
+            Dialect::Iso => address.letter().is_some(),
+            Dialect::Csv => batch.columns.contains(&address),
+        };
+        if !writable {
+            return Err(WriteFault::NoColumn { address });
+        }
+    }
+    Ok(block)
+}
+
+fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {
+    match batch.text.get(block.body_end as usize..block.end as usize) {
+        Some(ending) if !ending.is_empty() => ending,
+        _ => batch.habits.line_ending.bytes(),
+    }
+}
+
+fn print_line_ending(batch: &Batch, block: &Block, out: &mut Vec<u8>) {
+    out.extend_from_slice(line_ending(batch, block));
+}
+
+/// Ends the line before, where it was the upload's last and had no ending.
+fn start_line(batch: &Batch, out: &mut Vec<u8>) {
+    if !matches!(out.last(), None | Some(b'\n' | b'\r')) {
+        let ending: LineEnding = batch.habits.line_ending;
+        out.extend_from_slice(ending.bytes());
+    }
+}
+
+/// The block up to its line ending.
+fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: bool, out: &mut Vec<u8>) {
+    let style = Style::new(batch, block);
+    let words = batch.words(block);
+    let text = |from: u32, to: u32| batch.text.get(from as usize..to as usize).unwrap_or_default();
+    let replaces =
+        |word: &Word| new.iter().find(|new| new.address == word.address && word.form != WordForm::Comma);
+    // Where words the block does not have go: behind the last coordinate, or else behind the last of N and G.
+    let anchor =
+        words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
+            || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
+        );
+    let has = |address| words.iter().any(|word| word.address == address && word.form != WordForm::Comma);
+    let missing = || new.iter().filter(|new| !has(new.address));
+    let mut copied = block.start;
+    if anchor.is_none() && missing().next().is_some() {
+        let first = words.first().map_or(block.start, |word| word.start);
+        out.extend_from_slice(text(copied, first));
+        copied = first;
+        let mut at_start = true;
+        for word in missing() {
+            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
+            at_start = false;
+        }
+        if copied < block.body_end {
+            out.push(b' ');
+        }
+    }
+    for (index, word) in words.iter().enumerate() {
+        if without_end_codes && is_end_code(word) {
+            let before = text(copied, word.start).trim_ascii_end();
+            out.extend_from_slice(before);
+            copied = word.end;
+        } else if let Some(new) = replaces(word) {
+            // The letter stays as it is written.
+            out.extend_from_slice(text(copied, word.start + 1));
+            style.print_number(index, new, out);
+            copied = word.end;
+        }
+        if anchor == Some(index) {
+            out.extend_from_slice(text(copied, word.end));
+            copied = word.end;
+            for word in missing() {
+                style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
+            }
+        }
+    }
+    out.extend_from_slice(text(copied, block.body_end));
+}
+
+/// A row of a table: cells with a new word are written anew, blanks before them kept.
+fn print_row(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) {
+    let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
+    let mut cells = body.split(|&byte| byte == batch.separator);
+    for (index, address) in batch.columns.iter().enumerate() {
+        if index > 0 {
+            out.push(batch.separator);
+        }
+        let cell = cells.next().unwrap_or_default();
+        match new.iter().find(|word| word.address == *address) {
+            Some(word) => {
+                let blanks = cell.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+                out.extend_from_slice(cell.get(..blanks).unwrap_or_default());
+                super::print_decimal(word.value, word.decimals, out);
+            }
+            None => out.extend_from_slice(cell),
+        }
+    }
+}

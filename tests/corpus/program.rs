@@ -1,0 +1,371 @@
+//! The reader over programs that nobody here wrote.
+
+use std::path::{Path, PathBuf};
+
+use trunnion::geometry::Vec3;
+use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use trunnion::motion::{FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind};
+use trunnion::program::{
+    Address, Batch, Diagnostics, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, Severity, WordForm,
+};
+
+/// The folder of real programs, or a line that says why the test does nothing.
+fn programs() -> Option<PathBuf> {
+    let folder = std::env::var_os("TRUNNION_SHARED").map(|shared| Path::new(&shared).join("programs"));
+    if folder.is_none() {
+        println!("skipped: TRUNNION_SHARED does not name the folder of real programs");
+    }
+    folder
+}
+
+fn every_file(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            every_file(&path, found);
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+fn read(text: &[u8], dialect: Option<Dialect>, chunk: usize) -> Result<Vec<Batch>, ReadFault> {
+    let mut reader = Reader::new(dialect, ReadLimits::default());
+    let mut batches = Vec::new();
+    let mut batch = Batch::new();
+    for piece in text.chunks(chunk) {
+        reader.feed(piece);
+        while reader.next_batch(&mut batch)? {
+            batches.push(batch.clone());
+        }
+    }
+    reader.finish();
+    while reader.next_batch(&mut batch)? {
+        batches.push(batch.clone());
+    }
+    Ok(batches)
+}
+
+#[test]
+fn every_file_is_covered_by_its_blocks_byte_for_byte() {
+    let Some(folder) = programs() else { return };
+    let mut files = Vec::new();
+    every_file(&folder, &mut files);
+    assert!(files.len() > 150, "only {} files", files.len());
+    for path in files {
+        let text = std::fs::read(&path).unwrap();
+        let batches = read(&text, Some(Dialect::Iso), 4096).unwrap();
+        let mut printed = Vec::new();
+        let mut line = 1;
+        for batch in &batches {
+            assert_eq!(batch.offset(), printed.len() as u64);
+            for block in batch.blocks() {
+                assert_eq!(block.line, line);
+                line += 1;
+                printed.extend_from_slice(batch.block_text(block));
+            }
+        }
+        assert!(printed == text, "{}", path.display());
+        assert!(read(&text, Some(Dialect::Iso), 997).unwrap() == batches, "{}", path.display());
+    }
+}
+
+/// File, blocks, and in how many blocks an address stands.
+type Count = (&'static str, usize, &'static [(char, usize)]);
+
+const COUNTS: [Count; 17] = [
+    (
+        "5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc",
+        4498,
+        &[('X', 4491), ('Y', 4491), ('Z', 4491), ('A', 4491), ('C', 4491)],
+    ),
+    (
+        "5axis/nx_mori_nmv5000_bc_g43.4.txt",
+        889,
+        &[('Z', 423), ('X', 597), ('Y', 232), ('B', 364), ('C', 367)],
+    ),
+    (
+        "5axis/zhangty_simple_curve_bc_machine.gcode",
+        41680,
+        &[('X', 41516), ('Y', 41516), ('Z', 41535), ('B', 41516), ('C', 41516)],
+    ),
+    (
+        "5axis/linuxcnc_xyzab_dual_rotary_demo.ngc",
+        38,
+        &[('X', 8), ('Y', 13), ('Z', 10), ('A', 18), ('B', 16)],
+    ),
+    ("5axis/linuxcnc_twp_g68.2_simple.ngc", 8, &[('X', 4), ('Y', 4), ('Z', 4)]),
+    ("5axis/linuxcnc_twp_circular_pocket.ngc", 12, &[('X', 2), ('Z', 5), ('Y', 1)]),
+    ("5axis/nx_sundstrand_4axis_b_no_blanks.ptp", 371, &[('X', 249), ('Y', 58), ('Z', 233), ('B', 213)]),
+    ("5axis/nx_okuma_7000m.txt", 161, &[('W', 2), ('X', 41), ('Y', 51), ('Z', 33)]),
+    ("5axis/nx_roeders_finish_36k.ptp", 36746, &[('X', 33760), ('Y', 34641), ('Z', 1498)]),
+    ("other/nist_d2mi_op1_g41_macro.nc", 1008, &[('Z', 237), ('X', 691), ('Y', 597)]),
+    ("other/nist_mtc_box_op4_engraving.nc", 5220, &[('X', 4675), ('Y', 4773), ('Z', 2758)]),
+    ("other/gcws_macro7.nc", 84, &[]),
+    ("other/gcws_fanuc0m.nc", 33, &[('X', 10), ('Y', 10), ('Z', 9)]),
+    ("other/gcws_haas.nc", 40, &[('X', 12), ('Y', 12), ('Z', 15)]),
+    ("other/camotics_tiger_67k.nc", 67426, &[('X', 64080), ('Y', 2601), ('Z', 63099)]),
+    ("other/linuxcnc_3d_chips.ngc", 4698, &[]),
+    ("other/linuxcnc_cds.ngc", 273, &[('Z', 45), ('X', 202), ('Y', 138)]),
+];
+
+#[test]
+fn blocks_and_words_are_counted_as_the_index_counts_them() {
+    let Some(folder) = programs() else { return };
+    let mut wrong = Vec::new();
+    for (name, blocks, words) in COUNTS {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let batches = read(&text, None, 64 * 1024).unwrap();
+        let counted = batches.iter().flat_map(Batch::blocks).filter(|block| block.counts()).count();
+        if counted != blocks {
+            wrong.push(format!("{name}: {counted} blocks, not {blocks}"));
+        }
+        for &(letter, expected) in words {
+            let address = Address::from_letter(letter as u8).unwrap();
+            let found: usize = batches
+                .iter()
+                .map(|batch| {
+                    let has = |block| {
+                        batch
+                            .words(block)
+                            .iter()
+                            .any(|word| word.address == address && word.form == WordForm::Number)
+                    };
+                    batch.blocks().iter().filter(|block| has(block)).count()
+                })
+                .sum();
+            if found != expected {
+                wrong.push(format!("{name}: {found} blocks with {letter}, not {expected}"));
+            }
+        }
+        for fault in batches.iter().flat_map(Batch::faults) {
+            if name != "other/gcws_macro7.nc" {
+                wrong.push(format!("{name}: {fault}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn foreign_dialects_are_named_and_not_misread() {
+    let Some(folder) = programs() else { return };
+    use ForeignDialect::{Apt, Heidenhain, Siemens};
+    let mut wrong = Vec::new();
+    for (name, dialect, line) in [
+        ("5axis/nx_dmu70evo_840d_bc_traori.mpf", Siemens, 2),
+        ("5axis/elmoe_achskreuz_840d_bc_3plus2.mpf", Siemens, 3),
+        ("5axis/nx_huron_kx20_840d_g41.mpf", Siemens, 1),
+        ("other/gcws_sinumerik840d.nc", Siemens, 1),
+        ("5axis/nx_dmc100_heidenhain_m128.h", Heidenhain, 1),
+        ("cl/aamorim_boss_posted_11.h", Heidenhain, 1),
+        ("cl/aamorim_boss_posted_12.h", Heidenhain, 1),
+        ("other/aamorim_machine_cirstud.h", Heidenhain, 1),
+        ("other/aamorim_machine_printr1.h", Heidenhain, 1),
+        ("cl/aamorim_boss.apt", Apt, 1),
+        ("cl/aamorim_tilt_support.apt", Apt, 1),
+        ("cl/aamorim_interface_glue.clt", Apt, 1),
+    ] {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let expected = ReadFault::NotReadYet { line, dialect };
+        match read(&text, None, 1000) {
+            Err(fault) if fault == expected => {}
+            Err(fault) => wrong.push(format!("{name}: {fault}")),
+            Ok(_) => wrong.push(format!("{name}: read")),
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn table_machine(first: RotaryLetter, second: RotaryLetter) -> Machine {
+    let axis = |letter| RotaryAxis {
+        letter,
+        side: Side::Table,
+        direction: match letter {
+            RotaryLetter::A => Vec3::x(),
+            RotaryLetter::B => Vec3::y(),
+            RotaryLetter::C => Vec3::z(),
+        },
+        point_mm: Vec3::zeros(),
+        travel_deg: None,
+        reversed: false,
+        location_error: LocationError::default(),
+    };
+    Machine::new(MachineParts {
+        name: "table".to_owned(),
+        rotary_axes: vec![axis(first), axis(second)],
+        linear_travel_mm: [None; 3],
+        squareness: Squareness::default(),
+        interpolation_period_s: 0.002,
+    })
+    .unwrap()
+}
+
+fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
+    let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+    let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
+    for batch in read(text, None, 64 * 1024).unwrap() {
+        interpreter.interpret(&batch, &mut motions, &mut diagnostics);
+    }
+    (motions, diagnostics)
+}
+
+#[test]
+fn the_impeller_is_followed_from_end_to_end() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::A, RotaryLetter::C));
+    assert_eq!(diagnostics.kept(), []);
+    assert!(motions.len() >= 4491);
+    let complete: Vec<_> =
+        motions.iter().filter(|motion| motion.start.is_some() && motion.end.is_some()).collect();
+    assert!(complete.len() >= 4489, "{}", complete.len());
+    for motion in complete.iter().filter(|motion| motion.kind == MotionKind::Linear) {
+        assert_eq!(motion.feed.mode, Some(FeedMode::InverseTime), "line {}", motion.line);
+        assert!(motion.feed.word_in_block && motion.feed.decimals == 0, "line {}", motion.line);
+        assert_eq!(motion.decimals.linear, 3);
+        assert_eq!(motion.unfollowable, None, "line {}", motion.line);
+        // M428 is a code of one machine's builder, not a TCP switch.
+        assert_eq!(motion.interpolation, Interpolation::Machine);
+    }
+    let least =
+        complete.iter().filter_map(|motion| motion.end).map(|end| end.rotary_deg[1]).fold(0.0, f64::min);
+    assert!(least < -390.0, "C is not unwound: {least}");
+}
+
+#[test]
+fn the_printed_curve_is_followed_in_machine_coordinates() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/zhangty_simple_curve_bc_machine.gcode")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    assert_eq!(diagnostics.count(Severity::Refusal), 0);
+    let cuts: Vec<_> = motions
+        .iter()
+        .filter(|motion| {
+            motion.kind == MotionKind::Linear && motion.end.is_some() && motion.unfollowable.is_none()
+        })
+        .collect();
+    let with_extruder = cuts.iter().filter(|motion| motion.extra.is_some()).count();
+    assert_eq!(with_extruder, 41_494);
+    assert!(
+        cuts.iter().all(|motion| !motion.offset_changed && motion.interpolation == Interpolation::Machine)
+    );
+    let complete = motions.iter().filter(|motion| motion.start.is_some() && motion.end.is_some()).count();
+    assert!(complete > 41_510, "{complete}");
+}
+
+#[test]
+fn tool_centre_point_is_on_where_the_mori_program_says_so() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/nx_mori_nmv5000_bc_g43.4.txt")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    for diagnostic in diagnostics.kept() {
+        println!("{diagnostic}");
+    }
+    assert_eq!(diagnostics.count(Severity::Refusal), 0);
+    let tcp = motions.iter().filter(|motion| motion.interpolation == Interpolation::Tcp).count();
+    assert!(tcp > 400, "{tcp}");
+    let simultaneous: Vec<_> =
+        motions.iter().filter(|motion| motion.line > 440 && motion.line < 700).collect();
+    assert!(simultaneous.iter().any(|motion| motion.unfollowable.is_none() && motion.start.is_some()));
+    assert!(motions.iter().all(|motion| (motion.mm_per_unit - 25.4).abs() < 1e-12));
+}
+
+#[test]
+fn templates_and_control_flow_are_refused_with_their_lines() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    for (name, line) in [
+        ("other/gcws_macro7.nc", 4),
+        ("5axis/linuxcnc_twp_circular_pocket.ngc", 1),
+        ("corpus/gcode-rs/_libgcode_slot.ngc", 3),
+        ("corpus/linuxcnc-interp/bad/nested.ngc", 3),
+    ] {
+        let text = std::fs::read(folder.join(name)).unwrap();
+        let (_, diagnostics) = follow(&text, &machine);
+        assert_eq!(diagnostics.refusals().next().map(|refusal| refusal.line), Some(line), "{name}");
+    }
+}
+
+#[test]
+fn readable_programs_are_not_refused() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let mut refused = Vec::new();
+    for (name, _, _) in COUNTS {
+        if matches!(name, "other/gcws_macro7.nc" | "5axis/linuxcnc_twp_circular_pocket.ngc") {
+            continue;
+        }
+        let (motions, diagnostics) = follow(&std::fs::read(folder.join(name)).unwrap(), &machine);
+        let unfollowable = motions.iter().filter(|motion| motion.unfollowable.is_some()).count();
+        println!("{name}: {} motions, {unfollowable} left alone", motions.len());
+        refused.extend(diagnostics.refusals().map(|refusal| format!("{name}: {refusal}")));
+    }
+    assert!(refused.is_empty(), "{}", refused.join("\n"));
+}
+
+/// Positions of the reference interpreter are printed with four decimals.
+const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
+
+/// X Y Z A C after every motion, from the canonical calls of the reference interpreter [mm, deg].
+fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
+    let mut positions = Vec::new();
+    let mut scale = 1.0;
+    let (mut at, mut plane) = ([0.0; 5], 1);
+    for line in expected.lines() {
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
+        let arguments = rest.trim_end().trim_end_matches(')');
+        let numbers: Vec<f64> = arguments.split(',').filter_map(|text| text.trim().parse().ok()).collect();
+        match name {
+            "USE_LENGTH_UNITS" => scale = if arguments.contains("INCHES") { 25.4 } else { 1.0 },
+            "SELECT_PLANE" => plane = if arguments.contains("XY") { 1 } else { 0 },
+            "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[2] * scale, numbers[3], numbers[5]];
+                positions.push(at);
+            }
+            "ARC_FEED" if plane == 1 => {
+                at = [numbers[0] * scale, numbers[1] * scale, numbers[5] * scale, numbers[6], numbers[8]];
+                positions.push(at);
+            }
+            _ => {}
+        }
+    }
+    positions
+}
+
+#[test]
+fn ends_agree_with_the_reference_interpreter() {
+    let Some(folder) = programs() else { return };
+    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let arcs = ["small", "medium", "big"].into_iter().flat_map(|size| {
+        ["metric", "imperial"].map(|units| {
+            let name = format!("good/good-arc.{size}.{units}.center-format.ngc");
+            (name.clone(), format!("{name}.expected"), 2)
+        })
+    });
+    let conversion = ("unit-conversion/test.ngc".to_owned(), "unit-conversion/expected".to_owned(), 1);
+    for (name, expected, count) in arcs.chain([conversion]) {
+        let folder = folder.join("corpus/linuxcnc-interp");
+        let expected = canonical_positions(&std::fs::read_to_string(folder.join(expected)).unwrap());
+        // The reference starts at the origin; here a position is known once it has been programmed.
+        let mut text = b"G0 X0 Y0 Z0 A0 C0\n".to_vec();
+        text.extend(std::fs::read(folder.join(&name)).unwrap());
+        let (motions, diagnostics) = follow(&text, &machine);
+        assert_eq!(diagnostics.count(Severity::Refusal), 0, "{name}");
+        assert_eq!((motions.len() - 1, expected.len()), (count, count), "{name}");
+        for (motion, expected) in motions.iter().skip(1).zip(&expected) {
+            let end = motion.end.unwrap();
+            let [x, y, z] = end.linear_mm;
+            let [a, c] = end.rotary_deg;
+            for (got, expected) in [x, y, z, a, c].iter().zip(expected) {
+                assert!(
+                    (got - expected).abs() <= PRINTED_MM,
+                    "{name} line {}: {got}, {expected}",
+                    motion.line
+                );
+            }
+        }
+    }
+}

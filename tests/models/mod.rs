@@ -1,0 +1,6 @@
+//! Truth problems: parts whose surface, normals and machines are known exactly, with the programs that cut them.
+//! Included by the test binaries and benches that need them.
+#![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
+
+pub mod finishing;
+pub mod witness;

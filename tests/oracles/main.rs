@@ -1,0 +1,4 @@
+//! Oracles: numbers and formulas from outside (tables, closed forms, second methods), compared within named tolerances.
+
+mod cutter_contact;
+mod kinematics;
