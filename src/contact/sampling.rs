@@ -18,11 +18,13 @@ pub struct Sampled {
 }
 
 /// First number of steps.
-const FIRST_STEPS: u32 = 8;
+const FIRST_STEPS: u32 = 4;
 /// Steps after which a segment without a usable bound is given up refining.
 const MAX_STEPS: u32 = 4096;
 /// Without a bound: samples are doubled until the maximum changes by less than this share of the tolerance (§2).
 const UNBOUNDED_CHANGE: f64 = 0.01;
+/// … but at least so many: a contact that swings right round does so in a small part of the block.
+const UNBOUNDED_STEPS: u32 = 128;
 /// What may lie between samples, as a share of the maximum found.
 const MEASURE_SLACK: f64 = 0.005;
 /// … or of this share of the tolerance, whichever is more: smaller maxima need no such care.
@@ -55,39 +57,119 @@ impl Sampled {
     }
 }
 
-/// The maximum of a segment measured to half a per cent: steps are doubled until `|c″|/(8N²)` is below that share
+/// Samples of one segment, refined by halving the steps: no point is evaluated twice.
+struct Samples<'a, 'b> {
+    block: &'a SourceBlock<'b>,
+    segment: &'a Segment,
+    steps: u32,
+    /// Squared distance sums of the ends and of the inner points [mm²].
+    ends_square_mm2: f64,
+    inner_square_mm2: f64,
+    found: Sampled,
+    /// Where the largest distance is, as a fraction of the segment.
+    peak: f64,
+}
+
+impl<'a, 'b> Samples<'a, 'b> {
+    fn new(block: &'a SourceBlock<'b>, segment: &'a Segment) -> Self {
+        let found = Sampled::NOTHING;
+        let mut samples = Self {
+            block,
+            segment,
+            steps: FIRST_STEPS,
+            ends_square_mm2: 0.0,
+            inner_square_mm2: 0.0,
+            found,
+            peak: 0.0,
+        };
+        for index in 0..=FIRST_STEPS {
+            let square = samples.evaluate(f64::from(index) / f64::from(FIRST_STEPS));
+            if index == 0 || index == FIRST_STEPS {
+                samples.ends_square_mm2 += square;
+            } else {
+                samples.inner_square_mm2 += square;
+            }
+        }
+        samples
+    }
+
+    /// Puts a sample between every two.
+    fn halve(&mut self) {
+        self.steps *= 2;
+        for index in (1..self.steps).step_by(2) {
+            self.inner_square_mm2 += self.evaluate(f64::from(index) / f64::from(self.steps));
+        }
+    }
+
+    fn evaluate(&mut self, s: f64) -> f64 {
+        let deviation = self.block.deviation_at(self.segment, s);
+        if deviation.distance_mm > self.found.max_mm {
+            self.peak = s;
+        }
+        self.found.see(deviation);
+        self.found.evaluations += 1;
+        deviation.distance_mm.powi(2)
+    }
+
+    /// How much larger than the sampled maximum the true one can be [mm].
+    fn slack_mm(&self, curvature_bound_mm: f64) -> f64 {
+        curvature_bound_mm / (8.0 * f64::from(self.steps).powi(2))
+    }
+
+    /// Without a bound: whether halving the steps has stopped to change the maximum.
+    fn settled(&self, previous_mm: f64, tolerance_mm: f64) -> bool {
+        self.steps >= UNBOUNDED_STEPS
+            && (self.found.max_mm - previous_mm).abs() < UNBOUNDED_CHANGE * tolerance_mm
+    }
+
+    /// What was found, the mean square by the trapezoidal rule.
+    fn result(mut self) -> Sampled {
+        let sum = 0.5 * self.ends_square_mm2 + self.inner_square_mm2;
+        self.found.mean_square_mm2 = sum / f64::from(self.steps);
+        self.found
+    }
+
+    /// Follows the parabola through the largest inner sample and its neighbours to its top.
+    fn climb(&mut self) {
+        let step = 1.0 / f64::from(self.steps);
+        if self.peak <= 0.5 * step || self.peak >= 1.0 - 0.5 * step {
+            return;
+        }
+        let [a, b, c] = [self.peak - step, self.peak, self.peak + step]
+            .map(|s| self.block.deviation_at(self.segment, s).distance_mm);
+        self.found.evaluations += 3;
+        let bend = a - 2.0 * b + c;
+        if bend < 0.0 {
+            self.evaluate(self.peak + 0.5 * (a - c) / bend * step);
+        }
+    }
+}
+
+/// The maximum of a segment measured to half a per cent: steps are halved until `|c″|/(8N²)` is below that share
 /// of it (or, where no bound exists, until the maximum changes by less than 1 % of `tolerance_mm`), then the
 /// parabola through the largest sample and its neighbours is followed to its top.
 #[must_use]
 pub fn sample_until_sure(block: &SourceBlock<'_>, segment: &Segment, tolerance_mm: f64) -> Sampled {
     let bound = block.curvature_bound_mm(segment);
-    let mut steps = FIRST_STEPS;
+    let mut samples = Samples::new(block, segment);
     let mut previous = f64::NEG_INFINITY;
-    let mut evaluations = 0;
     loop {
-        let (mut found, peak) = sample(block, segment, steps);
-        evaluations += found.evaluations;
+        let largest = samples.found.max_mm;
         let sure = match bound {
-            Some(bound) => {
-                slack_mm(bound, steps) <= MEASURE_SLACK * found.max_mm.max(SMALL_SHARE * tolerance_mm)
-            }
-            None => (found.max_mm - previous).abs() < UNBOUNDED_CHANGE * tolerance_mm,
+            Some(bound) => samples.slack_mm(bound) <= MEASURE_SLACK * largest.max(SMALL_SHARE * tolerance_mm),
+            None => samples.settled(previous, tolerance_mm),
         };
-        if sure || steps >= MAX_STEPS {
-            if let Some(s) = peak {
-                found.see(block.deviation_at(segment, s));
-                evaluations += 1;
-            }
-            found.evaluations = evaluations;
-            return found;
+        if sure || samples.steps >= MAX_STEPS {
+            samples.climb();
+            return samples.result();
         }
-        previous = found.max_mm;
-        steps *= 2;
+        previous = largest;
+        samples.halve();
     }
 }
 
 /// Whether a segment keeps within `tolerance_mm` everywhere: `Ok` with what was found, proven by the curvature
-/// bound (or by doubling where there is none); `Err` with the largest deviation seen.
+/// bound (or by halving the steps where there is none); `Err` with the largest deviation seen.
 ///
 /// # Errors
 /// The measurement of a segment that exceeds the tolerance, or that cannot be proven within 4096 steps.
@@ -97,59 +179,27 @@ pub fn within_tolerance(
     tolerance_mm: f64,
 ) -> Result<Sampled, Sampled> {
     let bound = block.curvature_bound_mm(segment);
-    let mut steps = FIRST_STEPS;
+    let mut samples = Samples::new(block, segment);
     let mut previous = f64::NEG_INFINITY;
-    let mut evaluations = 0;
     loop {
-        let (mut found, _) = sample(block, segment, steps);
-        evaluations += found.evaluations;
-        found.evaluations = evaluations;
-        if found.max_mm > tolerance_mm {
-            return Err(found);
+        let largest = samples.found.max_mm;
+        if largest > tolerance_mm {
+            return Err(samples.result());
         }
         let proven = match bound {
             Some(bound) => {
-                let slack = slack_mm(bound, steps);
-                found.max_mm + slack <= tolerance_mm
-                    || (slack < VERIFY_SLACK * tolerance_mm && found.max_mm <= tolerance_mm)
+                let slack = samples.slack_mm(bound);
+                largest + slack <= tolerance_mm || slack < VERIFY_SLACK * tolerance_mm
             }
-            None => (found.max_mm - previous).abs() < UNBOUNDED_CHANGE * tolerance_mm,
+            None => samples.settled(previous, tolerance_mm),
         };
         if proven {
-            return Ok(found);
+            return Ok(samples.result());
         }
-        if steps >= MAX_STEPS {
-            return Err(found);
+        if samples.steps >= MAX_STEPS {
+            return Err(samples.result());
         }
-        previous = found.max_mm;
-        steps *= 2;
+        previous = largest;
+        samples.halve();
     }
-}
-
-/// How much larger than the sampled maximum the true one can be [mm].
-fn slack_mm(curvature_bound_mm: f64, steps: u32) -> f64 {
-    curvature_bound_mm / (8.0 * f64::from(steps).powi(2))
-}
-
-/// `steps` equal steps, both ends included; with the place where a parabola through the largest inner sample
-/// and its neighbours has its top.
-fn sample(block: &SourceBlock<'_>, segment: &Segment, steps: u32) -> (Sampled, Option<f64>) {
-    let mut found = Sampled::NOTHING;
-    let mut window = [0.0; 3];
-    let mut peak: (f64, Option<f64>) = (f64::NEG_INFINITY, None);
-    for index in 0..=steps {
-        let deviation = block.deviation_at(segment, f64::from(index) / f64::from(steps));
-        found.see(deviation);
-        let weight = if index == 0 || index == steps { 0.5 } else { 1.0 };
-        found.mean_square_mm2 += weight * deviation.distance_mm.powi(2) / f64::from(steps);
-        window = [window[1], window[2], deviation.distance_mm];
-        let [a, b, c] = window;
-        if index >= 2 && b >= a && b >= c && b > peak.0 {
-            let bend = a - 2.0 * b + c;
-            let shift = if bend < 0.0 { 0.5 * (a - c) / bend } else { 0.0 };
-            peak = (b, Some((f64::from(index - 1) + shift) / f64::from(steps)));
-        }
-    }
-    found.evaluations = u64::from(steps) + 1;
-    (found, peak.1)
 }

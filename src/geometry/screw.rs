@@ -23,8 +23,13 @@ impl Screw {
     /// The direction `v` turned by θ about the line's direction (Rodrigues).
     #[must_use]
     pub fn turn(&self, angle_rad: f64, v: Vec3) -> Vec3 {
+        self.turn_by(trig::sin_cos(angle_rad), v)
+    }
+
+    /// [`Screw::turn`] with sine and cosine of the angle given.
+    #[must_use]
+    pub fn turn_by(&self, (sin, cos): (f64, f64), v: Vec3) -> Vec3 {
         let d = self.direction;
-        let (sin, cos) = trig::sin_cos(angle_rad);
         let along = d * d.dot(&v);
         along + (v - along) * cos + d.cross(&v) * sin
     }
@@ -32,7 +37,13 @@ impl Screw {
     /// The point `p_mm` carried along by `exp(θ ξ)`.
     #[must_use]
     pub fn carry(&self, angle_rad: f64, p_mm: Vec3) -> Vec3 {
-        self.turn(angle_rad, p_mm - self.point_mm) + self.point_mm
+        self.carry_by(trig::sin_cos(angle_rad), p_mm)
+    }
+
+    /// [`Screw::carry`] with sine and cosine of the angle given.
+    #[must_use]
+    pub fn carry_by(&self, sin_cos: (f64, f64), p_mm: Vec3) -> Vec3 {
+        self.turn_by(sin_cos, p_mm - self.point_mm) + self.point_mm
     }
 
     /// This line displaced by a rigid motion: rotated by `rotation`, then shifted by `shift_mm` (the adjoint

@@ -31,8 +31,8 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault>;
 
-    /// The figure of a report, as SVG text; `None` where the drawing library gave up.
-    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> Option<String>;
+    /// The figure of a report, as SVG text.
+    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
 }
 
 /// What a program is refused for.

@@ -1,28 +1,39 @@
-//! The core's compensation of the CC path behind the seam: wire documents in and out, files as sources.
+//! The service's compensator: the core's compensation, its report and its refusals in the words of the wire.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, Read, Write};
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
 use crate::contact;
+use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
 use crate::motion;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, ContactSource, LineFault, LineFaultKind, LineFaults, OutputForm, ProgramSource};
+use crate::process::{self, LineFault, LineFaultKind, LineFaults, ProgramSource};
 use crate::program::{self, Diagnostics};
-use crate::units::{Feedrate, Length};
+use crate::units::{Feedrate, Length, UM_PER_MM};
 use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, Dialect, Fault, Interpolation, Output,
+    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
+    Fault, Interpolation, Output, Warning,
 };
 
-/// Compensates by the core.
-#[derive(Debug)]
-pub struct CutterContact;
+/// Compensates programs with the core.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CutterContactCompensator;
 
-impl Compensator for CutterContact {
+/// A program in a file.
+struct FileSource<'a>(&'a Path);
+
+impl ProgramSource for FileSource<'_> {
+    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+        Ok(Box::new(File::open(self.0)?))
+    }
+}
+
+impl Compensator for CutterContactCompensator {
     fn compensate(
         &self,
         machine: &Machine,
@@ -32,165 +43,236 @@ impl Compensator for CutterContact {
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault> {
-        let asked = to_core(parameters, tool)?;
-        let source = ProgramFile(source.to_owned());
-        let report = process::compensate(machine, &asked, &source, output, stop).map_err(refused)?;
-        Ok(CcFindings::from(&report))
+        let parameters = core_parameters(parameters, tool)?;
+        let report = process::compensate(machine, &parameters, &FileSource(source), output, stop).map_err(
+            |fault| {
+                refused(&fault)
+                    .map_or_else(|| other(fault), |refusal| CompensatorFault::Refused(Box::new(refusal)))
+            },
+        )?;
+        Ok(findings(&report))
     }
 
-    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> Option<String> {
+    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
         let series = &report.findings.series;
-        let points: Vec<_> = series
+        let points: Vec<DeviationPoint> = series
             .path_mm
             .iter()
             .zip(&series.line)
             .zip(series.before_um.iter().zip(&series.after_um))
-            .map(|((&path_mm, &line), (&before_um, &after_um))| DeviationPoint {
-                path_mm,
-                line,
-                before_um,
-                after_um,
+            .map(|((path_mm, line), (before_um, after_um))| DeviationPoint {
+                path_mm: *path_mm,
+                line: *line,
+                before_um: *before_um,
+                after_um: *after_um,
             })
             .collect();
-        let digest = report.provenance.input_sha256.get(..8).unwrap_or_default();
-        let revision = report.provenance.machine_revision;
-        let title = format!("Deviation of the cutter contact, program {digest}, machine revision {revision}");
-        let tolerance_um = parameters.tolerance_um;
-        deviation_along_path(&DeviationFigure { title: &title, points: &points, tolerance_um }).ok()
+        let findings = &report.findings;
+        let title = format!(
+            "Cutter contact: {} of {} motions over tolerance, {} blocks inserted",
+            findings.motions_over_tolerance, findings.motions_checked, findings.blocks_inserted
+        );
+        let figure =
+            DeviationFigure { title: &title, points: &points, tolerance_um: parameters.tolerance_um };
+        deviation_along_path(&figure).unwrap_or_else(|fault| {
+            tracing::error!(error = %fault, "a figure could not be drawn");
+            String::new()
+        })
     }
 }
 
-/// A program on the disk, opened as often as it is read.
-struct ProgramFile(PathBuf);
-
-impl ProgramSource for ProgramFile {
-    fn open(&self) -> io::Result<Box<dyn Read>> {
-        Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(&self.0)?)))
-    }
-}
-
-fn to_core(parameters: &CcParameters, tool: Option<Tool>) -> Result<process::CcParameters, CompensatorFault> {
-    let contact = match parameters.contact {
-        Contact::Auto => ContactSource::Auto,
-        Contact::Program => ContactSource::Program,
-        Contact::Normals => ContactSource::Normals,
-        Contact::FeedPlane => ContactSource::FeedPlane,
-        Contact::Tip => ContactSource::Tip,
-        Contact::Surface => return Err(unavailable("/contact", "contact surface is not computed yet")),
+/// The parameters in the core's terms.
+fn core_parameters(
+    wire: &CcParameters,
+    tool: Option<Tool>,
+) -> Result<process::CcParameters, CompensatorFault> {
+    // With the tip as contact the tool's shape does not enter.
+    let point = Length::from_mm(1.0);
+    let tool = match tool {
+        Some(tool) => tool,
+        None => Tool::new(point, point).map_err(|fault| parameter("/tool_radius_mm", fault.to_string()))?,
     };
-    let dialect = match parameters.dialect {
+    let contact = match wire.contact {
+        Contact::Auto => process::ContactSource::Auto,
+        Contact::Program => process::ContactSource::Program,
+        Contact::Normals => process::ContactSource::Normals,
+        Contact::FeedPlane => process::ContactSource::FeedPlane,
+        Contact::Tip => process::ContactSource::Tip,
+        Contact::Surface => {
+            return Err(parameter(
+                "/contact",
+                "contact from a surface is not available in this version".to_owned(),
+            ));
+        }
+    };
+    let dialect = match wire.dialect {
         Dialect::Auto => None,
         Dialect::Iso => Some(program::Dialect::Iso),
         Dialect::Csv => Some(program::Dialect::Csv),
         Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
-            return Err(unavailable("/dialect", "this dialect is not read yet"));
+            return Err(parameter("/dialect", "this dialect is not read in this version".to_owned()));
         }
     };
-    // The tip is its own contact point: no tool is needed, and none matters.
-    let stand_in = || Tool::new(Length::from_mm(1.0), Length::from_mm(1.0)).ok();
-    let Some(tool) = tool.or_else(stand_in) else {
-        return Err(unavailable("/tool_radius_mm", "missing"));
-    };
-    let [x, y, z] = parameters.work_offset_mm.0;
-    let setup = Setup {
-        work_offset_mm: [x, y, z].into(),
-        tool_length_mm: parameters.tool_length_mm,
-        ..Setup::default()
-    };
     Ok(process::CcParameters {
-        tolerance: Length::from_um(parameters.tolerance_um),
+        tolerance: Length::from_um(wire.tolerance_um),
         contact,
-        interpolation: parameters.interpolation.map(|who| match who {
+        interpolation: wire.interpolation.map(|interpolation| match interpolation {
             Interpolation::Machine => motion::Interpolation::Machine,
             Interpolation::Tcp => motion::Interpolation::Tcp,
         }),
-        correction: match parameters.correction {
+        correction: match wire.correction {
             Correction::Even => contact::Correction::Even,
             Correction::Foot => contact::Correction::Foot,
             Correction::Seed => contact::Correction::Seed,
         },
-        output: match parameters.output {
-            Output::Minimal => OutputForm::Minimal,
-            Output::Interpolated => OutputForm::Interpolated,
+        output: match wire.output {
+            Output::Minimal => process::OutputForm::Minimal,
+            Output::Interpolated => process::OutputForm::Interpolated,
         },
-        setup,
-        feed: parameters.feed_mm_per_min.map(Feedrate::from_mm_per_min),
+        setup: Setup {
+            work_offset_mm: Vec3::from(wire.work_offset_mm.0),
+            tool_length_mm: wire.tool_length_mm,
+            apply_errors: true,
+        },
+        feed: wire.feed_mm_per_min.map(Feedrate::from_mm_per_min),
         dialect,
         ..process::CcParameters::new(tool)
     })
 }
 
-fn unavailable(pointer: &str, detail: &str) -> CompensatorFault {
-    let fault = Fault::new(pointer, detail);
-    refusal(RefusalClass::Parameter, detail.to_owned(), None, None, vec![fault])
-}
-
-fn refusal(
-    class: RefusalClass,
-    detail: String,
-    line: Option<u64>,
-    block: Option<String>,
-    errors: Vec<Fault>,
-) -> CompensatorFault {
-    CompensatorFault::Refused(Box::new(Refusal { class, detail, line, block, errors }))
-}
-
-fn refused(fault: process::Fault) -> CompensatorFault {
-    use process::Fault as F;
-    let detail = fault.to_string();
-    let program = |line| refusal(RefusalClass::Program, detail.clone(), line, None, Vec::new());
-    match fault {
-        F::Unreadable(read) => program(Some(read.line())),
-        F::Program(diagnostics) => undiagnosed(&diagnostics, detail),
-        F::Lines(lines) => faulty_lines(&lines, detail),
-        F::NoMotion => program(None),
-        F::NoContactInProgram { .. } => {
-            let fault = Fault::new("/contact", &*detail);
-            refusal(RefusalClass::Parameter, detail, None, None, vec![fault])
-        }
-        F::TooCostly { .. } => refusal(RefusalClass::TooCostly, detail, None, None, Vec::new()),
-        F::Unwritable { line, .. } => program(Some(line)),
-        F::VerificationFailed { line, what } => CompensatorFault::VerificationFailed { line, what },
-        F::Cancelled => CompensatorFault::Cancelled,
-        F::Io(fault) => CompensatorFault::Io(fault),
+/// The core's report in the words of the wire.
+fn findings(report: &process::CcReport) -> CcFindings {
+    let points = report.series.points();
+    CcFindings {
+        dialect: match report.dialect {
+            program::Dialect::Iso => Dialect::Iso,
+            program::Dialect::Csv => Dialect::Csv,
+        },
+        interpolation: report.interpolation.map(|interpolation| match interpolation {
+            motion::Interpolation::Machine => Interpolation::Machine,
+            motion::Interpolation::Tcp => Interpolation::Tcp,
+        }),
+        contact: match report.contact {
+            process::ContactSource::Auto => Contact::Auto,
+            process::ContactSource::Program => Contact::Program,
+            process::ContactSource::Normals => Contact::Normals,
+            process::ContactSource::FeedPlane => Contact::FeedPlane,
+            process::ContactSource::Tip => Contact::Tip,
+        },
+        blocks_in: report.blocks_in,
+        blocks_out: report.blocks_out,
+        blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
+        motions_checked: report.motions_checked,
+        motions_over_tolerance: report.motions_over_tolerance,
+        before: summary(&report.before),
+        after: summary(&report.after),
+        cc_path_length_mm: report.cc_path_length_mm,
+        series: DeviationSeries {
+            path_mm: points.iter().map(|point| point.path_mm).collect(),
+            line: points.iter().map(|point| point.line).collect(),
+            before_um: points.iter().map(|point| point.before_mm * UM_PER_MM).collect(),
+            after_um: points.iter().map(|point| point.after_mm * UM_PER_MM).collect(),
+        },
+        warnings: report.warnings.iter().map(warning).collect(),
     }
 }
 
-fn undiagnosed(diagnostics: &Diagnostics, detail: String) -> CompensatorFault {
-    let errors: Vec<_> =
-        diagnostics.refusals().map(|fault| Fault::new("/program", fault.to_string())).collect();
-    let line = diagnostics.refusals().next().map(|fault| fault.line);
-    let detail = match errors.as_slice() {
-        [only] => only.detail.clone(),
-        _ => detail,
-    };
-    refusal(RefusalClass::Program, detail, line, None, errors)
+fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
+    DeviationSummary {
+        max_um: summary.max_mm * UM_PER_MM,
+        rms_um: summary.rms_mm * UM_PER_MM,
+        max_excess_um: summary.max_excess_mm * UM_PER_MM,
+        max_gouge_um: summary.max_gouge_mm * UM_PER_MM,
+        worst_line: summary.worst_line,
+    }
 }
 
-fn faulty_lines(lines: &LineFaults, detail: String) -> CompensatorFault {
-    let errors = lines.kept.iter().map(|fault| Fault::new("/program", fault.to_string())).collect();
-    let Some(first) = lines.kept.first() else {
-        return refusal(RefusalClass::Program, detail, None, None, errors);
-    };
-    let detail = if lines.total == 1 { first.to_string() } else { format!("{detail}; the first: {first}") };
-    let detail = match reachable_um(&lines.kept) {
-        Some(reachable_um) => format!("{detail}; the tolerance within reach is {reachable_um:.3} µm"),
-        None => detail,
-    };
-    let class = match first.kind {
-        LineFaultKind::OutOfTravel { .. } => RefusalClass::OutOfTravel,
-        LineFaultKind::ToleranceOutOfReach { .. } => RefusalClass::ToleranceOutOfReach,
-        LineFaultKind::TooManyParts { .. } => RefusalClass::TooCostly,
+fn warning(warning: &process::Warning) -> Warning {
+    let text = warning.kind.text();
+    Warning {
+        kind: warning.kind.name().to_owned(),
+        detail: warning.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
+        count: warning.count,
+        line: warning.line,
+        worst_line: warning.worst_line,
+        max_distance_um: warning.max_distance_mm.map(|distance_mm| distance_mm * UM_PER_MM),
+    }
+}
+
+fn parameter(pointer: &str, detail: String) -> CompensatorFault {
+    let errors = vec![Fault::new(pointer, detail.clone())];
+    let class = RefusalClass::Parameter;
+    CompensatorFault::Refused(Box::new(Refusal { class, detail, line: None, block: None, errors }))
+}
+
+/// What is the program's or the parameters' fault; `None` for what is ours.
+fn refused(fault: &process::Fault) -> Option<Refusal> {
+    let detail = fault.to_string();
+    let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
+    let program = RefusalClass::Program;
+    Some(match fault {
+        process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
+        process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
+        process::Fault::Lines(faults) => by_lines(faults, detail),
+        process::Fault::NoMotion => plain(program, None, Vec::new()),
+        process::Fault::NoContactInProgram { .. } => {
+            plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
+        }
+        process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
+        process::Fault::Unwritable { line, .. } => plain(program, Some(*line), Vec::new()),
+        process::Fault::VerificationFailed { .. } | process::Fault::Cancelled | process::Fault::Io(_) => {
+            return None;
+        }
+    })
+}
+
+fn other(fault: process::Fault) -> CompensatorFault {
+    match fault {
+        process::Fault::VerificationFailed { line, what } => {
+            CompensatorFault::VerificationFailed { line, what }
+        }
+        process::Fault::Io(fault) => CompensatorFault::Io(fault),
+        _ => CompensatorFault::Cancelled,
+    }
+}
+
+fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
+    let errors: Vec<Fault> =
+        diagnostics.refusals().map(|diagnostic| at_line(diagnostic.line, diagnostic.to_string())).collect();
+    let line = diagnostics.refusals().next().map(|first| first.line);
+    Refusal { class: RefusalClass::Program, detail, line, block: None, errors }
+}
+
+fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
+    let first = faults.kept.first();
+    let class = match first.map(|fault| &fault.kind) {
+        Some(LineFaultKind::OutOfTravel { .. }) => RefusalClass::OutOfTravel,
+        Some(LineFaultKind::ToleranceOutOfReach { .. }) => RefusalClass::ToleranceOutOfReach,
         _ => RefusalClass::Program,
     };
-    refusal(class, detail, Some(first.line), Some(first.block.clone()), errors)
+    let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
+    let detail = if reachable_um > 0.0 {
+        format!("{detail}; with the program's decimals {reachable_um:.3} µm can be reached")
+    } else {
+        detail
+    };
+    Refusal {
+        class,
+        detail,
+        line: first.map(|fault| fault.line),
+        block: first.map(|fault| fault.block.clone()),
+        errors: faults.kept.iter().map(|fault| at_line(fault.line, fault.to_string())).collect(),
+    }
 }
 
-/// The smallest tolerance that every kept line can keep [µm].
-fn reachable_um(faults: &[LineFault]) -> Option<f64> {
-    let reachable = faults.iter().filter_map(|fault| match fault.kind {
+fn reachable_um(fault: &LineFault) -> Option<f64> {
+    match fault.kind {
         LineFaultKind::ToleranceOutOfReach { reachable_um, .. } => Some(reachable_um),
         _ => None,
-    });
-    reachable.reduce(f64::max)
+    }
+}
+
+/// A fault of the program: its place is a line of the upload.
+fn at_line(line: u64, detail: String) -> Fault {
+    Fault::new(format!("/program/{line}"), detail)
 }

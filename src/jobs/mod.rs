@@ -14,7 +14,7 @@ pub use compensation::{
     CompensateFault, CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
 };
 pub use compute::{Compute, ComputeFault};
-pub use cutter_contact::CutterContact;
+pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
 pub use opening::{OpenFault, open_data_directory, profile_sha256};

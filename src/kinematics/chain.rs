@@ -1,7 +1,7 @@
 //! The machine with its set-up, ready to be evaluated: forward kinematics and the linear words of a tip.
 
 use super::pointing::Pointing;
-use crate::geometry::{Mat3, Screw, Vec3, angle_between};
+use crate::geometry::{Mat3, Screw, Vec3, angle_between, trig};
 use crate::machine::{Machine, Side, Travel};
 
 /// A tool pose in the workpiece frame W.
@@ -107,10 +107,14 @@ impl Kinematics {
     /// The pose of the tool in W: `w = E_t⁻¹(S q + o + E_h·0) − o`, `t = R_t⁻¹ R_h t0` (§1).
     #[must_use]
     pub fn forward(&self, joints: &Joints) -> ToolPose {
-        ToolPose {
-            tip_mm: self.tip_mm(joints.linear_mm, joints.rotary_rad),
-            axis: self.axis(joints.rotary_rad),
-        }
+        let turns = self.turns(joints.rotary_rad);
+        let axis = self.screws[0].turn_by(turns[0], self.screws[1].turn_by(turns[1], Machine::TOOL_AXIS));
+        ToolPose { tip_mm: self.tip_at(joints.linear_mm, turns), axis }
+    }
+
+    /// Sine and cosine of the angles of u and v.
+    fn turns(&self, rotary_rad: [f64; 2]) -> [(f64, f64); 2] {
+        self.profile_index.map(|index| trig::sin_cos(rotary_rad[index]))
     }
 
     /// The tool axis t in W at these rotary angles (profile order) [rad]: `exp(θ_u û) exp(θ_v v̂) t0`.
@@ -123,12 +127,16 @@ impl Kinematics {
     /// The tool tip in W \[mm\] at linear words q \[mm\] and rotary angles [rad].
     #[must_use]
     pub fn tip_mm(&self, linear_mm: Vec3, rotary_rad: [f64; 2]) -> Vec3 {
+        self.tip_at(linear_mm, self.turns(rotary_rad))
+    }
+
+    fn tip_at(&self, linear_mm: Vec3, turns: [(f64, f64); 2]) -> Vec3 {
         let mut p = Vec3::zeros();
         for (stage, k) in [1, 0].into_iter().enumerate() {
             if stage == self.head_axes {
                 p += self.linear_directions * linear_mm + self.work_offset_mm;
             }
-            p = self.screws[k].carry(rotary_rad[self.profile_index[k]], p);
+            p = self.screws[k].carry_by(turns[k], p);
         }
         if self.head_axes == 2 {
             p += self.linear_directions * linear_mm + self.work_offset_mm;

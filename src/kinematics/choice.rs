@@ -5,112 +5,21 @@
 //! Few states are compared pair by pair; many through prefix minima along each axis, so that a step costs as
 //! many operations as there are states, never their square.
 
-use super::TRAVEL_SLACK;
+use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
-use crate::machine::Travel;
+use super::two_way::Weights;
 
 /// Travels closer than this tie [deg].
 pub(super) const TIE_DEG: f64 = 1e-6;
 /// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
-const STEPS_PER_DEG: f64 = 1_073_741_824.0;
+pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
 /// Up to this many states are compared pair by pair.
 const PAIRWISE: usize = 12;
 /// From this travel on a common part is taken off all states: sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
 
-/// The words of one pose for both branches, as the choice sees them.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stage {
-    /// Principal words of u, v \[deg\] per branch.
-    pub(super) words_deg: [[f64; 2]; 2],
-    /// Whether the branch exists and keeps X Y Z within travel.
-    pub(super) alive: [bool; 2],
-    /// u keeps its word: the state may change in the turn of v only.
-    pub(super) held: bool,
-}
-
-/// The turns of both axes that can be within travel.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
-    lowest: [i32; 2],
-    count: [usize; 2],
-    /// 360 on an axis without end, else 0.
-    period: [f64; 2],
-    travel: [Option<Travel>; 2],
-}
-
 impl Grid {
-    /// For the travels of u and v; `None` turns without end.
-    pub(super) fn new(travel: [Option<Travel>; 2]) -> Self {
-        let mut grid = Self { lowest: [0; 2], count: [1; 2], period: [360.0; 2], travel };
-        for (k, travel) in travel.iter().enumerate() {
-            if let Some(Travel { min, max }) = travel {
-                let (low, high) = (((min - 180.0) / 360.0).ceil(), ((max + 180.0) / 360.0).floor());
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "travel ends are within a thousand turns"
-                )]
-                let (low, high) = (low as i32, high as i32);
-                grid.lowest[k] = low;
-                grid.count[k] = usize::try_from(high - low + 1).unwrap_or(1).max(1);
-                grid.period[k] = 0.0;
-            }
-        }
-        grid
-    }
-
-    /// Branches times turns.
-    pub(super) fn states(&self) -> usize {
-        2 * self.count[0] * self.count[1]
-    }
-
-    /// Branch and turns of a state.
-    fn parts(&self, state: usize) -> (usize, [usize; 2]) {
-        let per_branch = self.count[0] * self.count[1];
-        let rest = state % per_branch;
-        (state / per_branch, [rest / self.count[1], rest % self.count[1]])
-    }
-
-    fn turn_deg(&self, k: usize, turn: usize) -> f64 {
-        #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "at most 2001 turns")]
-        let turn = turn as i32;
-        360.0 * f64::from(self.lowest[k] + turn)
-    }
-
-    /// The step of axis k, by the nearest turn where there is no end.
-    #[inline]
-    fn step(&self, k: usize, from: f64, to: f64) -> f64 {
-        let step = to - from;
-        step - self.period[k] * nearest_integer(step * (1.0 / 360.0))
-    }
-
-    fn within(&self, k: usize, word_deg: f64) -> bool {
-        self.travel[k].is_none_or(|travel| travel.contains(word_deg, TRAVEL_SLACK))
-    }
-
-    /// The branch of `state` and its words at a stage: `previous_deg` decides the turn of axes without end.
-    pub(super) fn words_deg(
-        &self,
-        state: usize,
-        stage: &Stage,
-        previous_deg: Option<[f64; 2]>,
-    ) -> (usize, [f64; 2]) {
-        let (branch, turns) = self.parts(state);
-        let words = std::array::from_fn(|k| {
-            let principal = stage.words_deg[branch][k];
-            match previous_deg {
-                Some(previous) if k == 0 && stage.held => previous[0],
-                Some(previous) if self.period[k] > 0.0 => previous[k] + self.step(k, previous[k], principal),
-                _ if self.period[k] > 0.0 => principal,
-                _ => principal + self.turn_deg(k, turns[k]),
-            }
-        });
-        (branch, words)
-    }
-}
-
-impl Grid {
-    /// The words \[deg\] nearest to `previous_deg` at a stage (without it: nearest to zero), or `None` if all are
+    /// The branch and its words \[deg\] nearest to `previous_deg` at a stage (without it: nearest to zero), or `None` if all are
     /// out of travel. Same order of costs as the dynamic programming, one step far.
     #[inline]
     pub(super) fn nearest(
@@ -118,7 +27,7 @@ impl Grid {
         stage: &Stage,
         previous_deg: Option<[f64; 2]>,
         threshold_deg: f64,
-    ) -> Option<[f64; 2]> {
+    ) -> Option<(usize, [f64; 2])> {
         let from = previous_deg.unwrap_or([0.0; 2]);
         let mut best = NO_WAY;
         let mut chosen = None;
@@ -154,7 +63,7 @@ impl Grid {
             if !reachable {
                 continue;
             }
-            let (du, dv) = ((words[0] - from[0]).abs(), (words[1] - from[1]).abs());
+            let [du, dv]: [f64; 2] = std::array::from_fn(|k| (in_steps(words[k]) - in_steps(from[k])).abs());
             let rewind = previous_deg.is_some() && (du > threshold_deg || dv > threshold_deg);
             let cost = Cost {
                 rewinds: f64::from(u8::from(rewind)),
@@ -164,7 +73,7 @@ impl Grid {
             };
             if cost.beats(&best) {
                 best = cost;
-                chosen = Some(words);
+                chosen = Some((branch, words));
             }
         }
         chosen
@@ -187,7 +96,7 @@ impl Cost {
     fn beats(&self, other: &Self) -> bool {
         let travel = self.travel - other.travel;
         self.rewinds < other.rewinds
-            || (self.rewinds == other.rewinds
+            || (self.rewinds <= other.rewinds
                 && (travel < -TIE_DEG || (travel <= TIE_DEG && self.sum < other.sum)))
     }
     #[inline]
@@ -217,7 +126,7 @@ pub(super) struct Choice {
 }
 
 fn in_steps(word_deg: f64) -> f64 {
-    nearest_integer(word_deg * STEPS_PER_DEG) / STEPS_PER_DEG
+    nearest_integer(word_deg * STEPS_PER_DEG) * (1.0 / STEPS_PER_DEG)
 }
 
 impl Choice {
@@ -295,6 +204,70 @@ impl Choice {
         std::mem::swap(&mut self.words, &mut self.next_words);
         self.latest = *stage;
         any
+    }
+
+    /// Several poses on, all with both branches alive and not held, by weights made in lanes. Returns how many
+    /// poses were reached: fewer than asked for if the next one has no way.
+    pub(super) fn advance_lanes(
+        &mut self,
+        weights: &Weights,
+        lanes: std::ops::Range<usize>,
+        last: &Stage,
+    ) -> usize {
+        let (start, end) = (lanes.start, lanes.end);
+        let mut costs = [self.costs[0], self.costs[1]];
+        // whole turns of each state beyond the principal words of the latest pose
+        let mut turns: [[f64; 2]; 2] = std::array::from_fn(|state| {
+            std::array::from_fn(|k| {
+                let principal = in_steps(self.latest.words_deg[state][k]);
+                nearest_integer((self.words[state][k] - principal) * (1.0 / 360.0))
+            })
+        });
+        let mut reached = 0;
+        for lane in start..end {
+            let step = |from: usize, to: usize| {
+                let index = 2 * from + to;
+                Cost {
+                    rewinds: costs[from].rewinds + weights.rewinds[index][lane],
+                    travel: costs[from].travel + weights.travel[index][lane],
+                    ..costs[from]
+                }
+            };
+            let mut next = costs;
+            let mut next_turns = turns;
+            for to in 0..2 {
+                let (from_first, from_second) = (step(0, to), step(1, to));
+                let from = usize::from(from_second.beats(&from_first));
+                next[to] = if from == 1 { from_second } else { from_first };
+                let index = 2 * from + to;
+                next_turns[to] = [
+                    turns[from][0] + weights.turns_u[index][lane],
+                    turns[from][1] + weights.turns_v[index][lane],
+                ];
+                let u = weights.words[2 * to][lane] + 360.0 * next_turns[to][0];
+                let v = weights.words[2 * to + 1][lane] + 360.0 * next_turns[to][1];
+                next[to].sum += u.abs() + v.abs();
+                self.predecessors.push(u16::from(from == 1));
+            }
+            if next[0].rewinds.is_infinite() && next[1].rewinds.is_infinite() {
+                break;
+            }
+            (costs, turns) = (next, next_turns);
+            reached += 1;
+        }
+        for state in 0..2 {
+            self.costs[state] = costs[state];
+            self.words[state] =
+                std::array::from_fn(|k| in_steps(last.words_deg[state][k]) + 360.0 * turns[state][k]);
+        }
+        self.latest = *last;
+        let least = costs[0].travel.min(costs[1].travel);
+        if least > REBASE_DEG {
+            for cost in &mut self.costs {
+                cost.travel -= REBASE_DEG;
+            }
+        }
+        reached
     }
 
     /// The words of a target state \[steps\], those of axes without end still principal; `None` out of travel.
@@ -543,6 +516,7 @@ fn spread(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::Travel;
 
     fn stream(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -591,7 +565,7 @@ mod tests {
         let mut compared = 0;
         for seed in 0..600_u32 {
             let mut next = stream(u64::from(seed) + 1);
-            let mut pick = || travels[((next() + 1.0) * 2.499) as usize];
+            let mut pick = || travels[(0..4).map(|_| usize::from(next() > 0.0)).sum::<usize>()];
             let grid = Grid::new([pick(), pick()]);
             let step = [5.0, 60.0, 170.0][seed as usize % 3];
             let mut words = [[next() * 180.0, next() * 180.0], [next() * 180.0, next() * 180.0]];
@@ -613,7 +587,7 @@ mod tests {
             match (by_pairs, by_minima) {
                 (Some(a), Some(b)) => {
                     compared += 1;
-                    assert_eq!(a.0, b.0, "rewinds, seed {seed}");
+                    assert!((a.0 - b.0).abs() < 0.5, "rewinds, seed {seed}");
                     assert!((a.1 - b.1).abs() < 2e-6, "travel, seed {seed}: {a:?} {b:?}");
                 }
                 (a, b) => assert_eq!(a.is_some(), b.is_some(), "seed {seed}"),

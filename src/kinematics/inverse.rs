@@ -38,8 +38,8 @@ pub struct Candidate {
     pub joints: Joints,
     /// |t·(u × v′)|: 0 at the pole and at the reach limit, 1 at best.
     pub conditioning: f64,
-    /// Angle by which the tool axis misses the pose's [rad]: 0 but for a pose beyond the reach limit by no more
-    /// than the tilt of the location errors.
+    /// Angle by which the tool axis misses the pose's [rad]: 0 but for a pose beyond the reach limit, by no more
+    /// than 1e-9 rad or the tilt of the location errors.
     pub axis_residual_rad: f64,
 }
 
@@ -167,7 +167,7 @@ impl Kinematics {
             conditioning: if one { 0.0 } else { pointed.conditioning },
             at_pole,
             polar_distance_rad,
-            axis_residual_rad: if beyond_rad > REACH_SLACK_RAD { beyond_rad } else { 0.0 },
+            axis_residual_rad: if beyond_rad > MERGE_RAD { beyond_rad } else { 0.0 },
         })
     }
 

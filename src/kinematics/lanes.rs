@@ -9,7 +9,7 @@ use crate::geometry::trig;
 
 /// Poses treated at a time: all arrays of a block stay in the second-nearest cache.
 pub(super) const BLOCK: usize = 256;
-type Lane = [f64; BLOCK];
+pub(super) type Lane = [f64; BLOCK];
 
 /// Poses that can be loaded into blocks.
 pub(super) trait PoseSource {
@@ -138,6 +138,7 @@ fn point_avx512(pointing: &Pointing, cone_sin2: f64, axis: &[Lane; 3], out: &mut
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: &[Lane; 3], out: &mut PointedBlock) {
     let pointing = *pointing;
+    #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = (i * i + j * j + k * k).sqrt();
@@ -216,6 +217,7 @@ fn join_any(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn join_loop<const HEAD_AXES: usize>(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
     let chain = *chain;
+    #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
     for lane in 0..BLOCK {
         let (mut sin, mut cos) = ([0.0; 2], [0.0; 2]);
         for k in 0..2 {

@@ -5,12 +5,15 @@ mod chain;
 mod choice;
 mod curvature;
 mod error;
+mod grid;
 mod instruction_set;
 mod inverse;
 mod lanes;
 mod path;
 mod pointing;
 mod singularity;
+mod two_way;
+mod walk;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{Joints, Kinematics, Setup, ToolPose};

@@ -123,22 +123,20 @@ const HALF_TURN_SLACK_DEG: f64 = 1e-11;
 /// The same position in (−180, 180] \[deg\], for |word| far below 2⁵¹ turns.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+#[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
 pub(super) fn principal_deg(word_deg: f64) -> f64 {
     let wrapped = word_deg - 360.0 * nearest_integer(word_deg * (1.0 / 360.0));
-    if wrapped <= -180.0 + HALF_TURN_SLACK_DEG {
-        180.0
-    } else if wrapped > 180.0 {
-        180.0
-    } else {
-        wrapped
-    }
+    let half_turn = (wrapped <= -180.0 + HALF_TURN_SLACK_DEG) | (wrapped > 180.0);
+    if half_turn { 180.0 } else { wrapped }
 }
+
+/// Adding and subtracting 1.5·2⁵² rounds to the nearest integer.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// The nearest whole number, ties to even, for |x| < 2⁵¹: one addition and one subtraction.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
 pub(super) fn nearest_integer(x: f64) -> f64 {
-    const ROUNDER: f64 = 6_755_399_441_055_744.0;
     (x + ROUNDER) - ROUNDER
 }
 

@@ -59,9 +59,26 @@ pub(super) fn meaning(tenths: u32) -> Code {
         40 | 220 | 230 => NoMotion,
         50 | 51 | 52 | 60 | 61 | 62 => MotionWithAxes(Spline),
         // Among them the sense of I J K (G90.1), which no end depends on.
-        53 | 80 | 81 | 90 | 110 | 250 | 260 | 390 | 610..=612 | 620 | 630 | 640 | 901 | 911 => Harmless,
-        960 | 970 | 980 | 990 | 1030 | 1870 => Harmless,
-        600 => MotionWithAxes(Thread),
+        53
+        | 80
+        | 81
+        | 90
+        | 110
+        | 250
+        | 260
+        | 390
+        | 610..=612
+        | 620
+        | 630
+        | 640
+        | 901
+        | 911
+        | 960
+        | 970
+        | 980
+        | 990
+        | 1030
+        | 1870 => Harmless,
         70 | 71 | 1070 => Transform(Cylinder, true),
         100 => WriteOffsets,
         121 | 1120 => Transform(PolarInterpolation, true),
@@ -82,7 +99,7 @@ pub(super) fn meaning(tenths: u32) -> Code {
         430..=432 | 440 | 490 | 491 => Code::ToolLength(ToolLength::Plain),
         434 | 2340 => Code::ToolLength(ToolLength::Tcp),
         435 => Code::ToolLength(ToolLength::Vector),
-        450..=489 => MotionWithAxes(Thread),
+        450..=489 | 600 => MotionWithAxes(Thread),
         500 => Transform(Scaling, false),
         510 => Transform(Scaling, true),
         501 => Transform(Mirror, false),

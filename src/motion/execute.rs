@@ -226,12 +226,13 @@ impl Interpreter {
                 Code::Transform(which, on) => self.transform(which, on),
                 Code::NoMotion => also(&mut action, Action::Consume),
                 Code::WriteOffsets => {
-                    match self.block.value(Address::L) {
-                        Some(l) if l == 2.0 || l == 20.0 => self.shift_offsets(),
-                        // A tool offset: the length may be the active one.
-                        Some(_) => self.position.forget_linear(),
-                        // Fanuc's G10 P R, or the start of data that G11 ends.
-                        None => self.shift_offsets(),
+                    // L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are
+                    // tool offsets: the length may be the active one.
+                    let table = self.block.value(Address::L);
+                    if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
+                        self.shift_offsets();
+                    } else {
+                        self.position.forget_linear();
                     }
                     also(&mut action, Action::Consume);
                 }
@@ -245,11 +246,11 @@ impl Interpreter {
                 Code::Elsewhere => also(&mut action, Action::Elsewhere),
                 Code::Call => also(&mut action, Action::Call),
                 Code::ModalCall => {
-                    self.modal.modal_call = Some(true);
+                    self.modal.macro_call = Some(true);
                     also(&mut action, Action::Call);
                 }
                 Code::EndModalCall => {
-                    self.modal.modal_call = Some(false);
+                    self.modal.macro_call = Some(false);
                     self.position.forget_all();
                 }
                 Code::Harmless | Code::MotionWithAxes(_) => {}

@@ -21,6 +21,7 @@ pub struct InterpreterOptions {
 /// It starts in G90 G21 G94 G17 G40 G49 G54 with no position known. A call (M98, G65, an O word's `call`) leaves
 /// every modal group unknown until a word sets it again, and every position until an absolute word does.
 #[derive(Debug, Clone)]
+#[expect(clippy::struct_excessive_bools, reason = "four independent facts about the course of the program")]
 pub struct Interpreter {
     pub(super) options: InterpreterOptions,
     pub(super) modal: Modal,

@@ -12,6 +12,7 @@ mod modal;
 mod motions;
 mod position;
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
 mod travel;
 mod unfollowable;

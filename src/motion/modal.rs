@@ -48,7 +48,7 @@ pub(super) struct Modal {
     pub(super) tool_length: Option<ToolLength>,
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; 6],
-    pub(super) modal_call: Option<bool>,
+    pub(super) macro_call: Option<bool>,
     /// The work offset, as code and P number in one; G54 at the start.
     pub(super) work_offset: Option<u32>,
     /// Changes when G92, G52 or G10 move an offset.
@@ -73,7 +73,7 @@ impl Modal {
         compensation: Some(false),
         tool_length: Some(ToolLength::Plain),
         transformations: [Some(false); 6],
-        modal_call: Some(false),
+        macro_call: Some(false),
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
         relative_extruder: false,
@@ -111,7 +111,7 @@ impl Modal {
             transformations: std::array::from_fn(|i| {
                 same(self.transformations[i], skipped.transformations[i])
             }),
-            modal_call: same(self.modal_call, skipped.modal_call),
+            macro_call: same(self.macro_call, skipped.macro_call),
             work_offset: same(self.work_offset, skipped.work_offset),
             // A shift that may have been is a shift.
             shifts: self.shifts,
@@ -123,7 +123,7 @@ impl Modal {
     /// Why no motion can be followed in this state, whatever the motion.
     pub(super) fn obstacle(&self) -> Option<Unfollowable> {
         let unknown = |group| Some(Unfollowable::ModeUnknown { group });
-        if self.modal_call != Some(false) {
+        if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
         }
         if self.transformations.contains(&Some(true)) {

@@ -105,10 +105,16 @@ fn a_given_feed_serves_until_the_program_has_one() {
 fn tool_centre_point_switches_lose_the_linear_axes_but_for_words_of_the_block() {
     let motions = run_from_zero("G1 X1 F100\nG43.4 Z2 H8\nX1 Y1\nX2\nG49\nX3\nY1 Z1\n");
     let seen: Vec<_> = motions.iter().map(|motion| (motion.interpolation, motion.end.is_some())).collect();
-    use Interpolation::{Machine, Tcp};
     assert_eq!(
         seen,
-        [(Machine, true), (Tcp, false), (Tcp, true), (Tcp, true), (Machine, false), (Machine, true)]
+        [
+            (Interpolation::Machine, true),
+            (Interpolation::Tcp, false),
+            (Interpolation::Tcp, true),
+            (Interpolation::Tcp, true),
+            (Interpolation::Machine, false),
+            (Interpolation::Machine, true)
+        ]
     );
     assert!(motions[2].start.is_none() && motions[3].start.is_some());
     assert!(motions.iter().all(|motion| motion.unfollowable.is_none()));
@@ -288,8 +294,15 @@ fn arcs_end_at_their_words_and_full_circles_where_they_start() {
 fn contact_words_complete_one_another() {
     let motions = run_from_zero("G1 X1 U1 V2 F1\nX2 W3\nX3\nX4 U2.25\n");
     let seen: Vec<_> = motions.iter().map(|motion| motion.contact).collect();
-    use ContactWords::{None, Point};
-    assert_eq!(seen, [None, Point([1.0, 2.0, 3.0]), None, Point([2.25, 2.0, 3.0])]);
+    assert_eq!(
+        seen,
+        [
+            ContactWords::None,
+            ContactWords::Point([1.0, 2.0, 3.0]),
+            ContactWords::None,
+            ContactWords::Point([2.25, 2.0, 3.0])
+        ]
+    );
     assert_eq!(motions[3].decimals.contact, 2);
 }
 

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use super::emit::{Emitter, plan};
 use super::judge::{Checked, Judge, Verdict};
 use super::stream::{Passage, Passages};
-use super::verify::{Expected, Group, Verifier};
+use super::verify::{Expected, Group, Meaning, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
 use crate::contact::Correction;
 use crate::kinematics::Kinematics;
@@ -121,7 +121,7 @@ impl<'a> Run<'a> {
                         Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
                         _ => None,
                     };
-                    self.verifier.expect(Expected::Same { motion: *motion, checked });
+                    self.verifier.await_next(Expected::Same { motion: Meaning::of(motion), checked });
                     self.restore_feed(batch, motion, &mut copied)?
                 }
             };
@@ -169,7 +169,7 @@ impl<'a> Run<'a> {
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         let group = Rc::new(Group { source: *motion, checked, division });
         for index in 0..group.division.nodes.len() {
-            self.verifier.expect(Expected::Part { group: Rc::clone(&group), index });
+            self.verifier.await_next(Expected::Part { group: Rc::clone(&group), index });
         }
         Ok(true)
     }

@@ -39,16 +39,16 @@ impl Word {
     #[must_use]
     pub fn code_tenths(&self) -> Option<u32> {
         let tenths = self.value * 10.0;
-        let whole = tenths.round();
-        let is_code = self.form == WordForm::Number
-            && (0.0..1e6).contains(&whole)
-            && (tenths - whole).abs() < 1e-6 * whole.max(1.0);
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "checked to be in 0..1e6"
+            reason = "saturates; checked below"
         )]
-        is_code.then_some(whole as u32)
+        let whole = (tenths + 0.5) as u32;
+        let is_code = self.form == WordForm::Number
+            && whole < 1_000_000
+            && (tenths - f64::from(whole)).abs() < 1e-6 * f64::from(whole.max(1));
+        is_code.then_some(whole)
     }
 }
 

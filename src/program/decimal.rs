@@ -8,6 +8,9 @@ pub const MAX_DECIMALS: u8 = 15;
 /// Whole units of the last decimal beyond this lose the integer's exactness: fewer decimals are printed then.
 const MAX_WHOLE: f64 = 1e18;
 
+/// From 2⁵² on every double is whole.
+const FRACTIONS_END: f64 = 4_503_599_627_370_496.0;
+
 /// `value` in whole units of the last decimal, and the decimals really kept.
 #[inline]
 fn whole_units(value: f64, decimals: u8) -> (i64, usize) {
@@ -15,11 +18,14 @@ fn whole_units(value: f64, decimals: u8) -> (i64, usize) {
     while decimals > 0 && value.abs() * POWERS_OF_TEN[decimals] >= MAX_WHOLE {
         decimals -= 1;
     }
+    let units = value * POWERS_OF_TEN[decimals];
+    // Half up and cut: `f64::round` is a call where the target has no instruction for it.
+    let half = if units.abs() < FRACTIONS_END { 0.5_f64.copysign(units) } else { 0.0 };
     #[expect(
         clippy::cast_possible_truncation,
         reason = "below 10¹⁸, or saturating for what no program holds"
     )]
-    let whole = (value * POWERS_OF_TEN[decimals]).round() as i64;
+    let whole = (units + half) as i64;
     (whole, decimals)
 }
 

@@ -87,6 +87,9 @@ pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
     Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end: at + count as usize + 1 })
 }
 
+/// What the digits before are worth more with so many digits behind them.
+const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+
 /// A run of digits: the mantissa continued (saturating) and one past the last digit.
 #[inline]
 fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
@@ -95,7 +98,6 @@ fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
         if count == 0 {
             return (mantissa, at);
         }
-        const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
         mantissa = mantissa.saturating_mul(SCALE[count as usize]).saturating_add(digits_value(word, count));
         at += count as usize;
         if count < 8 {

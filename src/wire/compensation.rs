@@ -5,9 +5,7 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::{Fault, FaultList, Fixed};
 use crate::machine::{Tool, ToolFault};
-use crate::process::{self, ContactSource};
 use crate::units::Length;
-use crate::{motion, program};
 
 /// Where the cutter contact comes from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -287,64 +285,4 @@ pub struct CcReport {
     /// What was found and done.
     #[serde(flatten)]
     pub findings: CcFindings,
-}
-
-impl From<&process::CcReport> for CcFindings {
-    fn from(report: &process::CcReport) -> Self {
-        let um = |mm: f64| Length::from_mm(mm).um();
-        let summary = |found: &process::DeviationSummary| DeviationSummary {
-            max_um: um(found.max_mm),
-            rms_um: um(found.rms_mm),
-            max_excess_um: um(found.max_excess_mm),
-            max_gouge_um: um(found.max_gouge_mm),
-            worst_line: found.worst_line,
-        };
-        let points = report.series.points();
-        Self {
-            dialect: match report.dialect {
-                program::Dialect::Iso => Dialect::Iso,
-                program::Dialect::Csv => Dialect::Csv,
-            },
-            interpolation: report.interpolation.map(|who| match who {
-                motion::Interpolation::Machine => Interpolation::Machine,
-                motion::Interpolation::Tcp => Interpolation::Tcp,
-            }),
-            contact: match report.contact {
-                ContactSource::Auto => Contact::Auto,
-                ContactSource::Program => Contact::Program,
-                ContactSource::Normals => Contact::Normals,
-                ContactSource::FeedPlane => Contact::FeedPlane,
-                ContactSource::Tip => Contact::Tip,
-            },
-            blocks_in: report.blocks_in,
-            blocks_out: report.blocks_out,
-            blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
-            motions_checked: report.motions_checked,
-            motions_over_tolerance: report.motions_over_tolerance,
-            before: summary(&report.before),
-            after: summary(&report.after),
-            cc_path_length_mm: report.cc_path_length_mm,
-            series: DeviationSeries {
-                path_mm: points.iter().map(|point| point.path_mm).collect(),
-                line: points.iter().map(|point| point.line).collect(),
-                before_um: points.iter().map(|point| um(point.before_mm)).collect(),
-                after_um: points.iter().map(|point| um(point.after_mm)).collect(),
-            },
-            warnings: report.warnings.iter().map(Warning::from).collect(),
-        }
-    }
-}
-
-impl From<&process::Warning> for Warning {
-    fn from(warning: &process::Warning) -> Self {
-        let text = warning.kind.text();
-        Self {
-            kind: warning.kind.name().to_owned(),
-            detail: warning.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
-            count: warning.count,
-            line: warning.line,
-            worst_line: warning.worst_line,
-            max_distance_um: warning.max_distance_mm.map(|mm| Length::from_mm(mm).um()),
-        }
-    }
 }

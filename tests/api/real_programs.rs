@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::Value;
-use trunnion::jobs::CutterContact;
+use trunnion::jobs::CutterContactCompensator;
 
 use crate::support::{pointers, problem, spawn_real};
 
@@ -21,7 +21,7 @@ const PATH: &str = "/v1/machines/example-ac-table/cc-compensation";
 
 #[tokio::test]
 async fn a_program_is_compensated_within_its_tolerance() {
-    let app = spawn_real(Arc::new(CutterContact)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
     let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
     let response = app.post_text(&path, "text/plain", PROGRAM).await;
     assert_eq!(response.status(), 200);
@@ -43,14 +43,14 @@ async fn a_program_is_compensated_within_its_tolerance() {
 
 #[tokio::test]
 async fn where_nothing_exceeds_the_tolerance_the_bytes_stay() {
-    let app = spawn_real(Arc::new(CutterContact)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
     let path = format!("{PATH}?contact=tip&tolerance_um=10000");
     assert_eq!(app.post_text(&path, "text/plain", PROGRAM).await.text().await.unwrap(), PROGRAM);
 }
 
 #[tokio::test]
 async fn faults_of_programs_are_problems_with_their_line() {
-    let app = spawn_real(Arc::new(CutterContact)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
     let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
     let post = |body: String| app.post_text(&path, "text/plain", body);
     for empty in ["", "\n\n", "(nothing)\n", "G90 G21\nM30\n"] {

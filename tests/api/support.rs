@@ -242,10 +242,10 @@ impl Compensator for Upper {
         })
     }
 
-    fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> Option<String> {
-        Some(format!(
+    fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> String {
+        format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title></svg>",
             report.findings.blocks_in
-        ))
+        )
     }
 }

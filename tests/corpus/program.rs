@@ -1,5 +1,7 @@
 //! The reader over programs that nobody here wrote.
 
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests, which say what they skip")]
+
 use std::path::{Path, PathBuf};
 
 use trunnion::geometry::Vec3;
@@ -151,21 +153,20 @@ fn blocks_and_words_are_counted_as_the_index_counts_them() {
 #[test]
 fn foreign_dialects_are_named_and_not_misread() {
     let Some(folder) = programs() else { return };
-    use ForeignDialect::{Apt, Heidenhain, Siemens};
     let mut wrong = Vec::new();
     for (name, dialect, line) in [
-        ("5axis/nx_dmu70evo_840d_bc_traori.mpf", Siemens, 2),
-        ("5axis/elmoe_achskreuz_840d_bc_3plus2.mpf", Siemens, 3),
-        ("5axis/nx_huron_kx20_840d_g41.mpf", Siemens, 1),
-        ("other/gcws_sinumerik840d.nc", Siemens, 1),
-        ("5axis/nx_dmc100_heidenhain_m128.h", Heidenhain, 1),
-        ("cl/aamorim_boss_posted_11.h", Heidenhain, 1),
-        ("cl/aamorim_boss_posted_12.h", Heidenhain, 1),
-        ("other/aamorim_machine_cirstud.h", Heidenhain, 1),
-        ("other/aamorim_machine_printr1.h", Heidenhain, 1),
-        ("cl/aamorim_boss.apt", Apt, 1),
-        ("cl/aamorim_tilt_support.apt", Apt, 1),
-        ("cl/aamorim_interface_glue.clt", Apt, 1),
+        ("5axis/nx_dmu70evo_840d_bc_traori.mpf", ForeignDialect::Siemens, 2),
+        ("5axis/elmoe_achskreuz_840d_bc_3plus2.mpf", ForeignDialect::Siemens, 3),
+        ("5axis/nx_huron_kx20_840d_g41.mpf", ForeignDialect::Siemens, 1),
+        ("other/gcws_sinumerik840d.nc", ForeignDialect::Siemens, 1),
+        ("5axis/nx_dmc100_heidenhain_m128.h", ForeignDialect::Heidenhain, 1),
+        ("cl/aamorim_boss_posted_11.h", ForeignDialect::Heidenhain, 1),
+        ("cl/aamorim_boss_posted_12.h", ForeignDialect::Heidenhain, 1),
+        ("other/aamorim_machine_cirstud.h", ForeignDialect::Heidenhain, 1),
+        ("other/aamorim_machine_printr1.h", ForeignDialect::Heidenhain, 1),
+        ("cl/aamorim_boss.apt", ForeignDialect::Apt, 1),
+        ("cl/aamorim_tilt_support.apt", ForeignDialect::Apt, 1),
+        ("cl/aamorim_interface_glue.clt", ForeignDialect::Apt, 1),
     ] {
         let text = std::fs::read(folder.join(name)).unwrap();
         let expected = ReadFault::NotReadYet { line, dialect };
@@ -312,7 +313,7 @@ const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
 fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
     let mut positions = Vec::new();
     let mut scale = 1.0;
-    let (mut at, mut plane) = ([0.0; 5], 1);
+    let mut in_xy = true;
     for line in expected.lines() {
         let Some((head, rest)) = line.split_once('(') else { continue };
         let name = head.split_whitespace().last().unwrap_or_default();
@@ -320,14 +321,24 @@ fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
         let numbers: Vec<f64> = arguments.split(',').filter_map(|text| text.trim().parse().ok()).collect();
         match name {
             "USE_LENGTH_UNITS" => scale = if arguments.contains("INCHES") { 25.4 } else { 1.0 },
-            "SELECT_PLANE" => plane = if arguments.contains("XY") { 1 } else { 0 },
+            "SELECT_PLANE" => in_xy = arguments.contains("XY"),
             "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
-                at = [numbers[0] * scale, numbers[1] * scale, numbers[2] * scale, numbers[3], numbers[5]];
-                positions.push(at);
+                positions.push([
+                    numbers[0] * scale,
+                    numbers[1] * scale,
+                    numbers[2] * scale,
+                    numbers[3],
+                    numbers[5],
+                ]);
             }
-            "ARC_FEED" if plane == 1 => {
-                at = [numbers[0] * scale, numbers[1] * scale, numbers[5] * scale, numbers[6], numbers[8]];
-                positions.push(at);
+            "ARC_FEED" if in_xy => {
+                positions.push([
+                    numbers[0] * scale,
+                    numbers[1] * scale,
+                    numbers[5] * scale,
+                    numbers[6],
+                    numbers[8],
+                ]);
             }
             _ => {}
         }

@@ -55,7 +55,10 @@ pub(crate) fn preset_machine(errors: bool) -> impl Strategy<Value = Machine> {
 /// Two axes of any direction on any side, no travels.
 pub(crate) fn any_machine() -> impl Strategy<Value = Machine> {
     let side = || any::<bool>().prop_map(|table| if table { Side::Table } else { Side::Head });
-    ([direction(), direction()], [side(), side()]).prop_flat_map(|(directions, sides)| {
+    let directions = [direction(), direction()].prop_filter("cannot point the tool", |[a, b]| {
+        a.cross(b).norm() > 0.02 && [a, b].iter().all(|d| d.cross(&Vec3::z()).norm() > 0.02)
+    });
+    (directions, [side(), side()]).prop_flat_map(|(directions, sides)| {
         let mut parts = PRESETS[0].parts();
         for k in 0..2 {
             parts.rotary_axes[k] = RotaryAxis {

@@ -21,10 +21,15 @@ const CLASSES: [u8; 256] = {
         if byte <= b' ' as usize || byte == 0x7f {
             classes[byte] = BLANK;
         }
-        if byte < 128 && (byte as u8).is_ascii_alphabetic() && byte as u8 | 0x20 != b'o' {
-            classes[byte] = LETTER;
-        }
         byte += 1;
+    }
+    let mut letter = b'A';
+    while letter <= b'Z' {
+        if letter != b'O' {
+            classes[letter as usize] = LETTER;
+            classes[letter.to_ascii_lowercase() as usize] = LETTER;
+        }
+        letter += 1;
     }
     classes[b'\n' as usize] = LINE_END;
     classes[b'\r' as usize] = LINE_END;
@@ -63,8 +68,7 @@ pub(in crate::program) fn read_line(
     let flags = BlockFlags::default();
     let mut line =
         Line { text, at: start, start, shift, number, first_word, batch, seen: 0, flags, kind: None };
-    loop {
-        let Some(&byte) = text.get(line.at) else { break };
+    while let Some(&byte) = text.get(line.at) {
         match CLASSES[byte as usize] {
             LETTER => line.word(byte),
             BLANK => line.at += 1,

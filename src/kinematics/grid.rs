@@ -1,0 +1,116 @@
+//! The states of a choice: branch × whole turns of the limited axes.
+
+use super::TRAVEL_SLACK;
+use super::pointing::nearest_integer;
+use super::two_way::Rules;
+use crate::machine::Travel;
+
+/// The words of one pose for both branches, as the choice sees them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stage {
+    /// Principal words of u, v \[deg\] per branch.
+    pub(super) words_deg: [[f64; 2]; 2],
+    /// Whether the branch exists and keeps X Y Z within travel.
+    pub(super) alive: [bool; 2],
+    /// u keeps its word: the state may change in the turn of v only.
+    pub(super) held: bool,
+}
+
+/// The turns of both axes that can be within travel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) lowest: [i32; 2],
+    pub(super) count: [usize; 2],
+    /// 360 on an axis without end, else 0.
+    pub(super) period: [f64; 2],
+    pub(super) travel: [Option<Travel>; 2],
+}
+
+impl Grid {
+    /// For the travels of u and v; `None` turns without end.
+    pub(super) fn new(travel: [Option<Travel>; 2]) -> Self {
+        let mut grid = Self { lowest: [0; 2], count: [1; 2], period: [360.0; 2], travel };
+        for (k, travel) in travel.iter().enumerate() {
+            if let Some(Travel { min, max }) = travel {
+                let (low, high) = (((min - 180.0) / 360.0).ceil(), ((max + 180.0) / 360.0).floor());
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "travel ends are within a thousand turns"
+                )]
+                let (low, high) = (low as i32, high as i32);
+                grid.lowest[k] = low;
+                grid.count[k] = usize::try_from(high - low + 1).unwrap_or(1).max(1);
+                grid.period[k] = 0.0;
+            }
+        }
+        grid
+    }
+
+    /// Branches times turns.
+    pub(super) fn states(&self) -> usize {
+        2 * self.count[0] * self.count[1]
+    }
+
+    /// What the lanes of a block need where there are two states per pose.
+    pub(super) fn rules(&self, threshold_deg: f64) -> Option<Rules> {
+        (self.count == [1, 1]).then(|| Rules {
+            period: self.period,
+            turn_deg: [self.turn_deg(0, 0), self.turn_deg(1, 0)],
+            range_deg: self.travel.map(|travel| {
+                travel.map_or([f64::NEG_INFINITY, f64::INFINITY], |t| {
+                    [t.min - TRAVEL_SLACK, t.max + TRAVEL_SLACK]
+                })
+            }),
+            threshold_deg,
+        })
+    }
+
+    /// Branch and turns of a state.
+    pub(super) fn parts(&self, state: usize) -> (usize, [usize; 2]) {
+        let per_branch = self.count[0] * self.count[1];
+        if per_branch == 1 {
+            return (state, [0; 2]);
+        }
+        let rest = state % per_branch;
+        (state / per_branch, [rest / self.count[1], rest % self.count[1]])
+    }
+
+    pub(super) fn turn_deg(&self, k: usize, turn: usize) -> f64 {
+        #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "at most 2001 turns")]
+        let turn = turn as i32;
+        360.0 * f64::from(self.lowest[k] + turn)
+    }
+
+    /// The step of axis k, by the nearest turn where there is no end.
+    #[inline]
+    pub(super) fn step(&self, k: usize, from: f64, to: f64) -> f64 {
+        let step = to - from;
+        step - self.period[k] * nearest_integer(step * (1.0 / 360.0))
+    }
+
+    pub(super) fn within(&self, k: usize, word_deg: f64) -> bool {
+        self.travel[k].is_none_or(|travel| travel.contains(word_deg, TRAVEL_SLACK))
+    }
+
+    /// The branch of `state` and its words at a stage: `previous_deg` decides the turn of axes without end.
+    pub(super) fn words_deg(
+        &self,
+        state: usize,
+        stage: &Stage,
+        previous_deg: Option<[f64; 2]>,
+    ) -> (usize, [f64; 2]) {
+        let (branch, turns) = self.parts(state);
+        let words = std::array::from_fn(|k| {
+            let principal = stage.words_deg[branch][k];
+            match previous_deg {
+                Some(previous) if k == 0 && stage.held => previous[0],
+                Some(previous) if self.period[k] > 0.0 => {
+                    principal + 360.0 * nearest_integer((previous[k] - principal) * (1.0 / 360.0))
+                }
+                _ if self.period[k] > 0.0 => principal,
+                _ => principal + self.turn_deg(k, turns[k]),
+            }
+        });
+        (branch, words)
+    }
+}
