@@ -1,5 +1,7 @@
 //! The description of the interface: equal to the committed one, and whole. `BLESS=1` writes it anew.
 
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
+
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use super::{StartFault, serve};
+use super::{StartFault, health, serve};
 use crate::config::{Flags, Settings};
 
 /// One HTTP service for five-axis machine tools.
@@ -27,6 +27,8 @@ pub struct Cli {
 pub enum Command {
     /// Run the service until it is told to stop
     Serve,
+    /// Ask the service at the listen address whether it is ready; for containers
+    Healthcheck,
 }
 
 /// Does what the command line says, to its end.
@@ -37,5 +39,6 @@ pub fn run(cli: &Cli) -> Result<(), StartFault> {
     let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
     match cli.command.unwrap_or(Command::Serve) {
         Command::Serve => serve::until_stopped(settings),
+        Command::Healthcheck => health::check(settings.listen),
     }
 }

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod arguments;
+mod health;
 mod logs;
 mod serve;
 

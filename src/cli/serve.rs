@@ -45,6 +45,14 @@ pub enum StartFault {
     /// Database or files cannot be used.
     #[error(transparent)]
     Open(#[from] OpenFault),
+    /// The service that was asked is not ready.
+    #[error("the service at {address} is not ready: {answer}")]
+    NotReady {
+        /// Where it was asked.
+        address: SocketAddr,
+        /// First line of its answer, or why there is none.
+        answer: String,
+    },
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),

@@ -12,7 +12,8 @@ pub struct TooCostly {
     pub limit_s: f64,
 }
 
-/// An upper estimate of the time one core needs, from measured rates on slow hardware with a margin of three.
+/// An upper estimate of the time one core needs. The rate for poses is three times what was measured over HTTP;
+/// those for candidates and programs are set with caution and not yet measured.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Cost {
     seconds: f64,

@@ -5,6 +5,9 @@ use serde_json::{Value, json};
 
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
+/// A change to a profile, and the pointer of the fault it makes.
+type Case = (fn(&mut Value), String);
+
 async fn put_if(app: &App, id: &str, profile: &Value, header: &str, value: &str) -> reqwest::Response {
     let request = app.client.put(app.url(&format!("/v1/machines/{id}"))).header(header, value);
     request.json(profile).send().await.unwrap()
@@ -190,7 +193,7 @@ async fn machines_that_cannot_point_the_tool_are_refused() {
 async fn unknown_missing_and_mistyped_fields_are_named() {
     let app = spawn().await;
     let axis = "/kinematics/rotary_axes/0";
-    let cases: [(fn(&mut Value), String); 8] = [
+    let cases: [Case; 8] = [
         (|p| p["nmae"] = json!("x"), "/nmae".to_owned()),
         (|p| p["kinematics"]["rotary_axes"][0]["limit_deg"] = json!(null), format!("{axis}/limit_deg")),
         (|p| drop(p.as_object_mut().unwrap().remove("name")), "/name".to_owned()),

@@ -1,5 +1,7 @@
 //! The service over HTTP: started as the binary starts it, on a port and in a directory of its own.
 
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
+
 mod compensation;
 mod forward;
 mod inverse;
@@ -7,5 +9,7 @@ mod jobs;
 mod limits;
 mod machines;
 mod pages;
+mod process;
+mod real_programs;
 mod service;
 mod support;

@@ -42,6 +42,18 @@ pub(crate) async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
 
 /// A service in a given directory.
 pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
+    spawn_on(data, change, Arc::new(Upper)).await
+}
+
+/// A service in a new directory that compensates with `compensator`.
+pub(crate) async fn spawn_real(compensator: Arc<dyn Compensator>) -> App {
+    let directory = TempDir::new().unwrap();
+    let mut app = spawn_on(directory.path(), |_| {}, compensator).await;
+    app.directory = Some(directory);
+    app
+}
+
+async fn spawn_on(data: &Path, change: impl FnOnce(&mut Settings), compensator: Arc<dyn Compensator>) -> App {
     let mut settings = Settings {
         listen: ([127, 0, 0, 1], 0).into(),
         data_dir: data.to_owned(),
@@ -49,15 +61,10 @@ pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) ->
         ..Settings::default()
     };
     change(&mut settings);
-    let running = start(settings, sources(), Arc::new(Upper)).await.unwrap();
+    let running = start(settings, sources(), compensator).await.unwrap();
     let base = format!("http://{}", running.address);
-    App {
-        client: Client::builder().no_proxy().build().unwrap(),
-        base,
-        data: data.to_owned(),
-        running,
-        directory: None,
-    }
+    let client = Client::builder().no_proxy().build().unwrap();
+    App { client, base, data: data.to_owned(), running, directory: None }
 }
 
 impl App {

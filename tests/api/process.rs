@@ -1,0 +1,80 @@
+//! The binary: it says where it listens, stops with status 0 when told to, and takes its settings in order.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+
+use tempfile::TempDir;
+use trunnion::config::{ENVIRONMENT, Flags, Settings};
+
+fn binary(data: &TempDir) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+    for (_, name) in ENVIRONMENT {
+        command.env_remove(name);
+    }
+    command.env("TRUNNION_DATA_DIR", data.path().join("data")).stdout(Stdio::piped()).stderr(Stdio::null());
+    command
+}
+
+/// The address that the first line names.
+fn address(child: &mut Child) -> String {
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let first = lines.next().unwrap().unwrap();
+    assert!(lines.next().unwrap().unwrap().contains("/docs"));
+    first.rsplit("http://").next().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn it_serves_and_a_signal_ends_it_with_status_0() {
+    for signal in ["-TERM", "-INT"] {
+        let data = TempDir::new().unwrap();
+        let mut child = binary(&data).args(["serve", "--listen", "127.0.0.1:0"]).spawn().unwrap();
+        let address = address(&mut child);
+        let ready = reqwest::get(format!("http://{address}/readyz")).await.unwrap();
+        assert_eq!(ready.status(), 200);
+        let check =
+            |address: &str| binary(&data).args(["healthcheck", "--listen", address]).status().unwrap();
+        assert!(check(&address).success());
+        let told = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(told.success());
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{signal}");
+        assert!(!check(&address).success());
+    }
+}
+
+#[test]
+fn a_wrong_setting_ends_it_with_a_reason() {
+    let data = TempDir::new().unwrap();
+    for arguments in [["--listen", "nowhere"], ["--config", "/none.toml"], ["--max-poses", "0"]] {
+        let output = binary(&data).args(arguments).stderr(Stdio::piped()).output().unwrap();
+        assert!(!output.status.success() && !output.stderr.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn flags_win_over_the_file_and_the_file_over_the_defaults() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("trunnion.toml");
+    std::fs::write(&file, "max_poses = 7\nmax_json_bytes = 1000\n").unwrap();
+    let flags = Flags { max_poses: Some(9), ..Flags::default() };
+    let settings = Settings::load(&flags, Some(&file)).unwrap();
+    assert_eq!((settings.max_poses, settings.max_json_bytes), (9, 1000));
+    assert_eq!(settings.max_body_bytes, Settings::default().max_body_bytes);
+    std::fs::write(&file, "max_pose = 7\n").unwrap();
+    let fault = Settings::load(&Flags::default(), Some(&file)).unwrap_err().to_string();
+    assert!(fault.contains("max_pose"), "{fault}");
+}
+
+#[test]
+fn the_environment_is_read_and_flags_win_over_it() {
+    use clap::Parser;
+    let data = TempDir::new().unwrap();
+    let output = binary(&data).env("TRUNNION_LISTEN", "nonsense").stderr(Stdio::piped()).output().unwrap();
+    assert!(String::from_utf8_lossy(&output.stderr).contains("nonsense"));
+    let cli = trunnion::cli::Cli::try_parse_from(["trunnion", "--listen", "127.0.0.1:1", "serve"]).unwrap();
+    assert_eq!(cli.flags.listen, Some(([127, 0, 0, 1], 1).into()));
+    let names: std::collections::BTreeSet<_> = ENVIRONMENT.iter().map(|(_, name)| name).collect();
+    assert_eq!(names.len(), ENVIRONMENT.len());
+    assert!(
+        ENVIRONMENT.iter().all(|(setting, name)| **name == format!("TRUNNION_{}", setting.to_uppercase()))
+    );
+}

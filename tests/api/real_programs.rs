@@ -1,0 +1,82 @@
+//! The whole way with the real compensator: a program of our own in, verified program, report and plot out.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+use trunnion::jobs::CutterContactCompensator;
+
+use crate::support::{pointers, problem, spawn_real};
+
+/// A path over the example machine that turns both rotary axes while the tip moves; its contact is the tip.
+const PROGRAM: &str = "%
+G90 G21 G94
+G0 X0.000 Y0.000 Z50.000 A0.000 C0.000
+G1 X0.000 Y0.000 Z0.000 A10.000 C10.000 F1000
+G1 X20.000 Y5.000 Z-2.000 A25.000 C60.000
+G1 X40.000 Y0.000 Z0.000 A30.000 C95.000
+M30
+%
+";
+const PATH: &str = "/v1/machines/example-ac-table/cc-compensation";
+
+#[tokio::test]
+async fn a_program_is_compensated_within_its_tolerance() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
+    let response = app.post_text(&path, "text/plain", PROGRAM).await;
+    assert_eq!(response.status(), 200);
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    let text = response.text().await.unwrap();
+    assert!(
+        text.starts_with("%\nG90 G21 G94\nG0 X0.000 Y0.000 Z50.000 A0.000 C0.000\n")
+            && text.ends_with("M30\n%\n"),
+        "{text}"
+    );
+    let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+    assert!(report["before"]["max_um"].as_f64().unwrap() > 10.0, "{report}");
+    assert!(report["after"]["max_um"].as_f64().unwrap() <= 10.0, "{report}");
+    assert_eq!(report["blocks_out"].as_u64().unwrap(), text.lines().count() as u64);
+    assert!(report["blocks_inserted"].as_u64().unwrap() > 0);
+    let plot = app.get(&format!("{job}/plot")).await.text().await.unwrap();
+    assert!(plot.starts_with("<svg") && plot.contains("</svg>"));
+}
+
+#[tokio::test]
+async fn where_nothing_exceeds_the_tolerance_the_bytes_stay() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let path = format!("{PATH}?contact=tip&tolerance_um=10000");
+    assert_eq!(app.post_text(&path, "text/plain", PROGRAM).await.text().await.unwrap(), PROGRAM);
+}
+
+#[tokio::test]
+async fn faults_of_programs_are_problems_with_their_line() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
+    let post = |body: String| app.post_text(&path, "text/plain", body);
+    for empty in ["", "\n\n", "(nothing)\n", "G90 G21\nM30\n"] {
+        let body = problem(post(empty.to_owned()).await, "program-fault").await;
+        assert!(body["detail"].as_str().unwrap().contains("no motion"), "{body}");
+    }
+    let travel = PROGRAM.replace("A30.000", "A130.000");
+    let body = problem(post(travel).await, "out-of-travel").await;
+    assert_eq!(
+        (body["line"].as_u64(), body["block"].as_str()),
+        (Some(6), Some("G1 X40.000 Y0.000 Z0.000 A130.000 C95.000"))
+    );
+    let endless = "G1 ".to_owned() + &"X".repeat(1 << 20);
+    assert_eq!(problem(post(endless).await, "program-fault").await["line"], 1);
+    let control = PROGRAM.replace("M30", "WHILE [#1 LT 3] DO1\nM30");
+    assert_eq!(problem(post(control).await, "program-fault").await["line"], 7);
+    let foreign = "BEGIN PGM TEST MM\nL X+0 R0 FMAX\n".to_owned();
+    let body = problem(post(foreign).await, "program-fault").await;
+    assert!(body["detail"].as_str().unwrap().contains("heidenhain"), "{body}");
+    let no_words =
+        app.post_text(&format!("{PATH}?tool_radius_mm=5&contact=program"), "text/plain", PROGRAM).await;
+    assert_eq!(pointers(&problem(no_words, "invalid-request").await), ["/contact"]);
+    let surface =
+        app.post_text(&format!("{PATH}?tool_radius_mm=5&contact=surface"), "text/plain", PROGRAM).await;
+    assert_eq!(pointers(&problem(surface, "invalid-request").await), ["/contact"]);
+    let fine = app.post_text(&format!("{path}&tolerance_um=0.02"), "text/plain", PROGRAM).await;
+    problem(fine, "tolerance-out-of-reach").await;
+    assert_eq!(app.files(), (0, 0));
+}
