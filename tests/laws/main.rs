@@ -4,6 +4,7 @@
 mod models;
 
 mod compensation;
+mod example;
 mod inverse;
 mod machines;
 mod path;
