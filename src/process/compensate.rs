@@ -49,6 +49,7 @@ pub fn compensate(
         run.passage(&passage, following.as_ref())?;
         output.write_all(&run.out)?;
         run.out.clear();
+        passages.recycle(passage);
     }
     passages.refusals()?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };

@@ -49,6 +49,8 @@ pub(super) struct Passages<'a> {
     reader: Reader,
     interpreter: Interpreter,
     ahead: VecDeque<Passage>,
+    /// Passages that were worked off: their memory is used again.
+    spare: Vec<Passage>,
     pub(super) diagnostics: Diagnostics,
     pub(super) blocks: u64,
     pub(super) motions: u64,
@@ -68,6 +70,7 @@ impl<'a> Passages<'a> {
             reader: Reader::new(dialect, ReadLimits::default()),
             interpreter: Interpreter::new(machine, options),
             ahead: VecDeque::new(),
+            spare: Vec::new(),
             diagnostics: Diagnostics::new(),
             blocks: 0,
             motions: 0,
@@ -96,7 +99,8 @@ impl<'a> Passages<'a> {
     }
 
     fn read(&mut self) -> Result<Option<Passage>, Fault> {
-        let mut passage = Passage::default();
+        let mut passage = self.spare.pop().unwrap_or_default();
+        passage.motions.clear();
         while !self.reader.next_batch(&mut passage.batch)? {
             if self.ended {
                 return Ok(None);
@@ -113,6 +117,11 @@ impl<'a> Passages<'a> {
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
         Ok(Some(passage))
+    }
+
+    /// Gives back a passage that was worked off.
+    pub(super) fn recycle(&mut self, passage: Passage) {
+        self.spare.push(passage);
     }
 
     /// The program's refusals, if any, as a fault.

@@ -73,6 +73,18 @@ fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes
                         CcParameters { tolerance: Length::from_um(tolerance_um), ..parameters(&part) };
                     let (output, report) = run(&part, &parameters, &text).expect("compensated");
                     let verdicts = witness(&part, form == Form::Tcp).judge(&text, &output, 200);
+                    println!(
+                        "{} R{}/{} {form:?} {feed:?} {tolerance_um} µm: {} checked, {} over, {:.2} -> {:.2} µm, {} -> {} blocks",
+                        part.name,
+                        tool.radius().mm(),
+                        tool.corner_radius().mm(),
+                        report.motions_checked,
+                        report.motions_over_tolerance,
+                        report.before.max_mm * 1e3,
+                        report.after.max_mm * 1e3,
+                        report.blocks_in,
+                        report.blocks_out,
+                    );
                     let tolerance_mm = tolerance_um / 1000.0;
                     let mut over = 0;
                     let (mut blocks, mut fewest) = (0.0, 0.0);
