@@ -53,8 +53,14 @@ impl Carry {
                 CutterContact::Normal { direction: b, magnitude: to },
             ] => Self::Normal { normal: GreatCircle::between(*a, *b, axes[0]), magnitude: [*from, *to] },
             _ => {
-                let [(a0, r0, m0), (a1, r1, m1)] =
+                let [(a0, r0, mut m0), (a1, r1, mut m1)] =
                     [as_offset(tool, contacts[0], axes[0]), as_offset(tool, contacts[1], axes[1])];
+                // A contact on the tool's own axis lies on no side: it takes the other end's.
+                if r0 < CutterContact::ON_AXIS_MM {
+                    m0 = m1;
+                } else if r1 < CutterContact::ON_AXIS_MM {
+                    m1 = m0;
+                }
                 Self::Offset {
                     axial_mm: [a0, a1],
                     radial_mm: [r0, r1],
@@ -82,7 +88,8 @@ impl Carry {
             Self::Offset { axial_mm, radial_mm, inward } => {
                 let m = project(inward.at(u), axis);
                 let (axial, radial) = (lerp(axial_mm, u), lerp(radial_mm, u));
-                let toward_corner = axis * (corner - axial) + m * (radial - core);
+                // On the flat end the normal is the axis.
+                let toward_corner = axis * (corner - axial) + m * (radial - core).max(0.0);
                 let normal = if corner > 0.0 { toward_corner.try_normalize(NO_DIRECTION) } else { None };
                 CarriedContact { offset_mm: axis * axial - m * radial, normal }
             }

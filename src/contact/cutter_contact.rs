@@ -37,6 +37,9 @@ pub enum CutterContact {
 }
 
 impl CutterContact {
+    /// A contact this close to the tool's axis lies on no side of it [mm].
+    pub const ON_AXIS_MM: f64 = 5e-6;
+
     /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
     #[must_use]
     pub fn offset_mm(&self, tool: &Tool, axis: Vec3) -> Vec3 {
@@ -129,23 +132,22 @@ impl Touch {
         let to_tip = pose.tip_mm - contact_mm;
         let radial = across(to_tip, pose.axis);
         let (axial_mm, radial_mm) = (-to_tip.dot(&pose.axis), radial.norm());
-        let open = radial_mm < Self::ON_TOOL_MM * 1e-3;
+        let open = radial_mm < CutterContact::ON_AXIS_MM;
         let inward = if open { leading_side(pose.axis, feed_direction) } else { radial / radial_mm };
         let carried = |off_tool_mm| Self {
             contact: CutterContact::Offset { axial_mm, radial_mm, inward },
             off_tool_mm,
             side_assumed: false,
         };
-        if radial_mm <= core || corner == 0.0 {
-            if core > 0.0 {
-                // On or above the flat end, or off the edge of a flat cutter.
-                return Ok(carried(axial_mm.hypot((radial_mm - core).max(0.0))));
-            }
+        if core > 0.0 && (radial_mm <= core || corner == 0.0) {
+            // On or above the flat end, or off the edge of a flat cutter.
+            return Ok(carried(axial_mm.hypot((radial_mm - core).max(0.0))));
         }
         let scaled_normal = to_tip + pose.axis * corner - inward * core;
         let length = scaled_normal.norm();
         let off_tool_mm = (length - corner).abs();
-        if off_tool_mm > Self::ON_TOOL_MM {
+        // Nearer to the corner's centre than to its surface there is no normal worth the name.
+        if off_tool_mm > Self::ON_TOOL_MM || length < 0.5 * corner {
             return Ok(carried(off_tool_mm));
         }
         let direction = scaled_normal / length;

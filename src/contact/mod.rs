@@ -22,4 +22,4 @@ pub use quick::{QuickLook, quick_look};
 pub use repair::{Correction, repaired_tip_mm};
 pub use sampling::{Sampled, sample_until_sure, within_tolerance};
 pub use segment::{Segment, SourceBlock, Station, rotary_rad};
-pub use subdivision::{Node, Resolution, Subdivision, divide, nodes, segments};
+pub use subdivision::{Node, Resolution, divide, nodes, prove, segments};

@@ -25,6 +25,16 @@ pub struct QuickLook {
     pub at_most_mm: f64,
 }
 
+impl QuickLook {
+    /// Whether the middle speaks for the whole block: what the bound leaves open is no more than what was seen, or
+    /// than `negligible_mm`. An S-shaped deviation is zero in the middle and fails this.
+    #[must_use]
+    pub fn is_telling(&self, negligible_mm: f64) -> bool {
+        let open_mm = self.at_most_mm - self.middle.distance_mm;
+        open_mm <= self.middle.distance_mm.max(negligible_mm)
+    }
+}
+
 /// A look at the block between two stations whose contacts are `contacts` at the points `contacts_mm`; `middle` is the
 /// tool's pose half way. The middle of the great circle between two normals is their normalised sum.
 ///
@@ -60,10 +70,13 @@ pub fn quick_look(
             CutterContact::Offset { axial_mm: a0, radial_mm: r0, inward: m0 },
             CutterContact::Offset { axial_mm: a1, radial_mm: r1, inward: m1 },
         ] => {
+            if r0.min(*r1) < CutterContact::ON_AXIS_MM {
+                return None;
+            }
             let (arc_rad, m) = halfway(m0, m1)?;
             let m = across(m, t).try_normalize(NO_DIRECTION)?;
             let (axial, radial) = (0.5 * (a0 + a1), 0.5 * (r0 + r1));
-            let toward_corner = t * (corner - axial) + m * (radial - core);
+            let toward_corner = t * (corner - axial) + m * (radial - core).max(0.0);
             let normal = if corner > 0.0 { toward_corner.try_normalize(NO_DIRECTION) } else { None };
             let swing = Swing::Offset {
                 arc_rad,

@@ -20,7 +20,7 @@ pub struct Sampled {
 /// First number of steps.
 const FIRST_STEPS: u32 = 4;
 /// Steps after which a segment without a usable bound is given up refining.
-const MAX_STEPS: u32 = 4096;
+const MAX_STEPS: u32 = 1024;
 /// Without a bound: samples are doubled until the maximum changes by less than this share of the tolerance (§2).
 const UNBOUNDED_CHANGE: f64 = 0.01;
 /// … but at least so many: a contact that swings right round does so in a small part of the block.
@@ -172,7 +172,7 @@ pub fn sample_until_sure(block: &SourceBlock<'_>, segment: &Segment, tolerance_m
 /// bound (or by halving the steps where there is none); `Err` with the largest deviation seen.
 ///
 /// # Errors
-/// The measurement of a segment that exceeds the tolerance, or that cannot be proven within 4096 steps.
+/// The measurement of a segment that exceeds the tolerance, or that cannot be proven within 1024 steps.
 pub fn within_tolerance(
     block: &SourceBlock<'_>,
     segment: &Segment,

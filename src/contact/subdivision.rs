@@ -1,6 +1,6 @@
 //! How many blocks a source block becomes, and the words at each of their ends.
 
-use super::{Correction, Sampled, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
+use super::{Correction, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
 use crate::geometry::Vec3;
 use crate::motion::{AxisWords, Interpolation};
 use crate::program::round_to_decimals;
@@ -16,19 +16,35 @@ pub struct Resolution {
     pub rotary_decimals: u8,
     /// Millimetres in a program unit: 1 or 25.4.
     pub mm_per_unit: f64,
+    /// What written numbers count from: zero, or in G91 the point before the block.
+    pub origin: AxisWords,
 }
 
 impl Resolution {
-    /// The length that the control reads back when `length_mm` is written [mm].
+    /// Words counted from zero.
     #[must_use]
-    pub fn linear_mm(&self, length_mm: f64) -> f64 {
-        round_to_decimals(length_mm / self.mm_per_unit, self.linear_decimals) * self.mm_per_unit
+    pub fn absolute(linear_decimals: u8, rotary_decimals: u8, mm_per_unit: f64) -> Self {
+        let origin = AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] };
+        Self { linear_decimals, rotary_decimals, mm_per_unit, origin }
     }
 
-    /// The angle that the control reads back when `angle_deg` is written [deg].
+    /// The lengths that the control reads back when these are written [mm].
     #[must_use]
-    pub fn rotary_deg(&self, angle_deg: f64) -> f64 {
-        round_to_decimals(angle_deg, self.rotary_decimals)
+    pub fn linear_mm(&self, lengths_mm: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let origin_mm = self.origin.linear_mm[k];
+            let units = (lengths_mm[k] - origin_mm) / self.mm_per_unit;
+            origin_mm + round_to_decimals(units, self.linear_decimals) * self.mm_per_unit
+        })
+    }
+
+    /// The angles that the control reads back when these are written [deg].
+    #[must_use]
+    pub fn rotary_deg(&self, angles_deg: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|k| {
+            let origin_deg = self.origin.rotary_deg[k];
+            origin_deg + round_to_decimals(angles_deg[k] - origin_deg, self.rotary_decimals)
+        })
     }
 }
 
@@ -43,17 +59,10 @@ pub struct Node {
     pub contact_mm: Vec3,
 }
 
-/// A source block divided: the nodes after its start, the last one being its end, and what was found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Subdivision {
-    /// Ends of the parts, in order; the last is the source block's own end, unchanged.
-    pub nodes: Vec<Node>,
-    /// The deviation left, over all parts.
-    pub after: Sampled,
-}
-
 /// More parts than this are not tried: the block does not converge, or the program would drown.
-const MAX_PARTS: u32 = 4096;
+const MAX_PARTS: u32 = 2048;
+/// One division is given up after so many evaluations: it samples a block that has no bound, everywhere.
+const MAX_EVALUATIONS: u64 = 1_000_000;
 /// Numbers of parts are searched to one in so many: well within the 5 % that an optimal division may save.
 const FINENESS: u32 = 64;
 /// So many numbers of parts from the expected one upward are tried one after the other …
@@ -83,7 +92,7 @@ pub fn nodes(
 
 fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resolution: &Resolution) -> Node {
     let mut words = block.words_at(fraction);
-    words.rotary_deg = words.rotary_deg.map(|deg| resolution.rotary_deg(deg));
+    words.rotary_deg = resolution.rotary_deg(words.rotary_deg);
     let pose = Station::new(block.machine, block.kinematics, block.mode, words).pose;
     let tip_mm = repaired_tip_mm(block, correction, fraction, &pose);
     let exact = match block.mode {
@@ -92,7 +101,7 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
         }
         Interpolation::Tcp => tip_mm,
     };
-    let linear_mm = std::array::from_fn(|k| resolution.linear_mm(exact[k]));
+    let linear_mm = resolution.linear_mm(exact.into());
     let written = AxisWords { linear_mm, rotary_deg: words.rotary_deg };
     let station = Station::new(block.machine, block.kinematics, block.mode, written);
     let contact_mm = tip_mm + block.carry.at(&block.tool, fraction, pose.axis).offset_mm;
@@ -100,10 +109,10 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
 }
 
 /// The parts of a divided block as the machine will run them.
-pub fn segments(block: &SourceBlock<'_>, nodes: &[Node]) -> impl Iterator<Item = Segment> {
+pub fn segments<'n>(block: &SourceBlock<'_>, nodes: &'n [Node]) -> impl Iterator<Item = Segment> + use<'n> {
     let first = Node { fraction: 0.0, station: block.ends[0], contact_mm: block.line.start_mm };
     let starts = std::iter::once(first).chain(nodes.iter().copied());
-    starts.zip(nodes.to_vec()).map(|(from, to)| Segment {
+    starts.zip(nodes).map(|(from, to)| Segment {
         ends: [from.station, to.station],
         fraction: [from.fraction, to.fraction],
     })
@@ -122,7 +131,7 @@ pub fn divide(
     tolerance_mm: f64,
     resolution: &Resolution,
     evaluations: &mut u64,
-) -> Result<Subdivision, f64> {
+) -> Result<Vec<Node>, f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before the cast")]
     let first = (max_deviation_mm / tolerance_mm).sqrt().ceil().clamp(2.0, f64::from(MAX_PARTS) + 1.0) as u32;
     if first > MAX_PARTS {
@@ -130,7 +139,7 @@ pub fn divide(
     }
     let mut attempt = |parts: u32| {
         let nodes = nodes(block, correction, parts, resolution);
-        verify(block, &nodes, tolerance_mm, evaluations).map(|after| Subdivision { nodes, after })
+        prove(block, &nodes, tolerance_mm, evaluations).map(|()| nodes)
     };
     let mut reachable_mm = max_deviation_mm;
     let mut parts = first;
@@ -164,9 +173,9 @@ pub fn divide(
 fn fewest_between(
     mut failed: u32,
     mut holding: u32,
-    mut best: Subdivision,
-    mut attempt: impl FnMut(u32) -> Result<Subdivision, f64>,
-) -> Subdivision {
+    mut best: Vec<Node>,
+    mut attempt: impl FnMut(u32) -> Result<Vec<Node>, f64>,
+) -> Vec<Node> {
     while holding - failed > 1 + failed / FINENESS {
         let middle = failed + (holding - failed) / 2;
         match attempt(middle) {
@@ -177,25 +186,28 @@ fn fewest_between(
     best
 }
 
-/// Checks every part; the error is the largest deviation over all parts, so that it can be reported.
-fn verify(
+/// Proves that every part of a divided block keeps `tolerance_mm`.
+///
+/// # Errors
+/// The largest deviation seen over all parts, so that it can be reported.
+pub fn prove(
     block: &SourceBlock<'_>,
     nodes: &[Node],
     tolerance_mm: f64,
     evaluations: &mut u64,
-) -> Result<Sampled, f64> {
-    let mut from = 0.0;
-    let mut parts = Vec::with_capacity(nodes.len());
-    let mut worst_mm: Option<f64> = None;
+) -> Result<(), f64> {
+    let mut worst_mm: f64 = 0.0;
+    let mut kept = true;
+    let before = *evaluations;
     for segment in segments(block, nodes) {
         let found = within_tolerance(block, &segment, tolerance_mm);
+        kept &= found.is_ok();
         let (Ok(sampled) | Err(sampled)) = found;
         *evaluations += sampled.evaluations;
-        if found.is_err() {
-            worst_mm = Some(worst_mm.unwrap_or(0.0).max(sampled.max_mm));
+        worst_mm = worst_mm.max(sampled.max_mm);
+        if !kept && *evaluations - before > MAX_EVALUATIONS {
+            break;
         }
-        parts.push((segment.fraction[1] - from, sampled));
-        from = segment.fraction[1];
     }
-    worst_mm.map_or_else(|| Ok(Sampled::join(parts)), Err)
+    if kept { Ok(()) } else { Err(worst_mm) }
 }

@@ -4,16 +4,19 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-use super::emit::{Emitter, plan};
+use super::emit::Emitter;
+use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
+use super::plan::plan;
 use super::stream::{Passage, Passages};
+use super::survey::Survey;
 use super::verify::{Expected, Group, Meaning, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
 use crate::contact::Correction;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
-use crate::program::{Address, Batch, Dialect, ReadLimits, Reader};
+use crate::program::{Batch, Dialect};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0).
 ///
@@ -21,7 +24,7 @@ use crate::program::{Address, Batch, Dialect, ReadLimits, Reader};
 /// What is written is read back with its own decimals and checked against the source's lines before this function
 /// returns; the report's `after` comes from that reading. Memory does not grow with the program.
 ///
-/// `stop` is asked between batches of a few hundred blocks.
+/// `stop` is asked between batches of a few hundred blocks and before every block that is divided.
 ///
 /// # Errors
 /// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
@@ -32,7 +35,8 @@ pub fn compensate(
     output: &mut dyn Write,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<CcReport, Fault> {
-    let contact = resolve_contact(parameters, source, stop)?;
+    let survey = Survey::of(machine, parameters, source, stop)?;
+    let contact = survey.contact(parameters.contact)?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
     let options =
         InterpreterOptions { feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min) };
@@ -42,13 +46,13 @@ pub fn compensate(
         if stop().is_break() {
             return Err(Fault::Cancelled);
         }
-        passages.refusals()?;
-        let run = run.get_or_insert_with(|| {
-            Run::new(machine, &kinematics, parameters, contact, passages.dialect(), options)
-        });
-        run.passage(&passage, following.as_ref())?;
-        output.write_all(&run.out)?;
-        run.out.clear();
+        // A program that is refused is read to its end, so that every fault is named.
+        if !passages.is_refused() {
+            let run = run.get_or_insert_with(|| {
+                Run::new(machine, &kinematics, parameters, survey, contact, passages.dialect(), options)
+            });
+            run.passage(&passage, following.as_ref(), output, stop)?;
+        }
         passages.recycle(passage);
     }
     passages.refusals()?;
@@ -56,15 +60,20 @@ pub fn compensate(
     if run.judge.faults.total > 0 {
         return Err(Fault::Lines(run.judge.faults));
     }
-    run.verifier.finish()?;
+    run.inventory.inserted += run.emitter.feed_blocks;
+    run.verifier.finish(&run.inventory)?;
     output.flush()?;
     Ok(run.report(passages.dialect(), passages.blocks))
 }
+
+/// What was written is read back and handed on when it has come to this [bytes], or with its batch.
+const FLUSH_BYTES: usize = 1 << 18;
 
 /// The work in progress.
 struct Run<'a> {
     parameters: &'a CcParameters,
     machine: &'a Machine,
+    survey: Survey,
     contact: ContactSource,
     judge: Judge<'a>,
     emitter: Emitter,
@@ -72,6 +81,7 @@ struct Run<'a> {
     out: Vec<u8>,
     checked: u64,
     over: u64,
+    inventory: Inventory,
     modes: [u64; 2],
 }
 
@@ -80,6 +90,7 @@ impl<'a> Run<'a> {
         machine: &'a Machine,
         kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
+        survey: Survey,
         contact: ContactSource,
         dialect: Dialect,
         options: InterpreterOptions,
@@ -87,6 +98,7 @@ impl<'a> Run<'a> {
         Self {
             parameters,
             machine,
+            survey,
             contact,
             judge: Judge::new(machine, kinematics, parameters, contact),
             emitter: Emitter::default(),
@@ -94,13 +106,21 @@ impl<'a> Run<'a> {
             out: Vec::new(),
             checked: 0,
             over: 0,
+            inventory: Inventory::default(),
             modes: [0; 2],
         }
     }
 
-    /// Compensates one batch into `out` and reads it back.
-    fn passage(&mut self, passage: &Passage, following: Option<&Motion>) -> Result<(), Fault> {
+    /// Compensates one batch, reads it back and writes it.
+    fn passage(
+        &mut self,
+        passage: &Passage,
+        following: Option<&Motion>,
+        output: &mut dyn Write,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
+        self.inventory.see(batch);
         let mut copied = 0;
         self.judge.prepare(motions);
         for (index, motion) in motions.iter().enumerate() {
@@ -115,14 +135,23 @@ impl<'a> Run<'a> {
             let changed = match verdict {
                 Some(Verdict::Over(checked)) => {
                     self.over += 1;
-                    self.divide(batch, motion, text, checked, &mut copied)?
+                    if stop().is_break() {
+                        return Err(Fault::Cancelled);
+                    }
+                    let changed = self.divide(batch, motion, text, checked, &mut copied)?;
+                    if changed && self.out.len() > FLUSH_BYTES {
+                        self.flush(output)?;
+                    }
+                    changed
                 }
                 verdict => {
                     let checked = match verdict {
                         Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
                         _ => None,
                     };
-                    self.verifier.await_next(Expected::Same { motion: Meaning::of(motion), checked });
+                    if self.judge.faults.total == 0 {
+                        self.verifier.await_next(Expected::Same { motion: Meaning::of(motion), checked });
+                    }
                     self.restore_feed(batch, motion, &mut copied)?
                 }
             };
@@ -131,9 +160,21 @@ impl<'a> Run<'a> {
             }
         }
         self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        self.flush(output)
+    }
+
+    /// Reads back what was written so far, and hands it on. A faulty program is judged to its end, so that every
+    /// fault is named, but no longer written.
+    fn flush(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
         self.check_budget()?;
-        // A faulty program is judged to its end, so that every fault is named, but no longer read back.
-        if self.judge.faults.total == 0 { self.verifier.take(&self.out) } else { Ok(()) }
+        if self.judge.faults.total == 0 {
+            self.verifier.take(&self.out)?;
+            output.write_all(&self.out)?;
+        } else {
+            self.verifier.abandon();
+        }
+        self.out.clear();
+        Ok(())
     }
 
     /// Copies the blocks before this motion's, then writes its parts.
@@ -145,7 +186,8 @@ impl<'a> Run<'a> {
         checked: Checked<'a>,
         copied: &mut usize,
     ) -> Result<bool, Fault> {
-        let planned = plan(self.parameters, self.machine, &checked, motion, &mut self.judge.evaluations);
+        let spent = &mut self.judge.evaluations;
+        let planned = plan(self.parameters, self.machine, &self.survey, &checked, motion, spent);
         let division = match planned {
             Ok(division) => division,
             Err(kind) => {
@@ -153,7 +195,8 @@ impl<'a> Run<'a> {
                 return Ok(false);
             }
         };
-        for node in &division.nodes {
+        // The last node is the source block's own end, which was looked at already.
+        for node in division.nodes.iter().rev().skip(1) {
             let station = &node.station;
             let words = self.judge.axis_words(checked.block.mode, &station.words, station.pose.tip_mm);
             for (k, (axis, word)) in ['X', 'Y', 'Z'].into_iter().zip(words).enumerate() {
@@ -161,15 +204,19 @@ impl<'a> Run<'a> {
                 self.judge.check_word(motion.line, text, axis, word, travel);
             }
         }
-        if motion.feed.value.is_none() {
+        if !division.carries_feed {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
         self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
         self.emitter
             .write_division(batch, &checked, motion, &division, &mut self.out)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.inventory.inserted += division.nodes.len() as u64 - 1;
         let group = Rc::new(Group { source: *motion, checked, division });
         for index in 0..group.division.nodes.len() {
+            if self.judge.faults.total > 0 {
+                break;
+            }
             self.verifier.await_next(Expected::Part { group: Rc::clone(&group), index });
         }
         Ok(true)
@@ -195,7 +242,7 @@ impl<'a> Run<'a> {
                 limit: budget.max_evaluations,
             });
         }
-        if self.verifier.blocks > budget.max_blocks_out {
+        if self.verifier.inventory.blocks > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())
@@ -226,7 +273,7 @@ impl<'a> Run<'a> {
             interpolation,
             contact: self.contact,
             blocks_in,
-            blocks_out: self.verifier.blocks,
+            blocks_out: self.verifier.inventory.blocks,
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
             feeds_restored: self.emitter.feeds_restored,
@@ -235,70 +282,6 @@ impl<'a> Run<'a> {
             cc_path_length_mm: self.verifier.before.path_mm(),
             series: self.verifier.series,
             warnings: self.judge.warnings.into_list(),
-        }
-    }
-}
-
-/// The contact source that a program with these blocks has: `auto` takes the first available of program, normals,
-/// feed-plane, and one that was asked for must be there.
-fn resolve_contact(
-    parameters: &CcParameters,
-    source: &dyn ProgramSource,
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<ContactSource, Fault> {
-    let asked = parameters.contact;
-    if matches!(asked, ContactSource::FeedPlane | ContactSource::Tip) {
-        return Ok(asked);
-    }
-    match (asked, find_contact(parameters.dialect, source, stop)?) {
-        (ContactSource::Auto, None) => Ok(ContactSource::FeedPlane),
-        (ContactSource::Auto, Some(found)) => Ok(found),
-        (asked, Some(found)) if asked == found => Ok(asked),
-        (asked, _) => {
-            let missing =
-                if asked == ContactSource::Program { "U V W words" } else { "contact normals nx ny nz" };
-            Err(Fault::NoContactInProgram { contact: asked.name(), missing })
-        }
-    }
-}
-
-/// Looks for the first block that states a contact: U, V and W together, or normal columns.
-fn find_contact(
-    dialect: Option<Dialect>,
-    source: &dyn ProgramSource,
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<Option<ContactSource>, Fault> {
-    const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
-    let mut reader = Reader::new(dialect, ReadLimits::default());
-    let mut input = source.open()?;
-    let mut batch = Batch::new();
-    let mut chunk = vec![0; super::stream::CHUNK_BYTES];
-    let mut ended = false;
-    loop {
-        while reader.next_batch(&mut batch)? {
-            if batch.columns().contains(&Address::NX) {
-                return Ok(Some(ContactSource::Normals));
-            }
-            let stated = batch.blocks().iter().any(|block| {
-                let words = batch.words(block);
-                POINT.iter().all(|letter| words.iter().any(|word| word.address == *letter))
-            });
-            if stated {
-                return Ok(Some(ContactSource::Program));
-            }
-        }
-        if ended {
-            return Ok(None);
-        }
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        let count = super::stream::read_some(&mut *input, &mut chunk)?;
-        if count == 0 {
-            ended = true;
-            reader.finish();
-        } else {
-            reader.feed(&chunk[..count]);
         }
     }
 }

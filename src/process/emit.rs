@@ -1,14 +1,9 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
-use super::fault::LineFaultKind;
 use super::judge::Checked;
-use super::{CcParameters, OutputForm};
-use crate::contact::{
-    BlockTime, Correction, Node, Resolution, Sampled, Segment, block_time_s, divide, feed_word, nodes,
-    sample_until_sure, segments,
-};
-use crate::machine::Machine;
-use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion};
+use super::plan::Division;
+use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
+use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
     Address, Batch, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_inserted,
     round_to_decimals,
@@ -18,127 +13,8 @@ use crate::program::{
 const SAME_WORD: f64 = 1e-9;
 /// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
 const FEED_ROUNDING: f64 = 0.005;
-/// How many more decimals than the source's an F word may get.
-const EXTRA_FEED_DECIMALS: u8 = 4;
-
-/// A block that is divided: where its parts end, and what is left of its deviation by plan.
-#[derive(Debug, Clone)]
-pub(super) struct Division {
-    pub(super) nodes: Vec<Node>,
-    pub(super) resolution: Resolution,
-}
-
-/// Plans the division of a block over tolerance.
-///
-/// # Errors
-/// What is wrong with the line.
-pub(super) fn plan(
-    parameters: &CcParameters,
-    machine: &Machine,
-    checked: &Checked<'_>,
-    motion: &Motion,
-    evaluations: &mut u64,
-) -> Result<Division, LineFaultKind> {
-    if motion.feed.mode.is_none() {
-        return Err(LineFaultKind::FeedModeUnknown);
-    }
-    if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
-        return Err(LineFaultKind::NoInverseTime);
-    }
-    if motion.extra.is_some_and(|extra| extra.start.is_none()) {
-        return Err(LineFaultKind::ExtraUnknown);
-    }
-    let tolerance_mm = parameters.tolerance.mm();
-    let block = &checked.block;
-    let own = resolution(motion.mm_per_unit, motion.decimals.linear, motion.decimals.rotary);
-    // Posts strip trailing zeros: where the block's own decimals are too coarse, the program's finest count.
-    let finest = resolution(
-        motion.mm_per_unit,
-        motion.decimals.linear.max(motion.program_decimals.linear),
-        motion.decimals.rotary.max(motion.program_decimals.rotary),
-    );
-    let mut reachable_mm = f64::INFINITY;
-    let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
-    for resolution in tries {
-        let found = match parameters.output {
-            OutputForm::Minimal if parameters.correction == Correction::Seed => {
-                let ratio = checked.before.max_mm / tolerance_mm;
-                Ok(nodes(block, Correction::Seed, count(ratio.sqrt())?, resolution))
-            }
-            OutputForm::Minimal => divide(
-                block,
-                parameters.correction,
-                checked.before.max_mm,
-                tolerance_mm,
-                resolution,
-                evaluations,
-            )
-            .map(|divided| divided.nodes),
-            OutputForm::Interpolated => {
-                let parts = interpolation_steps(machine, checked, motion)?;
-                let nodes = nodes(block, parameters.correction, parts, resolution);
-                let left = left_over(checked, &nodes, tolerance_mm, evaluations);
-                if left.max_mm <= tolerance_mm || parameters.correction == Correction::Seed {
-                    Ok(nodes)
-                } else {
-                    Err(left.max_mm)
-                }
-            }
-        };
-        match found {
-            Ok(nodes) => return Ok(Division { nodes, resolution: *resolution }),
-            Err(mm) => reachable_mm = reachable_mm.min(mm),
-        }
-    }
-    Err(LineFaultKind::ToleranceOutOfReach {
-        reachable_um: reachable_mm * 1000.0,
-        tolerance_um: tolerance_mm * 1000.0,
-    })
-}
-
-/// The deviation left by a division.
-pub(super) fn left_over(
-    checked: &Checked<'_>,
-    nodes: &[Node],
-    tolerance_mm: f64,
-    evaluations: &mut u64,
-) -> Sampled {
-    let found = Sampled::join(segments(&checked.block, nodes).map(|segment| {
-        let share = segment.fraction[1] - segment.fraction[0];
-        (share, sample_until_sure(&checked.block, &segment, tolerance_mm))
-    }));
-    *evaluations += found.evaluations;
-    found
-}
-
-fn resolution(mm_per_unit: f64, linear_decimals: u8, rotary_decimals: u8) -> Resolution {
-    Resolution { linear_decimals, rotary_decimals, mm_per_unit }
-}
-
-/// P0's `n = max(1, ⌈τ/T⌉)`.
-fn interpolation_steps(
-    machine: &Machine,
-    checked: &Checked<'_>,
-    motion: &Motion,
-) -> Result<u32, LineFaultKind> {
-    let time = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
-    let (Some(mode), Some(_)) = (motion.feed.mode, motion.feed.value) else {
-        return Err(LineFaultKind::NoFeed);
-    };
-    let tau_s = block_time_s(mode, motion.feed.raw, &time).ok_or(LineFaultKind::NoFeed)?;
-    count(tau_s / machine.interpolation_period_s())
-}
-
-/// Rounds up to at least one, refusing what no program would want.
-fn count(parts: f64) -> Result<u32, LineFaultKind> {
-    /// An hour of two-millisecond steps.
-    const MAX_PARTS: f64 = 1_800_000.0;
-    if !(parts <= MAX_PARTS) {
-        return Err(LineFaultKind::TooManyParts { parts, max: MAX_PARTS });
-    }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 1 ..= MAX_PARTS")]
-    Ok(parts.ceil().max(1.0) as u32)
-}
+/// Most decimals of an F word: the smallest one written still has three digits.
+const MAX_FEED_DECIMALS: u8 = 9;
 
 /// Writes blocks and keeps track of the feed that the written program has at each point.
 #[derive(Debug, Default)]
@@ -146,6 +22,8 @@ pub(super) struct Emitter {
     /// F as the written program has it after divided blocks, where it differs from the source's.
     owed: Option<OwedFeed>,
     pub(super) feeds_restored: u64,
+    /// Blocks written that hold nothing but an F word.
+    pub(super) feed_blocks: u64,
 }
 
 /// The F word that the source has and the output lost in divided blocks.
@@ -180,17 +58,19 @@ impl Emitter {
                 self.owed = None;
                 return Ok(false);
             }
-            Linear | Arc => {
+            // A block that the operator may skip must not be the one that brings the feed back.
+            Linear | Arc if motion.unfollowable != Some(Unfollowable::BlockDelete) => {
                 let word = NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals };
                 print_changed(batch, motion.block as usize, &[word], false, out)?;
                 self.owed = None;
                 self.feeds_restored += 1;
                 return Ok(true);
             }
-            Opaque => {
+            Linear | Arc | Opaque => {
                 crate::program::print_feed_only(batch, motion.block as usize, owed.raw, owed.decimals, out)?;
                 self.owed = None;
                 self.feeds_restored += 1;
+                self.feed_blocks += 1;
             }
         }
         Ok(false)
@@ -209,7 +89,6 @@ impl Emitter {
         let index = motion.block as usize;
         let mut words = Words::new(batch, checked, motion, division);
         let source_time = BlockTime::of(block, &block.whole(), motion.mm_per_unit);
-        let has_feed_column = batch.dialect() != Dialect::Csv || batch.columns().contains(&Address::F);
         let mut modal_feed = self.owed.map_or(motion.feed.raw, |_| f64::NAN);
         if motion.feed.word_in_block {
             // Whatever was modal before, the source block states its own.
@@ -218,7 +97,7 @@ impl Emitter {
         let last = division.nodes.len() - 1;
         for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
             let mut list = words.at(node, k == last);
-            if has_feed_column
+            if division.carries_feed
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
             {
                 // A table row has a cell for F whether it changes or not.
@@ -236,7 +115,7 @@ impl Emitter {
             }
         }
         let feed = &motion.feed;
-        let modal = feed.mode != Some(FeedMode::InverseTime) && feed.value.is_some() && has_feed_column;
+        let modal = feed.mode != Some(FeedMode::InverseTime) && division.carries_feed;
         self.owed = (modal && differs(modal_feed, feed.raw)).then_some(OwedFeed {
             raw: feed.raw,
             decimals: feed.decimals,
@@ -264,7 +143,7 @@ fn part_feed(
     let value = feed_word(mode, feed.raw, source_time, &part_time, share)?;
     let mut decimals = feed.decimals;
     while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
-        && decimals < feed.decimals + EXTRA_FEED_DECIMALS
+        && decimals < MAX_FEED_DECIMALS.max(feed.decimals)
     {
         decimals += 1;
     }
@@ -364,8 +243,9 @@ impl<'a> Words<'a> {
             (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
             (ContactEnds::Aimed, _) => return,
         };
-        let decimals = self.motion.decimals.contact;
         for (address, value) in addresses.into_iter().zip(values) {
+            let decimals = self.motion.decimals.contact;
+            let decimals = if last { exact_decimals(value / unit, decimals) } else { decimals };
             list.push(NewWord { address, value: value / unit, decimals });
         }
     }

@@ -27,7 +27,7 @@ pub enum LineFaultKind {
     },
     /// The decimals of the words cannot keep the tolerance.
     #[error(
-        "the block's decimals reach {reachable_um:.3} µm at best, not the tolerance of {tolerance_um:.3} µm"
+        "the program's decimals reach {reachable_um:.3} µm in this block, not the tolerance of {tolerance_um:.3} µm"
     )]
     ToleranceOutOfReach {
         /// Smallest deviation reached [µm].
@@ -38,12 +38,17 @@ pub enum LineFaultKind {
     /// `interpolated` needs the block's time.
     #[error("the block has no feed, and the number of interpolation steps follows from it")]
     NoFeed,
-    /// Divided blocks need an F word of known meaning.
-    #[error("the feed mode is not known here, so the block cannot be divided")]
-    FeedModeUnknown,
     /// G93 without F.
     #[error("G93 needs an F word in every block; this block has none and has to be divided")]
     NoInverseTime,
+    /// A part would need a feed that cannot be written.
+    #[error("a part of the block would need F {feed:e}; the smallest F written is {min:e}")]
+    FeedTooSmall {
+        /// F of the part.
+        feed: f64,
+        /// Smallest written.
+        min: f64,
+    },
     /// More parts than any program would want.
     #[error("the block would become {parts:.0} blocks; the limit is {max:.0}")]
     TooManyParts {

@@ -14,6 +14,10 @@ use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, 
 
 /// Words this far outside the travel are still rounding of the decimals [mm or deg].
 const TRAVEL_SLACK: f64 = 1e-6;
+/// A chord shorter than this has no direction but that of rounding [mm].
+const RESTING_MM: f64 = 1e-6;
+/// What a look leaves open below this share of the tolerance needs no closer look.
+const NEGLIGIBLE: f64 = 0.02;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
@@ -48,6 +52,8 @@ struct Point {
     mode: Interpolation,
     words: ContactWords,
     touch: Option<Touch>,
+    /// A contact was stated that cannot be one; the fault is noted.
+    faulty: bool,
     /// The contact that the touch gives, W [mm].
     contact_mm: Vec3,
     line: u64,
@@ -56,7 +62,15 @@ struct Point {
 impl Point {
     fn new(station: Station, mode: Interpolation, motion: &Motion) -> Self {
         let contact_mm = station.pose.tip_mm;
-        Self { station, mode, words: motion.contact, touch: None, contact_mm, line: motion.line }
+        Self {
+            station,
+            mode,
+            words: motion.contact,
+            touch: None,
+            faulty: false,
+            contact_mm,
+            line: motion.line,
+        }
     }
 }
 
@@ -161,6 +175,9 @@ impl<'a> Judge<'a> {
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
         }
+        if self.rests(motion, mode) {
+            return None;
+        }
         let start = std::mem::replace(&mut self.point, end);
         let (Some(start_words), Some(mut end)) = (motion.start, end) else {
             self.say_why_not(motion);
@@ -177,7 +194,7 @@ impl<'a> Judge<'a> {
                 Point { words: ContactWords::None, ..Point::new(station, mode, motion) }
             });
         let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
-        if start.touch.is_none() {
+        if start.touch.is_none() && !start.faulty {
             // The first point of a pass: its neighbour is only the next one.
             self.touch(&mut start, to - from, text);
         }
@@ -202,6 +219,19 @@ impl<'a> Judge<'a> {
         Some(self.measure(&start, &end, &middle, largest_after_mm))
     }
 
+    /// Whether a straight motion goes nowhere: then it is none, and at most states another contact for the point.
+    fn rests(&mut self, motion: &Motion, mode: Interpolation) -> bool {
+        let rests = motion.kind == MotionKind::Linear && motion.start.is_some() && motion.start == motion.end;
+        if rests {
+            self.point = self.point.filter(|point| point.mode == mode);
+            if let (Some(point), true) = (&mut self.point, motion.contact != ContactWords::None) {
+                (point.words, point.line) = (motion.contact, motion.line);
+                (point.touch, point.faulty) = (None, false);
+            }
+        }
+        rests
+    }
+
     fn measure(
         &mut self,
         start: &Point,
@@ -218,10 +248,11 @@ impl<'a> Judge<'a> {
         let contacts_mm = [start.contact_mm, end.contact_mm];
         self.evaluations += 1;
         let look = quick_look(self.kinematics, &tool, mode, &ends, contacts, contacts_mm, middle);
-        if let Some(QuickLook { middle, at_most_mm }) = look
-            && at_most_mm <= tolerance_mm
-            && at_most_mm <= largest_after_mm
+        if let Some(look) = look
+            && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
+            && look.is_telling(NEGLIGIBLE * tolerance_mm)
         {
+            let QuickLook { middle, .. } = look;
             let before = Sampled {
                 max_mm: middle.distance_mm,
                 mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
@@ -256,10 +287,10 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn find_touch(&mut self, point: &Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
+    fn find_touch(&mut self, point: &mut Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
         let tool = &self.parameters.tool;
-        let pose = &point.station.pose;
-        let feed_direction = chord_mm.try_normalize(f64::MIN_POSITIVE);
+        let pose = point.station.pose;
+        let feed_direction = chord_mm.try_normalize(RESTING_MM);
         let found = match (self.contact, point.words) {
             (ContactSource::Tip, _) => {
                 Ok(Touch { contact: CutterContact::Tip, off_tool_mm: 0.0, side_assumed: false })
@@ -272,16 +303,16 @@ impl<'a> Judge<'a> {
                         self.kinematics.tip_mm(Vec3::from(contact), rotary_rad)
                     }
                 };
-                Touch::from_point(tool, pose, contact_mm, feed_direction)
+                Touch::from_point(tool, &pose, contact_mm, feed_direction)
             }
             (ContactSource::Normals, ContactWords::Normal(normal)) => {
-                Touch::from_normal(tool, pose, Vec3::from(normal), feed_direction)
+                Touch::from_normal(tool, &pose, Vec3::from(normal), feed_direction)
             }
             (ContactSource::FeedPlane, _) => {
                 // A tip that rests or plunges along its axis touches with its lowest point.
                 let normal =
                     feed_direction.and_then(|feed| feed_plane_normal(pose.axis, feed)).unwrap_or(pose.axis);
-                Touch::from_normal(tool, pose, normal, feed_direction)
+                Touch::from_normal(tool, &pose, normal, feed_direction)
             }
             _ => return None,
         };
@@ -297,6 +328,7 @@ impl<'a> Judge<'a> {
                 Some(touch)
             }
             Err(fault) => {
+                point.faulty = true;
                 self.faults.add(point.line, text, LineFaultKind::Contact(fault));
                 None
             }

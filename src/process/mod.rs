@@ -3,11 +3,14 @@
 mod compensate;
 mod emit;
 mod fault;
+mod inventory;
 mod judge;
 mod parameters;
+mod plan;
 mod report;
 mod series;
 mod stream;
+mod survey;
 mod verify;
 mod warnings;
 

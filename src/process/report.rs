@@ -130,7 +130,9 @@ impl WarningKind {
                 "another work offset than the program's first is active; the motion is neither checked nor changed"
             }
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
-            Self::NoFeed => "the program has no feed; inserted blocks carry no F word",
+            Self::NoFeed => {
+                "no feed is known here (none was given, or its value is an expression, or the table has no column F); inserted blocks carry no F word"
+            }
             Self::NothingChecked => {
                 "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1"
             }

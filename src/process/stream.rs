@@ -124,9 +124,14 @@ impl<'a> Passages<'a> {
         self.spare.push(passage);
     }
 
+    /// Whether something was found that refuses the program as a whole.
+    pub(super) fn is_refused(&self) -> bool {
+        self.diagnostics.count(Severity::Refusal) > 0
+    }
+
     /// The program's refusals, if any, as a fault.
     pub(super) fn refusals(&mut self) -> Result<(), Fault> {
-        if self.diagnostics.count(Severity::Refusal) > 0 {
+        if self.is_refused() {
             return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
         }
         Ok(())

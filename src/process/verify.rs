@@ -7,8 +7,9 @@
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::emit::Division;
+use super::inventory::Inventory;
 use super::judge::Checked;
+use super::plan::Division;
 use super::report::DeviationTotals;
 use super::{CcParameters, Fault, Series, SeriesPoint};
 use crate::contact::{
@@ -16,14 +17,17 @@ use crate::contact::{
 };
 use crate::machine::Machine;
 use crate::motion::{
-    AxisWords, FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
+    AxisWords, ContactWords, Extra, FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion,
+    MotionKind, Unfollowable,
 };
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// Words read back may differ by this from those meant: inches and increments pass through binary fractions
 /// [mm or deg].
 const SAME_POSITION: f64 = 1e-7;
-/// The time of a divided block may differ by this share: F words are rounded.
+/// An extruder word in between may be rounded beyond its ends by this [program units].
+const SAME_EXTRA: f64 = 1e-3;
+/// The time of a part may differ by this share: F words are rounded.
 const SAME_TIME: f64 = 0.01;
 
 /// A part is measured where a proof found at least this share of the largest deviation so far.
@@ -52,6 +56,10 @@ pub(super) struct Meaning {
     offset_changed: bool,
     feed_mode: Option<FeedMode>,
     feed: Option<f64>,
+    contact: ContactWords,
+    extra: Option<Extra>,
+    incremental: bool,
+    mm_per_unit: f64,
     start: Option<AxisWords>,
     end: Option<AxisWords>,
 }
@@ -66,6 +74,10 @@ impl Meaning {
             offset_changed: motion.offset_changed,
             feed_mode: motion.feed.mode,
             feed: motion.feed.value.map(|_| motion.feed.raw),
+            contact: motion.contact,
+            extra: motion.extra,
+            incremental: motion.incremental,
+            mm_per_unit: motion.mm_per_unit,
             start: motion.start,
             end: motion.end,
         }
@@ -91,11 +103,10 @@ pub(super) struct Verifier<'a> {
     diagnostics: Diagnostics,
     expected: VecDeque<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
-    time_s: f64,
     pub(super) before: DeviationTotals,
     pub(super) after: DeviationTotals,
     pub(super) series: Series,
-    pub(super) blocks: u64,
+    pub(super) inventory: Inventory,
     pub(super) evaluations: u64,
 }
 
@@ -116,11 +127,10 @@ impl<'a> Verifier<'a> {
             diagnostics: Diagnostics::new(),
             expected: VecDeque::new(),
             parts: Vec::new(),
-            time_s: 0.0,
             before: DeviationTotals::default(),
             after: DeviationTotals::default(),
             series: Series::default(),
-            blocks: 0,
+            inventory: Inventory::default(),
             evaluations: 0,
         }
     }
@@ -136,8 +146,13 @@ impl<'a> Verifier<'a> {
         self.read()
     }
 
-    /// The output has ended: everything expected must have come.
-    pub(super) fn finish(&mut self) -> Result<(), Fault> {
+    /// Forgets what was to come: the program is refused.
+    pub(super) fn abandon(&mut self) {
+        self.expected.clear();
+    }
+
+    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
+    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.reader.finish();
         self.read()?;
         if let Some(Expected::Same { motion, .. }) = self.expected.front() {
@@ -146,12 +161,15 @@ impl<'a> Verifier<'a> {
         if let Some(Expected::Part { group, .. }) = self.expected.front() {
             return Err(failed(group.source.line, "a part of a divided block is missing"));
         }
+        if !source.is_kept_by(&self.inventory) {
+            return Err(failed(0, "blocks or words that are not to be changed were lost or doubled"));
+        }
         Ok(())
     }
 
     fn read(&mut self) -> Result<(), Fault> {
         while self.reader.next_batch(&mut self.batch)? {
-            self.blocks += self.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
+            self.inventory.see(&self.batch);
             self.motions.clear();
             self.interpreter.interpret(&self.batch, &mut self.motions, &mut self.diagnostics);
             if self.diagnostics.count(Severity::Refusal) > 0 {
@@ -207,12 +225,18 @@ impl<'a> Verifier<'a> {
             None => block.ends[0].words,
             Some(before) => group.division.nodes[before].station.words,
         };
-        if read.kind != MotionKind::Linear || read.unfollowable.is_some() || mode != block.mode {
-            return Err(failed(line, "a part of a divided block is no straight motion"));
+        let same_modes = read.kind == MotionKind::Linear
+            && read.unfollowable.is_none()
+            && mode == block.mode
+            && read.feed.mode == group.source.feed.mode
+            && read.incremental == group.source.incremental;
+        if !same_modes {
+            return Err(failed(line, "a part of a divided block is another kind of motion"));
         }
         if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
             return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
         }
+        self.carried_along(read, group, index)?;
         let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
         let ends = [start, end].map(|words| Station::new(self.machine, block.kinematics, mode, words));
         let segment = Segment { ends, fraction: [from, node.fraction] };
@@ -233,12 +257,12 @@ impl<'a> Verifier<'a> {
         let found = if found.max_mm > NEAR_LARGEST * self.after.max_mm() {
             let measured = sample_until_sure(block, &segment, tolerance_mm);
             self.evaluations += measured.evaluations;
-            Sampled { max_mm: measured.max_mm.min(tolerance_mm.max(found.max_mm)), ..measured }
+            measured
         } else {
             found
         };
         self.parts.push((node.fraction - from, found));
-        self.time(read, group, &segment, index)?;
+        Self::time(read, group, &segment)?;
         if index + 1 == group.division.nodes.len() {
             let after = Sampled::join(self.parts.drain(..));
             self.record(line, block.line.length_mm, &group.checked.before, &after);
@@ -246,32 +270,48 @@ impl<'a> Verifier<'a> {
         Ok(())
     }
 
-    /// The parts together must take the source block's time.
-    fn time(
-        &mut self,
-        read: &Motion,
-        group: &Group<'a>,
-        segment: &Segment,
-        index: usize,
-    ) -> Result<(), Fault> {
-        let (line, block) = (group.source.line, &group.checked.block);
-        let (Some(mode), Some(_)) = (group.source.feed.mode, group.source.feed.value) else { return Ok(()) };
-        if mode == FeedMode::PerRevolution || (read.feed.value.is_none() && group.source.feed.value.is_some())
+    /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
+    /// block ends them, the extruder never running back.
+    fn carried_along(&self, read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+        let (line, source) = (group.source.line, &group.source);
+        let last = index + 1 == group.division.nodes.len();
+        let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
+        if (group.checked.start_contact.is_some() && !same_kind)
+            || (last && !same_contact(read.contact, source.contact))
         {
-            return Ok(());
+            return Err(failed(line, "the contact words of a divided block are not carried on"));
         }
-        let unit = group.source.mm_per_unit;
-        let part = block_time_s(mode, read.feed.raw, &BlockTime::of(block, segment, unit));
-        let whole = block_time_s(mode, group.source.feed.raw, &BlockTime::of(block, &block.whole(), unit));
-        if index == 0 {
-            self.time_s = 0.0;
+        match (read.extra, source.extra) {
+            (None, None) => Ok(()),
+            (Some(part), Some(whole)) => {
+                let start = whole.start.unwrap_or(whole.end);
+                let between = part.end >= start.min(whole.end) - SAME_EXTRA
+                    && part.end <= start.max(whole.end) + SAME_EXTRA;
+                let ends = !last || (part.end - whole.end).abs() <= SAME_POSITION;
+                if between && ends {
+                    Ok(())
+                } else {
+                    Err(failed(line, "the extruder of a divided block runs elsewhere"))
+                }
+            }
+            _ => Err(failed(line, "the extruder of a divided block is lost")),
         }
-        self.time_s += part.unwrap_or(0.0);
-        let Some(whole) = whole else { return Ok(()) };
-        if index + 1 == group.division.nodes.len() && (self.time_s - whole).abs() > SAME_TIME * whole {
-            return Err(failed(line, "the parts of a divided block take another time"));
+    }
+
+    /// Every part must take its share of the source block's time.
+    fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
+        let (source, block) = (&group.source, &group.checked.block);
+        let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
+        let time_s = |feed, segment: &Segment| {
+            block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit))
+        };
+        // In G95 the spindle decides: the plan's formula is all there is.
+        let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };
+        let share_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
+        match time_s(read.feed.raw, segment) {
+            Some(part_s) if (part_s - share_s).abs() <= SAME_TIME * share_s => Ok(()),
+            _ => Err(failed(source.line, "a part of a divided block takes another time than its share")),
         }
-        Ok(())
     }
 
     fn record(&mut self, line: u64, path_mm: f64, before: &Sampled, after: &Sampled) {
@@ -289,6 +329,16 @@ impl<'a> Verifier<'a> {
 
 fn failed(line: u64, what: &'static str) -> Fault {
     Fault::VerificationFailed { line, what }
+}
+
+fn same_contact(a: ContactWords, b: ContactWords) -> bool {
+    match (a, b) {
+        (ContactWords::Point(a), ContactWords::Point(b))
+        | (ContactWords::Normal(a), ContactWords::Normal(b)) => {
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_POSITION)
+        }
+        (a, b) => a == b,
+    }
 }
 
 fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {

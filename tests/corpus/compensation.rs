@@ -58,16 +58,26 @@ fn run(machine: &Machine, parameters: &CcParameters, program: &[u8]) -> Result<(
 }
 
 fn read(name: &str) -> Option<Vec<u8>> {
-    shared_file(name).map(|path| fs::read(&path).unwrap_or_else(|fault| panic!("{}: {fault}", path.display())))
+    shared_file(name)
+        .map(|path| fs::read(&path).unwrap_or_else(|fault| panic!("{}: {fault}", path.display())))
 }
 
 fn say(name: &str, report: &CcReport) {
     println!(
         "{name}: {:?} {:?}; {} checked, {} over; before max {:.2} rms {:.3} µm (line {:?}), after max {:.2} rms {:.3} µm; blocks {} -> {}; path {:.1} mm; feeds restored {}",
-        report.interpolation, report.contact, report.motions_checked, report.motions_over_tolerance,
-        report.before.max_mm * 1e3, report.before.rms_mm * 1e3, report.before.worst_line,
-        report.after.max_mm * 1e3, report.after.rms_mm * 1e3, report.blocks_in, report.blocks_out,
-        report.cc_path_length_mm, report.feeds_restored,
+        report.interpolation,
+        report.contact,
+        report.motions_checked,
+        report.motions_over_tolerance,
+        report.before.max_mm * 1e3,
+        report.before.rms_mm * 1e3,
+        report.before.worst_line,
+        report.after.max_mm * 1e3,
+        report.after.rms_mm * 1e3,
+        report.blocks_in,
+        report.blocks_out,
+        report.cc_path_length_mm,
+        report.feeds_restored,
     );
     for warning in &report.warnings {
         println!("  {:?} × {} at {:?} {:?}", warning.kind, warning.count, warning.line, warning.reason);
@@ -122,7 +132,8 @@ fn the_printed_layers_keep_their_tolerance_in_machine_coordinates() {
 #[test]
 fn the_printed_layers_keep_their_tolerance_with_the_way_points_normals() {
     let name = "programs/5axis/zhangty_simple_curve_bc_machine.gcode";
-    let (Some(program), Some(points)) = (read(name), read("programs/5axis/zhangty_simple_curve_waypoints.txt"))
+    let (Some(program), Some(points)) =
+        (read(name), read("programs/5axis/zhangty_simple_curve_waypoints.txt"))
     else {
         return;
     };
@@ -152,7 +163,8 @@ fn the_printed_layers_keep_their_tolerance_with_the_way_points_normals() {
     }
     println!("{turned_over} normals turned over");
     let parameters = CcParameters::new(ball(3.0));
-    let (_, report) = run(&machine, &parameters, table.as_bytes()).unwrap_or_else(|fault| panic!("{fault:?}"));
+    let (_, report) =
+        run(&machine, &parameters, table.as_bytes()).unwrap_or_else(|fault| panic!("{fault:?}"));
     say("printed layers, normals", &report);
     assert_eq!(report.contact, ContactSource::Normals);
     assert_eq!(report.motions_checked, 41_493);
@@ -185,7 +197,9 @@ fn every_iso_program_is_compensated_or_refused_by_line_and_never_miswritten() {
                         }
                         seen += 1;
                     }
-                    Err(fault @ (Fault::VerificationFailed { .. } | Fault::Unwritable { .. } | Fault::Io(_))) => {
+                    Err(
+                        fault @ (Fault::VerificationFailed { .. } | Fault::Unwritable { .. } | Fault::Io(_)),
+                    ) => {
                         panic!("{}: {fault}", path.display());
                     }
                     Err(_) => {}

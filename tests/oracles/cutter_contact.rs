@@ -2,7 +2,7 @@
 
 use trunnion::contact::{
     BlockTime, Carry, Correction, CutterContact, Resolution, SourceBlock, Station, Touch, block_time_s,
-    divide, feed_word, sample_until_sure,
+    divide, feed_word, sample_until_sure, segments,
 };
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
@@ -142,16 +142,18 @@ fn dividing_keeps_the_tolerance_with_hardly_more_parts_than_the_square_root_law(
         &kinematics,
         [words([100.0, 0.0, 0.0], [10.0, 0.0]), words([100.0, 5.0, 2.0], [14.0, 9.0])],
     );
-    let resolution = Resolution { linear_decimals: 5, rotary_decimals: 5, mm_per_unit: 1.0 };
+    let resolution = Resolution::absolute(5, 5, 1.0);
     let before = sample_until_sure(&block, &block.whole(), 0.001);
     for tolerance_mm in [0.05, 0.01, 0.002] {
         let mut evaluations = 0;
         let divided =
             divide(&block, Correction::Even, before.max_mm, tolerance_mm, &resolution, &mut evaluations)
                 .expect("reachable");
-        assert!(divided.after.max_mm <= tolerance_mm);
+        for segment in segments(&block, &divided) {
+            assert!(sample_until_sure(&block, &segment, tolerance_mm).max_mm <= tolerance_mm * (1.0 + 1e-4));
+        }
         let law = (before.max_mm / tolerance_mm).sqrt().ceil();
-        assert!(divided.nodes.len() as f64 <= law * 1.05 + 1.0, "{} {law}", divided.nodes.len());
+        assert!(divided.len() as f64 <= law * 1.05 + 1.0, "{} {law}", divided.len());
     }
     assert!(divide(&block, Correction::Even, before.max_mm, 1e-6, &resolution, &mut 0).is_err());
 }

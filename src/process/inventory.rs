@@ -1,0 +1,43 @@
+//! A count of everything in a program that compensation must not lose or double: blocks, and all words but coordinates,
+//! contacts, extruder and feed.
+
+use crate::program::{Address, Batch, WordForm};
+
+/// Blocks counted, and a checksum of words that does not depend on their order: M words move to the last part of a
+/// divided block, everything else stays.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Inventory {
+    /// Blocks as the contract counts them.
+    pub(super) blocks: u64,
+    /// Blocks that compensation adds.
+    pub(super) inserted: u64,
+    words: u64,
+    checksum: u64,
+}
+
+/// Odd multiplier that spreads bits (the golden ratio's fraction times 2^64).
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
+
+impl Inventory {
+    /// Counts the blocks and words of a batch.
+    pub(super) fn see(&mut self, batch: &Batch) {
+        for block in batch.blocks() {
+            self.blocks += u64::from(block.counts());
+            for word in batch.words(block) {
+                if word.address.is_coordinate() || word.address == Address::F {
+                    continue;
+                }
+                let value = if word.form == WordForm::Expression { u64::MAX } else { word.value.to_bits() };
+                let mixed = (value ^ (word.address.index() as u64 + 1)).wrapping_mul(SPREAD);
+                self.words += 1;
+                self.checksum = self.checksum.wrapping_add((mixed ^ (mixed >> 29)).wrapping_mul(SPREAD));
+            }
+        }
+    }
+
+    /// Whether `written` has everything that this source has, and no more blocks than were inserted.
+    pub(super) fn is_kept_by(&self, written: &Self) -> bool {
+        (self.words, self.checksum) == (written.words, written.checksum)
+            && self.blocks + self.inserted == written.blocks
+    }
+}

@@ -1,0 +1,112 @@
+//! A first look through the whole program, at its text only: where contacts are stated, and its finest decimals.
+
+use std::ops::ControlFlow;
+
+use super::stream::{CHUNK_BYTES, read_some};
+use super::{CcParameters, ContactSource, Fault, ProgramSource};
+use crate::machine::Machine;
+use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, Word, WordForm};
+
+/// What one pass over the text tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Survey {
+    /// Contacts the program states: the first available of points and normals.
+    pub(super) stated: Option<ContactSource>,
+    /// Most decimals of an X Y Z word.
+    pub(super) linear_decimals: u8,
+    /// Most decimals of a rotary word.
+    pub(super) rotary_decimals: u8,
+    /// False for a table without a column F.
+    pub(super) has_feed_column: bool,
+}
+
+/// Decimals beyond these are arithmetic of the post, not resolution of the control.
+const MAX_DECIMALS: u8 = 6;
+/// G codes of a block that can state a contact point, in tenths: motion, plane, units, distance, feed and
+/// compensation off, tool-centre-point control, work offsets.
+const CUTTING_CODES: [u32; 22] =
+    [0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 430, 434, 490, 540, 550, 560, 570, 580, 590, 900, 930, 940];
+
+impl Survey {
+    /// Looks through the program.
+    pub(super) fn of(
+        machine: &Machine,
+        parameters: &CcParameters,
+        source: &dyn ProgramSource,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
+        let mut survey = Self { stated: None, linear_decimals: 0, rotary_decimals: 0, has_feed_column: true };
+        let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+        let mut reader = Reader::new(parameters.dialect, ReadLimits::default());
+        let mut input = source.open()?;
+        let mut batch = Batch::new();
+        let mut chunk = vec![0; CHUNK_BYTES];
+        let mut ended = false;
+        while !ended {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let count = read_some(&mut *input, &mut chunk)?;
+            ended = count == 0;
+            if ended {
+                reader.finish();
+            } else {
+                reader.feed(&chunk[..count]);
+            }
+            while reader.next_batch(&mut batch)? {
+                survey.see(&batch, rotary);
+            }
+        }
+        Ok(survey)
+    }
+
+    fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
+        if batch.dialect() == Dialect::Csv {
+            self.has_feed_column = batch.columns().contains(&Address::F);
+            if batch.columns().contains(&Address::NX) {
+                self.stated = Some(ContactSource::Normals);
+            }
+        }
+        for block in batch.blocks() {
+            let words = batch.words(block);
+            let mut points = 0;
+            for word in words.iter().filter(|word| word.form == WordForm::Number) {
+                let decimals = word.decimals.min(MAX_DECIMALS);
+                match word.address {
+                    Address::X | Address::Y | Address::Z => {
+                        self.linear_decimals = self.linear_decimals.max(decimals);
+                    }
+                    Address::U | Address::V | Address::W => points += 1,
+                    other if other.letter().is_some_and(|letter| rotary.contains(&char::from(letter))) => {
+                        self.rotary_decimals = self.rotary_decimals.max(decimals);
+                    }
+                    _ => {}
+                }
+            }
+            if points == 3 && self.stated.is_none() && is_cutting(words) {
+                self.stated = Some(ContactSource::Program);
+            }
+        }
+    }
+
+    /// The contact source for this program: `auto` takes the first available of program, normals, feed-plane, and
+    /// one that was asked for must be there.
+    pub(super) fn contact(&self, asked: ContactSource) -> Result<ContactSource, Fault> {
+        let missing = match (asked, self.stated) {
+            (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
+            (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(ContactSource::FeedPlane)),
+            (asked, Some(stated)) if asked == stated => return Ok(asked),
+            (ContactSource::Program, _) => "U V W words",
+            (ContactSource::Normals, _) => "contact normals nx ny nz",
+        };
+        Err(Fault::NoContactInProgram { contact: asked.name(), missing })
+    }
+}
+
+/// Whether the block has no code that gives U V W another meaning (incremental axes of a reference return, say).
+fn is_cutting(words: &[Word]) -> bool {
+    words
+        .iter()
+        .filter(|word| word.address == Address::G)
+        .all(|word| word.code_tenths().is_some_and(|code| CUTTING_CODES.contains(&code)))
+}
