@@ -242,7 +242,7 @@ impl<'a> Run<'a> {
                 limit: budget.max_evaluations,
             });
         }
-        if self.verifier.inventory.blocks > budget.max_blocks_out {
+        if self.inventory.blocks + self.inventory.inserted > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())

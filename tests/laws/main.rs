@@ -9,3 +9,4 @@ mod inverse;
 mod machines;
 mod path;
 mod program;
+mod programs;

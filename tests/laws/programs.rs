@@ -1,0 +1,174 @@
+//! Habits of programs that a compensation must respect, one small program each.
+
+use std::ops::ControlFlow;
+
+use trunnion::machine::Tool;
+use trunnion::process::{
+    Budget, CcParameters, CcReport, ContactSource, Fault, LineFaultKind, OutputForm, compensate,
+};
+use trunnion::units::{Feedrate, Length};
+
+use crate::models::finishing::{ac_machine, tool};
+
+/// A long first block that has to be divided.
+const START: &str = "G1 X0.000 Y0.000 Z5.000 A10.000 C0.000 F1000\n";
+const LONG: &str = "G1 X20.000 Y0.000 Z5.000 A25.000 C60.000\n";
+
+fn ball() -> Tool {
+    tool(5.0, 5.0)
+}
+
+fn with(parameters: &CcParameters, program: &str) -> Result<(String, CcReport), Fault> {
+    let mut output = Vec::new();
+    let source = program.as_bytes().to_vec();
+    let report =
+        compensate(&ac_machine(), parameters, &source, &mut output, &|| ControlFlow::Continue(()))?;
+    Ok((String::from_utf8(output).expect("text"), report))
+}
+
+fn done(program: &str) -> (String, CcReport) {
+    with(&CcParameters::new(ball()), program).unwrap_or_else(|fault| panic!("{program}{fault:?}"))
+}
+
+fn feed_of(line: &str) -> Option<f64> {
+    line.split(' ').find_map(|word| word.strip_prefix('F')).and_then(|number| number.parse().ok())
+}
+
+#[test]
+fn a_rest_is_no_motion() {
+    let (output, report) = done(&format!("{START}{LONG}{LONG}G1 X21.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"));
+    assert_eq!(report.motions_checked, 2);
+    // The second one stays where it is, and brings the feed back.
+    let rest = output.lines().find(|line| line.starts_with(LONG.trim_end())).expect("the rest");
+    assert_eq!(feed_of(rest), Some(1000.0));
+    let csv = "X,Y,Z,A,C,nx,ny,nz,F\n0,0,5,10,0,0,0,1,900\n0,0,5,10,0,0,0.1,1,900\n1,0,5,10,0,0,0.1,1,900\n";
+    assert_eq!(done(csv).0, csv);
+}
+
+#[test]
+fn the_feed_is_given_back_to_the_next_block_that_uses_it() {
+    let after = "G1 X21.000\nG1 X22.000\n";
+    let (output, report) = done(&format!("{START}{LONG}G0 X20.500\n{after}M30\n"));
+    let lines: Vec<&str> = output.lines().collect();
+    let restored = lines.iter().position(|line| line.starts_with("G1 X21.000")).expect("the line");
+    assert_eq!(feed_of(lines[restored]), Some(1000.0));
+    assert!(lines.contains(&"G0 X20.500") && lines.contains(&"G1 X22.000"));
+    assert_eq!(report.feeds_restored, 1);
+    // Before a subprogram returns, and not in a block that the operator may skip.
+    for (program, next) in [
+        (format!("O1000\n{START}{LONG}M99\n"), "M99"),
+        (format!("{START}{LONG}M98 P7\nM30\n"), "M98 P7"),
+        (format!("{START}{LONG}/G1 X21.500\nG1 X22.000\nM30\n"), "/G1 X21.500"),
+    ] {
+        let (output, _) = done(&program);
+        let lines: Vec<&str> = output.lines().collect();
+        let at = lines.iter().position(|line| *line == next).unwrap_or_else(|| panic!("{output}"));
+        assert_eq!((feed_of(lines[at - 1]), lines[at - 1].contains('X')), (Some(1000.0), false), "{output}");
+    }
+}
+
+#[test]
+fn divided_blocks_keep_their_functions_in_order() {
+    let program = format!("{START}N20 G1 X20.000 Y0.000 Z5.000 A25.000 C60.000 M8 M9 (half way)\nN30 M30\n");
+    let (output, _) = done(&program);
+    let lines: Vec<&str> = output.lines().collect();
+    let first = lines[1];
+    assert!(first.starts_with("N20 G1 X") && first.contains("M8") && first.ends_with("(half way)"), "{first}");
+    assert!(!first.contains("M9"));
+    let last = lines[lines.len() - 2];
+    assert!(last.contains("X20.000") && last.ends_with("M9"), "{last}");
+    assert_eq!(output.matches("N20").count(), 1);
+}
+
+#[test]
+fn coarse_blocks_use_the_decimals_that_the_program_has_elsewhere() {
+    let coarse = "G1 X10. Y0. Z5. A10. C20. F1000.\nG1 X11. Y0. Z5. A12. C25.\n";
+    let fine = format!("{coarse}G1 X12.345 Y0. Z5. A12. C25.123\nM30\n");
+    assert!(done(&fine).1.after.max_mm <= 0.010);
+    // Without a finer word anywhere the tolerance is out of reach, and the value that is not comes back.
+    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball()), &format!("{coarse}M30\n")) else {
+        panic!("whole millimetres cannot keep 10 µm");
+    };
+    let LineFaultKind::ToleranceOutOfReach { reachable_um, .. } = faults.kept[0].kind else { panic!("{faults:?}") };
+    assert!(reachable_um > 10.0);
+    assert_eq!(faults.kept[0].line, 2);
+    let loose = CcParameters {
+        tolerance: Length::from_um(reachable_um * 1.01),
+        ..CcParameters::new(ball())
+    };
+    assert!(with(&loose, &format!("{coarse}M30\n")).is_ok());
+}
+
+#[test]
+fn increments_inches_and_modal_words_are_followed() {
+    // Off the grid of the increments' decimals.
+    let (output, _) = done("G1 X0.1234 Y0 Z5 A10 C0 F1000\nG91 G1 X20.000 A15.000 C60.000\nG90 G1 X21.000\nM30\n");
+    let parts: Vec<f64> = output
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.starts_with("G90"))
+        .map(|line| line.split(['X', ' ']).find_map(|word| word.parse::<f64>().ok()).expect("X"))
+        .collect();
+    assert!(parts.len() > 2 && (parts.iter().sum::<f64>() - 20.0).abs() < 1e-9, "{parts:?}");
+    let (_, report) = done("G20\nG1 X0.0000 Y0.0000 Z0.2000 A10.000 C0.000 F40.\nX0.8000 A25.000 C60.000\nM30\n");
+    assert_eq!(report.motions_over_tolerance, 1);
+    // Y and Z are modal: the corrected path needs them, the end puts them back.
+    let (output, _) = done(&format!("{START}X20.000 A25.000 C60.000\nX21.000\nM30\n"));
+    let last = output.lines().rev().nth(2).expect("a line");
+    assert!(last.contains("Y0.000") && last.contains("Z5.000"), "{output}");
+}
+
+#[test]
+fn a_feed_parameter_counts_where_the_program_has_none() {
+    let program = format!("{}{LONG}G1 X21.000\nM30\n", START.replace(" F1000", ""));
+    let (plain, report) = done(&program);
+    assert!(!plain.contains('F'));
+    assert_eq!(report.warnings.iter().filter(|warning| warning.kind.name() == "no_feed").count(), 1);
+    let given = CcParameters { feed: Some(Feedrate::from_mm_per_min(1500.5)), ..CcParameters::new(ball()) };
+    let (output, _) = with(&given, &program).expect("compensated");
+    assert!(output.contains("G1 X21.000 F1500.5"), "{output}");
+    let interpolated = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(ball()) };
+    let Err(Fault::Lines(faults)) = with(&interpolated, &program) else { panic!("needs a feed") };
+    assert_eq!(faults.kept[0].kind, LineFaultKind::NoFeed);
+}
+
+#[test]
+fn one_bad_contact_is_one_fault() {
+    let csv = "X,Y,Z,A,C,nx,ny,nz\n0,0,5,0,0,0,0,1\n1,0,5,0,0,0,0,-1\n2,0,5,0,0,0,0,1\n3,0,5,0,0,0,0,1\n";
+    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball()), csv) else { panic!("an undercut") };
+    assert_eq!((faults.total, faults.kept[0].line), (1, 3));
+}
+
+#[test]
+fn words_that_are_no_contact_points_do_not_choose_the_contact() {
+    let (output, report) = done(&format!("G28 U0 V0 W0\n{START}{LONG}M30\n"));
+    assert_eq!(report.contact, ContactSource::FeedPlane);
+    assert!(report.motions_over_tolerance == 1 && output.lines().count() > 5);
+}
+
+#[test]
+fn what_a_program_costs_is_bounded() {
+    let parameters = CcParameters {
+        output: OutputForm::Interpolated,
+        budget: Budget { max_blocks_out: 1000, ..Budget::default() },
+        ..CcParameters::new(ball())
+    };
+    // Five minutes of two-millisecond steps in one block, a thousand blocks allowed.
+    assert!(matches!(
+        with(&parameters, &format!("{START}{}M30\n", LONG.replace('\n', " F150\n"))),
+        Err(Fault::TooCostly { .. })
+    ));
+    let Err(Fault::Lines(faults)) = with(&parameters, &format!("{START}{}M30\n", LONG.replace('\n', " F0.001\n")))
+    else {
+        panic!("a block of hours");
+    };
+    assert!(matches!(faults.kept[0].kind, LineFaultKind::TooManyParts { .. }));
+    let cancelled = compensate(
+        &ac_machine(),
+        &CcParameters::new(ball()),
+        &format!("{START}{LONG}").into_bytes(),
+        &mut Vec::new(),
+        &|| ControlFlow::Break(()),
+    );
+    assert!(matches!(cancelled, Err(Fault::Cancelled)));
+}
