@@ -4,7 +4,9 @@ use super::codes::{Code, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{MotionMode, Transformation};
 use super::{Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word};
+use crate::program::{
+    Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
+};
 
 /// What a block does with its axis words besides moving.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,9 +154,16 @@ impl Interpreter {
             reason = Some(Unfollowable::Corner);
         }
         if block.flags.has(BlockFlags::REPEATED) {
-            for (_, word) in words.iter().enumerate().filter(|(index, word)| is_repeated(words, *index, word))
-            {
+            // G, M and N may stand several times, and `,R` is no second R.
+            let mut seen = 0;
+            let repeatable = bit(Address::G) | bit(Address::M) | bit(Address::N);
+            for word in words.iter().filter(|word| word.form != WordForm::Comma) {
                 let address = word.address;
+                let is_repeated = seen & bit(address) & !repeatable != 0;
+                seen |= bit(address);
+                if !is_repeated {
+                    continue;
+                }
                 let code = DiagnosticCode::RepeatedAddress { address };
                 diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
                 reason = Some(Unfollowable::RepeatedAddress { address });
@@ -350,13 +359,6 @@ impl Interpreter {
             self.position.foreign_deg = None;
         }
     }
-}
-
-/// Whether a word has another of the same address before it, where one only makes sense.
-fn is_repeated(words: &[Word], index: usize, word: &Word) -> bool {
-    let repeatable = matches!(word.address, Address::G | Address::M | Address::N);
-    let before = words.get(..index).unwrap_or_default();
-    !repeatable && before.iter().any(|other| other.address == word.address && other.form == word.form)
 }
 
 fn is_unknown(word: &Word) -> bool {

@@ -360,3 +360,23 @@ fn faults_have_line_and_column() {
     let spans: Vec<_> = diagnostics.refusals().map(|fault| (fault.span.start, fault.span.end)).collect();
     assert_eq!(spans[0], (13, 15));
 }
+
+#[test]
+fn a_line_has_a_bounded_number_of_words() {
+    let line = |words: usize| format!("G0 X1\n{}\nX2\n", "X1".repeat(words));
+    let (motions, diagnostics) = run_with(&line(256), InterpreterOptions::default());
+    assert_eq!((motions.len(), diagnostics.count(Severity::Refusal)), (3, 0));
+    assert_eq!(motions[1].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
+    for text in [line(257), line(32_000), format!("G0 X1\nX1{}\nX2\n", ",R1".repeat(256))] {
+        let (_, diagnostics) = run_with(&text, InterpreterOptions::default());
+        let refusals: Vec<_> = diagnostics.refusals().map(|fault| (fault.line, fault.code.name())).collect();
+        assert_eq!(refusals, [(2, "too_many_words")]);
+    }
+}
+
+#[test]
+fn a_number_and_an_expression_for_one_address_are_two_words() {
+    let motions = run_from_zero("G1 F1 X1 X#1\nX2\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
+    assert!(motions[0].end.is_none());
+}
