@@ -2,9 +2,11 @@
 
 use super::codes::{Code, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
-use super::modal::{MotionMode, Transformation};
+use super::modal::{ModalFeed, MotionMode, Transformation};
 use super::{Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word};
+use crate::program::{
+    Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
+};
 
 /// What a block does with its axis words besides moving.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +86,7 @@ impl Interpreter {
         let axis_words = self.block.present & AXES;
         match action {
             None if one_shot => {
+                self.set_feed();
                 if axis_words != 0 {
                     let reason = Some(Unfollowable::MachineCoordinates);
                     self.move_axes(index, block, reason, motions);
@@ -91,8 +94,11 @@ impl Interpreter {
                 }
             }
             None => self.move_axes(index, block, reason, motions),
+            // F of a dwell may be a time.
+            Some(Action::Consume) if self.block.has(Address::F) => self.modal.feed = ModalFeed::Unknown,
             Some(Action::Consume) => {}
             Some(Action::Shift) => {
+                self.set_feed();
                 // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
                 if axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S)) {
                     self.shift_offsets();
@@ -113,10 +119,12 @@ impl Interpreter {
                 }
             }
             Some(Action::Elsewhere) => {
+                self.set_feed();
                 self.opaque(index, block, Unfollowable::Reference, motions);
                 self.position.forget_axes();
             }
             Some(Action::Odd(reason)) => {
+                self.set_feed();
                 self.opaque(index, block, reason, motions);
                 self.forget_named(axis_words);
             }
@@ -152,9 +160,16 @@ impl Interpreter {
             reason = Some(Unfollowable::Corner);
         }
         if block.flags.has(BlockFlags::REPEATED) {
-            for (_, word) in words.iter().enumerate().filter(|(index, word)| is_repeated(words, *index, word))
-            {
+            // G, M and N may stand several times, and `,R` is no second R.
+            let mut seen = 0;
+            let repeatable = bit(Address::G) | bit(Address::M) | bit(Address::N);
+            for word in words.iter().filter(|word| word.form != WordForm::Comma) {
                 let address = word.address;
+                let is_repeated = seen & bit(address) & !repeatable != 0;
+                seen |= bit(address);
+                if !is_repeated {
+                    continue;
+                }
                 let code = DiagnosticCode::RepeatedAddress { address };
                 diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
                 reason = Some(Unfollowable::RepeatedAddress { address });
@@ -202,13 +217,13 @@ impl Interpreter {
                 Code::Incremental(incremental) => self.modal.incremental = Some(incremental),
                 Code::Units(mm_per_unit) => {
                     if self.modal.mm_per_unit != Some(mm_per_unit) {
-                        self.modal.feed = None;
+                        self.modal.void_feed();
                     }
                     self.modal.mm_per_unit = Some(mm_per_unit);
                 }
                 Code::Feed(mode) => {
                     if self.modal.feed_mode != Some(mode) {
-                        self.modal.feed = None;
+                        self.modal.void_feed();
                     }
                     self.modal.feed_mode = Some(mode);
                 }
@@ -263,6 +278,10 @@ impl Interpreter {
         if motion_codes > 1 {
             *reason = Some(Unfollowable::ConflictingCodes);
             self.modal.motion = None;
+        }
+        // A dwell and a motion: whose the axis words are depends on the control.
+        if action == Some(Action::Consume) && motion_codes > 0 && axis_words != 0 {
+            action = Some(Action::Odd(Unfollowable::ConflictingCodes));
         }
         // Unknown codes and calls are never hidden by a conflict.
         if (0..self.block.g_count).any(|index| self.code(index) == Code::Unknown) {
@@ -350,13 +369,6 @@ impl Interpreter {
             self.position.foreign_deg = None;
         }
     }
-}
-
-/// Whether a word has another of the same address before it, where one only makes sense.
-fn is_repeated(words: &[Word], index: usize, word: &Word) -> bool {
-    let repeatable = matches!(word.address, Address::G | Address::M | Address::N);
-    let before = words.get(..index).unwrap_or_default();
-    !repeatable && before.iter().any(|other| other.address == word.address && other.form == word.form)
 }
 
 fn is_unknown(word: &Word) -> bool {

@@ -12,7 +12,8 @@ use crate::program::{
 /// How a program is to be taken where the text alone does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InterpreterOptions {
-    /// Feed in G94 before the first F word [mm/min].
+    /// Feed in G94 before the first F word [mm/min]; motions take it rounded to few decimals of the program's unit.
+    /// Where F is given but its number is not known, or does not hold any more, it is not used.
     pub feed_mm_per_min: Option<f64>,
 }
 

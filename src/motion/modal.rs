@@ -36,6 +36,17 @@ pub(super) enum Transformation {
     Cylinder,
 }
 
+/// What F stands at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum ModalFeed {
+    /// No F word so far.
+    NeverGiven,
+    /// There was one, or may have been, whose number does not hold here.
+    Unknown,
+    /// As written, and its decimals.
+    Given(f64, u8),
+}
+
 /// All that is modal but for positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Modal {
@@ -55,8 +66,7 @@ pub(super) struct Modal {
     pub(super) shifts: u32,
     /// M83.
     pub(super) relative_extruder: bool,
-    /// F as written and its decimals.
-    pub(super) feed: Option<(f64, u8)>,
+    pub(super) feed: ModalFeed,
 }
 
 /// G54.
@@ -77,7 +87,7 @@ impl Modal {
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
         relative_extruder: false,
-        feed: None,
+        feed: ModalFeed::NeverGiven,
     };
 
     /// Behind a call. Rotation and tilted planes are what subprograms leave behind, so G69 has to say that there is
@@ -92,7 +102,14 @@ impl Modal {
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
         self.work_offset = None;
-        self.feed = None;
+        self.feed = ModalFeed::Unknown;
+    }
+
+    /// Another unit or sense of F: the number that stands means nothing any more.
+    pub(super) fn void_feed(&mut self) {
+        if self.feed != ModalFeed::NeverGiven {
+            self.feed = ModalFeed::Unknown;
+        }
     }
 
     /// What is the same whether a block was executed or skipped.
@@ -116,7 +133,7 @@ impl Modal {
             // A shift that may have been is a shift.
             shifts: self.shifts,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
-            feed: same(self.feed, skipped.feed),
+            feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
         }
     }
 

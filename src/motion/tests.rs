@@ -94,7 +94,7 @@ fn inverse_time_feed_holds_for_its_block_only() {
 
 #[test]
 fn a_given_feed_serves_until_the_program_has_one() {
-    let options = InterpreterOptions { feed_mm_per_min: Some(254.0) };
+    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::default() };
     let (motions, _) = run_with("G20 G1 X1\nX2 F5\n", options);
     assert_eq!(motions[0].feed.value, Some(254.0));
     assert!((motions[0].feed.raw - 10.0).abs() < 1e-12);
@@ -359,4 +359,134 @@ fn faults_have_line_and_column() {
     );
     let spans: Vec<_> = diagnostics.refusals().map(|fault| (fault.span.start, fault.span.end)).collect();
     assert_eq!(spans[0], (13, 15));
+}
+
+#[test]
+fn a_line_has_a_bounded_number_of_words() {
+    let line = |words: usize| format!("G0 X1\n{}\nX2\n", "X1".repeat(words));
+    let (motions, diagnostics) = run_with(&line(256), InterpreterOptions::default());
+    assert_eq!((motions.len(), diagnostics.count(Severity::Refusal)), (3, 0));
+    assert_eq!(motions[1].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
+    for text in [line(257), line(32_000), format!("G0 X1\nX1{}\nX2\n", ",R1".repeat(256))] {
+        let (_, diagnostics) = run_with(&text, InterpreterOptions::default());
+        let refusals: Vec<_> = diagnostics.refusals().map(|fault| (fault.line, fault.code.name())).collect();
+        assert_eq!(refusals, [(2, "too_many_words")]);
+    }
+}
+
+#[test]
+fn a_number_and_an_expression_for_one_address_are_two_words() {
+    let motions = run_from_zero("G1 F1 X1 X#1\nX2\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
+    assert!(motions[0].end.is_none());
+}
+
+#[test]
+fn a_given_feed_does_not_stand_in_for_one_that_is_not_known() {
+    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::default() };
+    for before in [
+        "F#101",
+        "F100\nF#101",
+        "F100\nG20",
+        "G20 F100\nG21",
+        "G93 X2 F3\nG94",
+        "G95 F.1\nG94",
+        "M98 P1\nG0 G90 G21 G94 G40 G49 G69 G54",
+        "/F100",
+        "G4 F100",
+    ] {
+        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options);
+        let feed = motions.last().unwrap().feed;
+        assert_eq!((feed.value, feed.raw, feed.decimals), (None, 0.0, 0), "{before}");
+    }
+    for before in ["G20", "G20\nG21", "G93\nG94", "G95\nG94", "/G1", "G4 P1"] {
+        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options);
+        assert_eq!(motions.last().unwrap().feed.value, Some(254.0), "{before}");
+    }
+    for mode in ["G93", "G95"] {
+        assert_eq!(run_with(&format!("{mode} G1 X1\n"), options).0[0].feed.value, None, "{mode}");
+    }
+}
+
+#[test]
+fn a_given_feed_is_a_number_that_can_be_written() {
+    for (feed_mm_per_min, units, raw, decimals) in [
+        (1500.0, "G21", 1500.0, 0),
+        (1500.5, "G21", 1500.5, 1),
+        (1000.0, "G20", 39.3701, 4),
+        (0.01, "G21", 0.01, 2),
+        (1.0 / 3.0, "G21", 0.333_333, 6),
+    ] {
+        let options =
+            InterpreterOptions { feed_mm_per_min: Some(feed_mm_per_min), ..InterpreterOptions::default() };
+        let feed = run_with(&format!("{units} G1 X1\n"), options).0[0].feed;
+        let mut text = format!("{units} G1 X1 F").into_bytes();
+        crate::program::print_decimal(feed.raw, feed.decimals, &mut text);
+        let again = run(&String::from_utf8(text).unwrap())[0].feed;
+        assert_eq!((again.value, again.raw, again.decimals), (feed.value, feed.raw, feed.decimals));
+        assert_eq!((feed.raw, feed.decimals), (raw, decimals), "{feed_mm_per_min}");
+    }
+    let options = InterpreterOptions { feed_mm_per_min: Some(1e-9), ..InterpreterOptions::default() };
+    assert_eq!(run_with("G1 X1\n", options).0[0].feed.value, None);
+}
+
+#[test]
+fn feeds_of_blocks_that_do_not_move_hold_behind_them() {
+    for block in ["G92 X0 F7", "G53 F7", "G28 Z0 F7", "G53.1 F7", "G5.1 X1 Q2 F7", "G45 X1 F7"] {
+        let motions = run_from_zero(&format!("G1 X1 F100\n{block}\nG1 X1\n"));
+        assert_eq!(motions.last().unwrap().feed.raw, 7.0, "{block}");
+    }
+}
+
+#[test]
+fn the_extruder_is_relative_in_g91() {
+    let motions = run_from_zero("G1 X1 E1 F1\nG91 X1 E1\nX1\nG90 X5 E9\nX6 E10\n");
+    let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    assert_eq!(seen, [None, Some(Unfollowable::RelativeExtruder), None, None, None]);
+    assert_eq!(motions[1].extra, Some(Extra { start: None, end: 1.0 }));
+    // What it stands at, only an absolute word says.
+    assert_eq!(motions[3].extra, Some(Extra { start: None, end: 9.0 }));
+    assert_eq!(motions[4].extra, Some(Extra { start: Some(9.0), end: 10.0 }));
+}
+
+#[test]
+fn contact_words_in_g91_are_not_followed() {
+    let motions = run_from_zero("G1 X1 U1 V2 W3 F1\nG91 X1 W.5\nX1\nG90 X5 U1 V2 W3\n");
+    let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    assert_eq!(seen, [None, Some(Unfollowable::IncrementalContact), None, None]);
+    assert_eq!(motions[1].contact, ContactWords::Point([1.0, 2.0, 3.5]));
+}
+
+#[test]
+fn only_motions_under_the_motion_codes_have_a_contact_point() {
+    for block in [
+        "G28 U0 V0 W0",
+        "G28 X0 U0 V0 W0",
+        "G30 U0 V0 W0",
+        "G53 X0 U0 V0 W0",
+        "G81 X1 U0 V0 W0",
+        "G31 X1 U0 V0 W0",
+        "G5.1 X1 U0 V0 W0",
+        "G92 U0 V0 W0",
+        "G10 L2 P1 X0 U0 V0 W0",
+        "G4 X1 U0 V0 W0",
+        "G65 P1 X1 U0 V0 W0",
+    ] {
+        let motions = run_from_zero(&format!("G1 F1\n{block}\n"));
+        assert!(motions.iter().all(|motion| motion.contact == ContactWords::None), "{block}");
+    }
+    for code in ["G0", "G1", "G2"] {
+        let motions = run_from_zero(&format!("{code} X1 U0 V0 W0 F1\n"));
+        assert_eq!(motions[0].contact, ContactWords::Point([0.0; 3]), "{code}");
+    }
+}
+
+#[test]
+fn codes_for_one_block_are_never_divided() {
+    for block in ["G53 X5", "G53 G1 X5", "G28 X5", "G30 X5", "G4 G1 X5", "G04 P1 G1 X5", "G92 X5", "G60 X5"] {
+        let motions = run_from_zero(&format!("G1 X1 F1\n{block}\nX6\n"));
+        let own: Vec<_> = motions.iter().filter(|motion| motion.line == 3).collect();
+        assert!(own.iter().all(|motion| motion.unfollowable.is_some()), "{block}");
+        assert!(motions.last().unwrap().start.is_none(), "{block}");
+    }
 }

@@ -1,12 +1,12 @@
 //! Axis words into a motion.
 
 use super::interpreter::{AXES, Interpreter, bit};
-use super::modal::{MotionMode, ToolLength};
+use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
     ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
 };
-use crate::program::{Address, Block};
+use crate::program::{Address, Block, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -19,6 +19,10 @@ const R: u32 = 1 << 17;
 /// Repetitions of a cycle.
 const L: u32 = 1 << 11;
 const FEED: usize = Address::F.index();
+const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
+/// A feed stated from outside is rounded by less than this share.
+const FEED_ROUNDING: f64 = 1e-6;
+const MAX_FEED_DECIMALS: u8 = 6;
 
 impl Interpreter {
     /// The end of every block: feed, then the motion its axis words ask for under the present modes. `reason` is
@@ -68,10 +72,12 @@ impl Interpreter {
             motion.start = start;
             motion.end = self.position.axis_words();
         }
-        motion.contact = self.contact();
+        if reason != Some(Unfollowable::MachineCoordinates) {
+            motion.contact = self.contact();
+        }
         motion.extra = extra;
         motion.unfollowable = reason.or(self.obstacle).or(word_reason);
-        if self.modal.relative_extruder && extra.is_some() && motion.unfollowable.is_none() {
+        if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
             motion.unfollowable = Some(Unfollowable::RelativeExtruder);
         }
         self.note_offset(&mut motion);
@@ -98,8 +104,10 @@ impl Interpreter {
         {
             reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
         }
-        let relevant =
-            AXES | bit(Address::U) | bit(Address::V) | bit(Address::W) | bit(Address::E) | bit(Address::F);
+        if self.modal.incremental == Some(true) && block.present & POINTS != 0 {
+            reason = Some(Unfollowable::IncrementalContact);
+        }
+        let relevant = AXES | POINTS | bit(Address::E) | bit(Address::F);
         if block.unknown & relevant != 0 {
             reason = Some(Unfollowable::Expression { address: first_address(block.unknown & relevant) });
         }
@@ -170,14 +178,20 @@ impl Interpreter {
         self.position.extra_decimals = block.decimals[Address::E.index()];
         let start = self.position.extruder;
         let value = block.value(Address::E);
-        self.position.extruder = if self.modal.relative_extruder { None } else { value };
-        value.map(|end| Extra { start: start.filter(|_| !self.modal.relative_extruder), end })
+        let relative = self.is_extruder_relative();
+        self.position.extruder = if relative { None } else { value };
+        value.map(|end| Extra { start: start.filter(|_| !relative), end })
+    }
+
+    /// M83; or G91, or either of G90 and G91: E follows them on some controls.
+    #[inline]
+    fn is_extruder_relative(&self) -> bool {
+        self.modal.relative_extruder || self.modal.incremental != Some(false)
     }
 
     /// Contact words are those of this block, completed from before.
     #[inline]
     fn contact(&self) -> ContactWords {
-        const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
         if self.block.present & POINTS != 0 {
             if let [Some(u), Some(v), Some(w)] = self.position.contact_mm {
                 return ContactWords::Point([u, v, w]);
@@ -194,7 +208,11 @@ impl Interpreter {
     pub(super) fn set_feed(&mut self) {
         if self.block.present & (1 << FEED) != 0 {
             let known = self.block.unknown & (1 << FEED) == 0;
-            self.modal.feed = known.then(|| (self.block.values[FEED], self.block.decimals[FEED]));
+            self.modal.feed = if known {
+                ModalFeed::Given(self.block.values[FEED], self.block.decimals[FEED])
+            } else {
+                ModalFeed::Unknown
+            };
         }
     }
 
@@ -202,11 +220,14 @@ impl Interpreter {
     fn feed(&self) -> Feed {
         let mode = self.modal.feed_mode;
         let word_in_block = self.block.present & (1 << FEED) != 0;
-        let stands = self.modal.feed.filter(|_| mode != Some(FeedMode::InverseTime) || word_in_block);
+        let stands = match self.modal.feed {
+            ModalFeed::Given(..) if mode == Some(FeedMode::InverseTime) && !word_in_block => None,
+            ModalFeed::Given(raw, decimals) => Some((raw, decimals)),
+            ModalFeed::NeverGiven if mode == Some(FeedMode::PerMinute) => self.feed_before_the_first(),
+            ModalFeed::NeverGiven | ModalFeed::Unknown => None,
+        };
         let Some((raw, decimals)) = stands else {
-            let given = self.options.feed_mm_per_min.filter(|_| mode == Some(FeedMode::PerMinute));
-            let raw = given.zip(self.modal.mm_per_unit).map_or(0.0, |(feed, scale)| feed / scale);
-            return Feed { mode, value: given, raw, decimals: 0, word_in_block };
+            return Feed { mode, value: None, raw: 0.0, decimals: 0, word_in_block };
         };
         let value = match mode {
             Some(FeedMode::PerMinute | FeedMode::PerRevolution) => {
@@ -216,6 +237,16 @@ impl Interpreter {
             None => None,
         };
         Feed { mode, value, raw, decimals, word_in_block }
+    }
+
+    /// The feed stated from outside, as an F word would be written in the program's units: the fewest decimals that
+    /// come within `FEED_ROUNDING` of it, at most `MAX_FEED_DECIMALS`.
+    fn feed_before_the_first(&self) -> Option<(f64, u8)> {
+        let raw = self.options.feed_mm_per_min? / self.modal.mm_per_unit?;
+        let near = |decimals: &u8| (round_to_decimals(raw, *decimals) - raw).abs() < FEED_ROUNDING * raw;
+        let decimals = (0..MAX_FEED_DECIMALS).find(near).unwrap_or(MAX_FEED_DECIMALS);
+        let rounded = round_to_decimals(raw, decimals);
+        (rounded > 0.0 && rounded.is_finite()).then_some((rounded, decimals))
     }
 
     /// A motion with all that modes and words say but for places.

@@ -117,7 +117,10 @@ pub enum Unfollowable {
     /// A modal macro (G66) is called at every motion.
     #[error("a macro is called at every motion")]
     ModalCall,
-    /// M83: E counts from the block before.
+    /// U V W in G91.
+    #[error("U V W count from the block before")]
+    IncrementalContact,
+    /// M83, or E in G91: E counts from the block before.
     #[error("the extruder word counts from the block before")]
     RelativeExtruder,
     /// Two codes of the motion group, or codes that use the same words, in one block.

@@ -90,6 +90,12 @@ pub enum DiagnosticCode {
         /// Largest magnitude read.
         max_abs: f64,
     },
+    /// A line with more words than any block has.
+    #[error("too many words on one line; at most {max} are read")]
+    TooManyWords {
+        /// Most words read.
+        max: usize,
+    },
     /// A CSV row with the wrong number of cells.
     #[error("the row has {cells} cells, the header {columns} columns")]
     CellCount {
@@ -156,6 +162,7 @@ impl DiagnosticCode {
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
             Self::TooLarge { .. } => "too_large",
+            Self::TooManyWords { .. } => "too_many_words",
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
             Self::ControlFlow { .. } => "control_flow",

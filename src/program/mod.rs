@@ -9,6 +9,7 @@ mod decimal;
 mod diagnostic;
 mod dialect;
 mod fault;
+mod line;
 mod number;
 mod reader;
 mod style;

@@ -1,6 +1,7 @@
 //! From chunks of bytes to batches of blocks.
 
 use super::dialect::{Dialect, csv, detect, iso};
+use super::line::{line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
 /// What a reader accepts and how much it gives at a time.
@@ -195,7 +196,7 @@ impl Reader {
             } else if self.has_header {
                 csv::read_row(text, start, shift, line, &mut self.current)
             } else {
-                let header = line_body(text, start);
+                let header = text.get(start..line_end(text, start)).unwrap_or_default();
                 if header.trim_ascii().is_empty() {
                     skip_line(text, start, shift, line, BlockKind::Blank, &mut self.current)
                 } else {
@@ -215,12 +216,6 @@ impl Reader {
     }
 }
 
-fn line_body(text: &[u8], start: usize) -> &[u8] {
-    let rest = text.get(start..).unwrap_or_default();
-    let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-    rest.get(..length).unwrap_or_default()
-}
-
 /// Adds a line without looking at it.
 fn skip_line(
     text: &[u8],
@@ -230,12 +225,8 @@ fn skip_line(
     kind: BlockKind,
     batch: &mut Batch,
 ) -> usize {
-    let body_end = start + line_body(text, start).len();
-    let end = match (text.get(body_end), text.get(body_end + 1)) {
-        (None, _) => body_end,
-        (Some(b'\r'), Some(b'\n')) => body_end + 2,
-        _ => body_end + 1,
-    };
+    let body_end = line_end(text, start);
+    let end = next_line(text, body_end);
     let at = |position: usize| position.wrapping_add(shift);
     #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
     let (start, body_end, end_in_batch, words) =

@@ -17,16 +17,22 @@ pub struct NewWord {
 
 /// M codes that act when the block's motion is done, in tenths.
 const END_CODES: [u32; 8] = [0, 10, 20, 50, 90, 300, 600, 990];
+/// The exact stop at the end of one block, in tenths.
+const EXACT_STOP: u32 = 90;
 
 fn is_end_code(word: &Word) -> bool {
-    word.address == Address::M && word.code_tenths().is_some_and(|code| END_CODES.contains(&code))
+    match word.address {
+        Address::M => word.code_tenths().is_some_and(|code| END_CODES.contains(&code)),
+        Address::G => word.code_tenths() == Some(EXACT_STOP),
+        _ => false,
+    }
 }
 
 /// Appends the block of index `block` with these words in place of its own of the same address, all other bytes
 /// kept; words the block does not have are added behind its last coordinate word in the block's own style.
 ///
-/// `without_end_codes` says that more blocks made of this one follow: the M words that act at the end of a block
-/// (M0 M1 M2 M5 M9 M30 M60 M99) are left out, and a last line without an ending gets one.
+/// `without_end_codes` says that more blocks made of this one follow: the words that act at the end of a block
+/// (G9 M0 M1 M2 M5 M9 M30 M60 M99) are left out, and a last line without an ending gets one.
 ///
 /// # Errors
 /// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
@@ -51,7 +57,7 @@ pub fn print_changed(
 
 /// Appends a new block in the style of the block of index `block` (spacing with padded columns, letter case,
 /// leading-zero habit, line ending): these words and no others, no block number. With `with_end_codes` the source
-/// block's M words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
+/// block's words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
 ///
 /// The block always has a line ending, and starts on a line of its own.
 ///
@@ -178,9 +184,17 @@ fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: 
     }
     for (index, word) in words.iter().enumerate() {
         if without_end_codes && is_end_code(word) {
-            let before = text(copied, word.start).trim_ascii_end();
-            out.extend_from_slice(before);
-            copied = word.end;
+            let before = text(copied, word.start);
+            if index == 0 && before.trim_ascii().is_empty() {
+                // What follows stands in its place.
+                out.extend_from_slice(before);
+                let behind = text(word.end, block.body_end);
+                let blanks = behind.len() - behind.trim_ascii_start().len();
+                copied = word.end + u32::try_from(blanks).unwrap_or(0);
+            } else {
+                out.extend_from_slice(before.trim_ascii_end());
+                copied = word.end;
+            }
         } else if let Some(new) = replaces(word) {
             // The letter stays as it is written.
             out.extend_from_slice(text(copied, word.start + 1));

@@ -261,6 +261,18 @@ fn blocks_keep_the_style_of_their_program() {
     assert_eq!(changed(lower, &[(x, 2.0, 1), (z, 3.0, 1)], true), "n10 g1 x+2.0 y-2.0 z3.0 (end)\n");
     assert_eq!(inserted(lower, &[(x, 2.0, 1)], true), "x+2.0 m9\n");
     assert_eq!(changed("X1.\nF100", &[(f, 50.0, 0)], false), "F50");
+    for (exact_stop, first, last) in [
+        ("G09 G1 X1. Y2. F100", "G1 X2. Y2. F100\n", "X3. G09\n"),
+        ("  g9 x1.0 m9", "  x2.0\n", "  x3.0 g9 m9\n"),
+        ("N5 G1 G9 X1.0", "N5 G1 X2.0\n", "X3.0 G9\n"),
+        ("G09G01X1.", "G01X2.\n", "X3.G09\n"),
+    ] {
+        let decimals = u8::from(exact_stop.contains("1.0"));
+        assert_eq!(changed(exact_stop, &[(x, 2.0, decimals)], true), first);
+        assert_eq!(inserted(exact_stop, &[(x, 3.0, decimals)], true), last);
+    }
+    assert_eq!(changed("G09 X1.", &[(x, 2.0, 0)], false), "G09 X2.");
+    assert_eq!(changed("G90 G1 X1.", &[(x, 2.0, 0)], true), "G90 G1 X2.\n");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Programs as tables: a header row, then one linear motion a row.
 
+use crate::program::line::{line_end, next_line};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, ReadFault,
@@ -93,16 +94,10 @@ pub(in crate::program) fn read_row(
     number: u64,
     batch: &mut Batch,
 ) -> usize {
-    let rest = text.get(start..).unwrap_or_default();
-    let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-    let body_end = start + length;
-    let end = match (text.get(body_end), text.get(body_end + 1)) {
-        (None, _) => body_end,
-        (Some(b'\r'), Some(b'\n')) => body_end + 2,
-        _ => body_end + 1,
-    };
+    let body_end = line_end(text, start);
+    let end = next_line(text, body_end);
     let first_word = batch.words.len();
-    let body = rest.get(..length).unwrap_or_default();
+    let body = text.get(start..body_end).unwrap_or_default();
     let kind = if body.trim_ascii().is_empty() {
         BlockKind::Blank
     } else {

@@ -2,6 +2,7 @@
 //! is in `statement`.
 
 use super::statement;
+use crate::program::line;
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Word,
@@ -52,6 +53,8 @@ pub(super) struct Line<'a> {
     pub(super) kind: Option<BlockKind>,
 }
 
+/// Most words of a line: controls take a few dozen.
+const MAX_LINE_WORDS: usize = 256;
 /// Addresses that may stand several times in a block: G, M, N.
 const REPEATABLE: u32 = (1 << Address::G.index()) | (1 << Address::M.index()) | (1 << Address::N.index());
 
@@ -126,12 +129,21 @@ impl Line<'_> {
 
     #[inline]
     fn push(&mut self, word: Word) {
+        if self.batch.words.len() - self.first_word >= MAX_LINE_WORDS {
+            return self.fail_full();
+        }
         let bit = 1 << word.address.index();
         if self.seen & bit & !REPEATABLE != 0 {
             self.flags.set(BlockFlags::REPEATED);
         }
         self.seen |= bit;
         self.batch.words.push(word);
+    }
+
+    /// Gives up a line that has as many words as are read.
+    #[cold]
+    fn fail_full(&mut self) {
+        self.fail(DiagnosticCode::TooManyWords { max: MAX_LINE_WORDS }, self.start, self.line_end());
     }
 
     /// Adds a word whose value ends at `end` and is not plain.
@@ -152,10 +164,14 @@ impl Line<'_> {
             form,
             has_point: false,
         };
+        self.at = end;
         match form {
             // `,R2` is no second R.
             WordForm::Comma => {
                 self.flags.set(BlockFlags::COMMA);
+                if self.batch.words.len() - self.first_word >= MAX_LINE_WORDS {
+                    return self.fail_full();
+                }
                 self.batch.words.push(word);
             }
             WordForm::Expression => {
@@ -164,7 +180,6 @@ impl Line<'_> {
             }
             WordForm::Number => self.push(word),
         }
-        self.at = end;
     }
 
     fn special(&mut self, byte: u8) {
@@ -226,8 +241,7 @@ impl Line<'_> {
 
     /// Where the line ending starts, from the present position on.
     pub(super) fn line_end(&self) -> usize {
-        let rest = self.text.get(self.at..).unwrap_or_default();
-        self.at + memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())
+        line::line_end(self.text, self.at)
     }
 
     /// Gives the line up: its words are dropped, the reason is kept.
@@ -252,11 +266,7 @@ impl Line<'_> {
 
     fn close(self) -> usize {
         let body_end = self.at;
-        let end = match (self.text.get(body_end), self.text.get(body_end + 1)) {
-            (None, _) => body_end,
-            (Some(b'\r'), Some(b'\n')) => body_end + 2,
-            _ => body_end + 1,
-        };
+        let end = line::next_line(self.text, body_end);
         let words_end = self.batch.words.len();
         let kind = self.kind.unwrap_or({
             let body = self.text.get(self.start..body_end).unwrap_or_default();
