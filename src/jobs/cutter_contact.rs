@@ -162,6 +162,7 @@ fn findings(report: &process::CcReport) -> CcFindings {
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
         blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
+        feeds_restored: report.feeds_restored,
         motions_checked: report.motions_checked,
         motions_over_tolerance: report.motions_over_tolerance,
         before: summary(&report.before),

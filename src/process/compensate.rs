@@ -63,6 +63,7 @@ pub fn compensate(
     run.inventory.inserted += run.emitter.feed_blocks;
     run.verifier.finish(&run.inventory)?;
     output.flush()?;
+    passages.warn(&mut run.judge.warnings);
     Ok(run.report(passages.dialect(), passages.blocks))
 }
 

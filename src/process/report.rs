@@ -89,6 +89,12 @@ pub enum WarningKind {
     NothingChecked,
     /// The seed correction leaves more than the tolerance.
     ToleranceNotReached,
+    /// A call or a code whose effect cannot be seen: positions and modes are unknown behind it.
+    EffectUnknown,
+    /// Blocks behind the program's end.
+    TextAfterEnd,
+    /// Axis words without a point in a program that writes points elsewhere.
+    WordsWithoutPoint,
 }
 
 impl WarningKind {
@@ -106,6 +112,9 @@ impl WarningKind {
             Self::NoFeed => "no_feed",
             Self::NothingChecked => "nothing_checked",
             Self::ToleranceNotReached => "tolerance_not_reached",
+            Self::EffectUnknown => "effect_unknown",
+            Self::TextAfterEnd => "text_after_end",
+            Self::WordsWithoutPoint => "words_without_point",
         }
     }
 
@@ -137,6 +146,13 @@ impl WarningKind {
                 "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1"
             }
             Self::ToleranceNotReached => "the seed correction leaves more than the tolerance",
+            Self::EffectUnknown => {
+                "a call or a code whose effect cannot be seen; positions and modes are unknown behind it until words set them again"
+            }
+            Self::TextAfterEnd => "blocks behind the program's end are copied, neither checked nor changed",
+            Self::WordsWithoutPoint => {
+                "axis words without a decimal point are read in millimetres or degrees; controls that count least increments read them a thousand times smaller"
+            }
         }
     }
 }

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 use std::io::{self, Read};
 
-use super::Fault;
+use super::warnings::Warnings;
+use super::{Fault, WarningKind};
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
@@ -122,6 +123,15 @@ impl<'a> Passages<'a> {
     /// Gives back a passage that was worked off.
     pub(super) fn recycle(&mut self, passage: Passage) {
         self.spare.push(passage);
+    }
+
+    /// What the caller should know about the text as a whole.
+    pub(super) fn warn(&self, warnings: &mut Warnings) {
+        for diagnostic in self.diagnostics.kept() {
+            if diagnostic.severity() == Severity::Warning {
+                warnings.add(WarningKind::EffectUnknown, Some(diagnostic.line));
+            }
+        }
     }
 
     /// Whether something was found that refuses the program as a whole.

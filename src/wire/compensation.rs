@@ -40,12 +40,12 @@ pub enum Interpolation {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Correction {
-    /// Points spread evenly along the line.
+    /// Back onto the line, at the same share of it: no residual, and the contact keeps its speed.
     #[default]
     Even,
-    /// The foot of the deviating point on the line.
+    /// Back onto the line by the shortest way: no residual, but the contact's speed runs wild.
     Foot,
-    /// The construction of the literature.
+    /// As first published: the tip moves away from its own foot on the line. Leaves a residual; for comparison.
     Seed,
 }
 
@@ -260,6 +260,9 @@ pub struct CcFindings {
     pub blocks_out: u64,
     /// Blocks that are new.
     pub blocks_inserted: u64,
+    /// Blocks that only got the source's F word back, behind divided ones.
+    #[serde(default)]
+    pub feeds_restored: u64,
     /// Motions whose deviation was found.
     pub motions_checked: u64,
     /// Those of them that exceeded the tolerance.

@@ -232,6 +232,7 @@ impl Compensator for Upper {
             blocks_in: lines,
             blocks_out: lines,
             blocks_inserted: 0,
+            feeds_restored: 0,
             motions_checked: 0,
             motions_over_tolerance: 0,
             before: DeviationSummary::default(),
