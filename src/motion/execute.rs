@@ -3,7 +3,7 @@
 use super::codes::{Code, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, Transformation};
-use super::{Motion, MotionKind, Unfollowable};
+use super::{ContactWords, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
 };
@@ -65,9 +65,13 @@ impl Interpreter {
             let code = DiagnosticCode::ControlFlow { text };
             diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
         }
+        let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        if self.block.m_codes().contains(&RETURN) {
+            self.go_back(index, block, before, motions);
+        }
         if ends {
-            self.end();
+            self.end(block.line);
         }
     }
 
@@ -144,6 +148,18 @@ impl Interpreter {
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
                 self.forget_all();
             }
+        }
+    }
+
+    /// M99: what follows is somewhere else. Its block is one opaque motion, whatever else it does.
+    fn go_back(&mut self, index: usize, block: &Block, before: usize, motions: &mut Vec<Motion>) {
+        if motions.len() == before {
+            self.opaque(index, block, Unfollowable::Return, motions);
+        }
+        for motion in motions.iter_mut().skip(before) {
+            motion.kind = MotionKind::Opaque;
+            (motion.start, motion.end, motion.contact) = (None, None, ContactWords::None);
+            motion.unfollowable.get_or_insert(Unfollowable::Return);
         }
     }
 

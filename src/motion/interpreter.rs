@@ -22,7 +22,7 @@ pub struct InterpreterOptions {
 /// It starts in G90 G21 G94 G17 G40 G49 G54 with no position known. A call (M98, G65, an O word's `call`) leaves
 /// every modal group unknown until a word sets it again, and every position until an absolute word does.
 #[derive(Debug, Clone)]
-#[expect(clippy::struct_excessive_bools, reason = "four independent facts about the course of the program")]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about the course of the program")]
 pub struct Interpreter {
     pub(super) options: InterpreterOptions,
     pub(super) modal: Modal,
@@ -40,6 +40,12 @@ pub struct Interpreter {
     has_blocks: bool,
     has_motions: bool,
     ended: bool,
+    /// Line of the block that ended the program.
+    end_line: Option<u64>,
+    blocks_after_end: u64,
+    /// Axis words without a decimal point that are not zero, and whether there is one with a point.
+    words_without_point: u64,
+    has_points: bool,
     pub(super) block: BlockWords,
 }
 
@@ -53,6 +59,8 @@ pub(super) struct BlockWords {
     /// Of these, the ones whose value is not a plain number.
     pub(super) unknown: u32,
     pub(super) comma: u32,
+    /// Of those present, the ones written with a decimal point.
+    points: u32,
     /// G and M codes in tenths.
     pub(super) g_codes: [u32; 16],
     pub(super) g_count: usize,
@@ -69,6 +77,7 @@ impl BlockWords {
         present: 0,
         unknown: 0,
         comma: 0,
+        points: 0,
         g_codes: [0; 16],
         g_count: 0,
         m_codes: [0; 16],
@@ -78,7 +87,7 @@ impl BlockWords {
 
     #[inline]
     fn gather(&mut self, words: &[Word]) {
-        (self.present, self.unknown, self.comma) = (0, 0, 0);
+        (self.present, self.unknown, self.comma, self.points) = (0, 0, 0, 0);
         (self.g_count, self.m_count, self.odd_code) = (0, 0, false);
         for word in words {
             let index = word.address.index() & 31;
@@ -90,6 +99,7 @@ impl BlockWords {
                     self.present |= 1 << index;
                     self.values[index] = word.value;
                     self.decimals[index] = word.decimals;
+                    self.points |= u32::from(word.has_point) << index;
                     self.unknown |= u32::from(word.form == WordForm::Expression) << index;
                 }
             }
@@ -137,6 +147,8 @@ impl BlockWords {
     }
 }
 
+/// G4, in tenths.
+const DWELL: u32 = 40;
 /// Bits of X Y Z A B C.
 pub(super) const AXES: u32 =
     bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
@@ -166,6 +178,10 @@ impl Interpreter {
             has_blocks: false,
             has_motions: false,
             ended: false,
+            end_line: None,
+            blocks_after_end: 0,
+            words_without_point: 0,
+            has_points: false,
             block: BlockWords::EMPTY,
         }
     }
@@ -179,13 +195,16 @@ impl Interpreter {
         let mut faults = batch.faults().iter();
         for (index, block) in batch.blocks().iter().enumerate() {
             if self.ended {
-                return;
+                let is_text = block.counts() && block.kind != BlockKind::Percent;
+                self.blocks_after_end += u64::from(is_text);
+                continue;
             }
             match block.kind {
                 BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
                 BlockKind::Blank | BlockKind::Comment | BlockKind::Banner | BlockKind::Header => {}
                 // The first one opens the tape, another one closes it.
-                BlockKind::Percent => self.ended = self.has_blocks,
+                BlockKind::Percent if self.has_blocks => self.end(block.line),
+                BlockKind::Percent => {}
                 BlockKind::Assignment => self.assign(block),
                 BlockKind::Call => {
                     self.has_blocks = true;
@@ -218,6 +237,27 @@ impl Interpreter {
         self.ended
     }
 
+    /// 1-based line of the block that ended the program, if it has ended.
+    #[must_use]
+    pub fn end_line(&self) -> Option<u64> {
+        self.end_line
+    }
+
+    /// How many blocks stand behind the end of the program so far, tape marks and comments apart: they are neither
+    /// checked nor followed.
+    #[must_use]
+    pub fn blocks_after_end(&self) -> u64 {
+        self.blocks_after_end
+    }
+
+    /// How many words X Y Z A B C so far have a whole number other than 0 and no decimal point, in an ISO program
+    /// that writes others with one; 0 where none has a point. Controls that count in least increments read `X10` as
+    /// 0.010 mm. Times of a dwell are not counted.
+    #[must_use]
+    pub fn words_without_point(&self) -> u64 {
+        if self.has_points { self.words_without_point } else { 0 }
+    }
+
     fn interpret_words(
         &mut self,
         batch: &Batch,
@@ -229,6 +269,9 @@ impl Interpreter {
         let words = batch.words(block);
         self.block.gather(words);
         self.has_blocks |= !words.is_empty();
+        if batch.dialect() == Dialect::Iso {
+            self.count_points();
+        }
         if block.flags.is_plain() && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);
@@ -236,11 +279,11 @@ impl Interpreter {
             self.move_axes(index, block, None, motions);
         } else if block.flags.has(BlockFlags::DELETE) {
             // The operator decides: only what comes out the same both ways is known behind it.
-            let skipped = (self.modal, self.position, self.ended);
+            let skipped = (self.modal, self.position, self.ended, self.end_line);
             self.execute(batch, index, block, motions, diagnostics);
             self.modal = self.modal.common(&skipped.0);
             self.position = self.position.common(&skipped.1);
-            self.ended = skipped.2;
+            (self.ended, self.end_line) = (skipped.2, skipped.3);
             self.obstacle = self.modal.obstacle();
         } else {
             self.execute(batch, index, block, motions, diagnostics);
@@ -253,9 +296,25 @@ impl Interpreter {
         self.modal.motion = Some(if code == 0 { MotionMode::Rapid } else { MotionMode::Linear });
     }
 
+    #[inline]
+    fn count_points(&mut self) {
+        let axes = self.block.present & AXES & !self.block.unknown;
+        let mut without = axes & !self.block.points;
+        if axes == 0 || self.block.g_codes().contains(&DWELL) {
+            return;
+        }
+        self.has_points |= without != axes;
+        while without != 0 {
+            let index = without.trailing_zeros() as usize & 31;
+            without &= without - 1;
+            self.words_without_point += u64::from(self.block.values[index] != 0.0);
+        }
+    }
+
     /// Marks the end of the program.
-    pub(super) fn end(&mut self) {
+    pub(super) fn end(&mut self, line: u64) {
         self.ended = true;
+        self.end_line = Some(line);
     }
 
     /// Whether an O number now starts another program.

@@ -11,7 +11,7 @@ pub enum MotionKind {
     Linear,
     /// G2, G3; helix included.
     Arc,
-    /// May move or change anything: calls, canned cycles, reference returns, unknown codes.
+    /// May move or change anything: calls and returns (M99), canned cycles, reference returns, unknown codes.
     Opaque,
 }
 
@@ -24,7 +24,7 @@ pub enum Interpolation {
     Tcp,
 }
 
-/// One motion of a program. Blocks without axis words make none.
+/// One motion of a program. Blocks without axis words make none, calls and M99 apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Index of its block in the batch.

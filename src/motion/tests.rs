@@ -26,6 +26,11 @@ fn machine() -> Machine {
 }
 
 fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {
+    let (_, motions, diagnostics) = interpreted(text, options);
+    (motions, diagnostics)
+}
+
+fn interpreted(text: &str, options: InterpreterOptions) -> (Interpreter, Vec<Motion>, Diagnostics) {
     let mut reader = Reader::new(None, ReadLimits::default());
     reader.feed(text.as_bytes());
     reader.finish();
@@ -34,7 +39,7 @@ fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostic
     while reader.next_batch(&mut batch).unwrap() {
         interpreter.interpret(&batch, &mut motions, &mut diagnostics);
     }
-    (motions, diagnostics)
+    (interpreter, motions, diagnostics)
 }
 
 fn run(text: &str) -> Vec<Motion> {
@@ -489,4 +494,55 @@ fn codes_for_one_block_are_never_divided() {
         assert!(own.iter().all(|motion| motion.unfollowable.is_some()), "{block}");
         assert!(motions.last().unwrap().start.is_none(), "{block}");
     }
+}
+
+#[test]
+fn blocks_behind_the_end_are_counted() {
+    for (text, line, count) in [
+        ("G0 X1\nX2\n", None, 0),
+        ("%\nG0 X1\nM30\n%\n\n(end)\n", Some(3), 0),
+        ("%\nG0 X1\n%\nX2\n?\n", Some(3), 2),
+        ("G0 X1 M2\nX2\n(note)\nX3\n", Some(1), 2),
+        ("G0 X1\nM30\nO2\nX3\nM99\n", Some(2), 3),
+        ("G0 X1\n/M30\nX3\n", None, 0),
+    ] {
+        let (interpreter, ..) = interpreted(text, InterpreterOptions::default());
+        assert_eq!((interpreter.end_line(), interpreter.blocks_after_end()), (line, count), "{text}");
+    }
+    let long = format!("M30\n{}", "X1\n".repeat(2000));
+    assert_eq!(interpreted(&long, InterpreterOptions::default()).0.blocks_after_end(), 2000);
+}
+
+#[test]
+fn axis_words_without_a_point_are_counted_where_others_have_one() {
+    for (text, count) in [
+        ("G0 X10 Y20\nA5\n", 0),
+        ("G0 X10. Y20.5\nA5.\n", 0),
+        ("G0 X10 Y20.5\nX0 A-5\n", 2),
+        ("G0 X10\nX10.\n", 1),
+        ("G0 X10. F100 I5 S1000\n", 0),
+        ("G0 X10.\nG4 X500\nY#1\n", 0),
+        ("G0 X10\nG4 X5.\n", 0),
+        ("G0 X10.\nM30\nX10\n", 0),
+        ("x,y,z,a,c\n1,2.5,3,4,5\n", 0),
+    ] {
+        let (interpreter, ..) = interpreted(text, InterpreterOptions::default());
+        assert_eq!(interpreter.words_without_point(), count, "{text}");
+    }
+}
+
+#[test]
+fn a_return_is_one_opaque_motion_of_unknown_ends() {
+    for block in ["M99", "N9 M99", "X5 M99", "G0 Z5 M99", "G28 Z0 M99", "M98 P1 M99", "/M99"] {
+        let motions = run_from_zero(&format!("G1 X1 F100\n{block}\nX6\n"));
+        let own: Vec<_> = motions.iter().filter(|motion| motion.line == 3).collect();
+        let [motion] = own.as_slice() else { panic!("{block}: {own:?}") };
+        assert_eq!((motion.kind, motion.start, motion.end), (MotionKind::Opaque, None, None), "{block}");
+        assert!(motion.unfollowable.is_some(), "{block}");
+        // Only the operator's choice lets the program go on.
+        assert_eq!(motions.last().unwrap().line == 4, block.starts_with('/'), "{block}");
+    }
+    let motions = run_from_zero("G1 X1 F100\nM99\n");
+    assert_eq!(motions[1].unfollowable, Some(Unfollowable::Return));
+    assert_eq!((motions[1].feed.value, motions[1].feed.word_in_block), (Some(100.0), false));
 }

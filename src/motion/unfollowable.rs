@@ -111,6 +111,9 @@ pub enum Unfollowable {
     /// A subprogram or macro call.
     #[error("a subprogram or macro is called")]
     Call,
+    /// M99: the block ends a subprogram, or begins the program again.
+    #[error("the block returns from a subprogram")]
+    Return,
     /// A G code that is not known, or not as motion.
     #[error("a code in the block is not known")]
     UnknownCode,
