@@ -1,5 +1,6 @@
 //! Deviation, and the whole compensation of a program of a million blocks, 2 % of them over tolerance. Prints
 //! throughput and peak memory; the program lies in a temporary file and the output goes to another.
+#![expect(clippy::print_stdout, reason = "a benchmark prints what it measured")]
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};

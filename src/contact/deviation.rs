@@ -6,7 +6,7 @@ use crate::geometry::Vec3;
 /// The line the contact point should follow during a block, in W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLine {
-    /// Contact at the start c_s [mm].
+    /// Contact at the start `c_s` [mm].
     pub start_mm: Vec3,
     /// `l = c_e − c_s` [mm].
     pub along_mm: Vec3,

@@ -188,7 +188,7 @@ impl<'a> Run<'a> {
         copied: &mut usize,
     ) -> Result<bool, Fault> {
         let spent = &mut self.judge.evaluations;
-        let planned = plan(self.parameters, self.machine, &self.survey, &checked, motion, spent);
+        let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, spent);
         let division = match planned {
             Ok(division) => division,
             Err(kind) => {

@@ -127,7 +127,7 @@ impl Emitter {
 
 fn differs(a: f64, b: f64) -> bool {
     // Written out so that an unknown (NaN) feed differs from every other.
-    !((a - b).abs() <= SAME_WORD)
+    a.is_nan() || b.is_nan() || (a - b).abs() > SAME_WORD
 }
 
 fn part_feed(
@@ -161,7 +161,6 @@ struct Words<'a> {
     written: [f64; 5],
     contact: ContactEnds,
     extra: Option<(f64, f64)>,
-    extra_written: f64,
 }
 
 /// Contact words at both ends of the source block, as far as it has them.
@@ -197,7 +196,6 @@ impl<'a> Words<'a> {
             written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
             contact,
             extra,
-            extra_written: extra.map_or(0.0, |(start, _)| start),
         }
     }
 
@@ -205,11 +203,11 @@ impl<'a> Words<'a> {
     fn at(&mut self, node: &Node, last: bool) -> Vec<NewWord> {
         let target = in_units(&node.station.words, self.motion.mm_per_unit);
         let mut list = Vec::with_capacity(12);
-        for k in 0..5 {
+        for (k, target) in target.into_iter().enumerate() {
             let decimals =
                 if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };
             let from = if self.motion.incremental { self.written[k] } else { 0.0 };
-            let value = target[k] - from;
+            let value = target - from;
             let decimals = if last { exact_decimals(value, decimals) } else { decimals };
             let rounded = round_to_decimals(value, decimals);
             let position = from + rounded;
@@ -222,10 +220,7 @@ impl<'a> Words<'a> {
         if let Some((start, end)) = self.extra {
             let decimals = self.motion.decimals.extra;
             let value = if last { end } else { start + (end - start) * node.fraction };
-            let from = if self.motion.incremental { self.extra_written } else { 0.0 };
-            let rounded = round_to_decimals(value - from, decimals);
-            list.push(NewWord { address: Address::E, value: rounded, decimals });
-            self.extra_written = from + rounded;
+            list.push(NewWord { address: Address::E, value, decimals });
         }
         list
     }
@@ -234,14 +229,13 @@ impl<'a> Words<'a> {
         const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
         const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
         let (addresses, values, unit) = match (&self.contact, self.motion.contact) {
-            (ContactEnds::None, _) => return,
             (ContactEnds::Aimed, ContactWords::Point(end)) => {
                 let value = if last { end } else { self.aimed_words(node) };
                 (POINT, value, self.motion.mm_per_unit)
             }
             (ContactEnds::Points(a, b), _) => (POINT, between(a, b, node.fraction), self.motion.mm_per_unit),
             (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
-            (ContactEnds::Aimed, _) => return,
+            (ContactEnds::None | ContactEnds::Aimed, _) => return,
         };
         for (address, value) in addresses.into_iter().zip(values) {
             let decimals = self.motion.decimals.contact;

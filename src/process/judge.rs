@@ -23,6 +23,7 @@ const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
 /// What a checked motion turned out to be.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "lives for one call")]
 pub(super) enum Verdict<'a> {
     /// Within tolerance.
     Within {
@@ -346,7 +347,7 @@ impl<'a> Judge<'a> {
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
         } else if motion.kind == MotionKind::Arc
             && let (Some(start), Some(end)) = (motion.start, motion.end)
-            && start.rotary_deg != end.rotary_deg
+            && start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > 0.0)
         {
             self.warnings.add(WarningKind::ArcWithRotary, Some(motion.line));
         }

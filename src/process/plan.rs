@@ -34,7 +34,7 @@ pub(super) struct Division {
 pub(super) fn plan(
     parameters: &CcParameters,
     machine: &Machine,
-    survey: &Survey,
+    survey: Survey,
     checked: &Checked<'_>,
     motion: &Motion,
     evaluations: &mut u64,

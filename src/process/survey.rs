@@ -91,7 +91,7 @@ impl Survey {
 
     /// The contact source for this program: `auto` takes the first available of program, normals, feed-plane, and
     /// one that was asked for must be there.
-    pub(super) fn contact(&self, asked: ContactSource) -> Result<ContactSource, Fault> {
+    pub(super) fn contact(self, asked: ContactSource) -> Result<ContactSource, Fault> {
         let missing = match (asked, self.stated) {
             (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
             (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(ContactSource::FeedPlane)),

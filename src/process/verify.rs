@@ -35,6 +35,10 @@ const NEAR_LARGEST: f64 = 0.9;
 
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are the large one; a box each would cost an allocation a block"
+)]
 pub(super) enum Expected<'a> {
     /// A block left as it was.
     Same {
@@ -204,7 +208,7 @@ impl<'a> Verifier<'a> {
         // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
         let feed = if source.kind == MotionKind::Rapid { source.feed } else { read.feed };
         let (start, end) = (source.start, source.end);
-        if (Meaning { line, start, end, feed, ..read }) != *source {
+        if (Meaning { line, feed, start, end, ..read }) != *source {
             return Err(failed(line, "a block left alone changed its meaning or its feed"));
         }
         if let Some((path_mm, found)) = checked {
@@ -236,7 +240,7 @@ impl<'a> Verifier<'a> {
         if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
             return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
         }
-        self.carried_along(read, group, index)?;
+        Self::carried_along(read, group, index)?;
         let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
         let ends = [start, end].map(|words| Station::new(self.machine, block.kinematics, mode, words));
         let segment = Segment { ends, fraction: [from, node.fraction] };
@@ -272,7 +276,7 @@ impl<'a> Verifier<'a> {
 
     /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
     /// block ends them, the extruder never running back.
-    fn carried_along(&self, read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+    fn carried_along(read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
         let (line, source) = (group.source.line, &group.source);
         let last = index + 1 == group.division.nodes.len();
         let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);

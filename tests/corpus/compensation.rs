@@ -1,4 +1,5 @@
 //! Whole programs that others wrote, compensated and checked.
+#![expect(clippy::panic, clippy::print_stdout, reason = "a test may stop, and tells what it measured")]
 
 use std::collections::HashSet;
 use std::fmt::Write;

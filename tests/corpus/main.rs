@@ -6,6 +6,7 @@ mod program;
 
 use std::path::PathBuf;
 
+#[expect(clippy::print_stdout, reason = "what is skipped is said aloud")]
 /// The file of this name below the shared folder; `None`, said aloud, where there is no such folder.
 fn shared_file(name: &str) -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("TRUNNION_SHARED") else {

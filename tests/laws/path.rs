@@ -1,4 +1,5 @@
 //! Path selection against brute force and against itself.
+#![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,5 @@
 //! Habits of programs that a compensation must respect, one small program each.
+#![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;
 
@@ -21,8 +22,7 @@ fn ball() -> Tool {
 fn with(parameters: &CcParameters, program: &str) -> Result<(String, CcReport), Fault> {
     let mut output = Vec::new();
     let source = program.as_bytes().to_vec();
-    let report =
-        compensate(&ac_machine(), parameters, &source, &mut output, &|| ControlFlow::Continue(()))?;
+    let report = compensate(&ac_machine(), parameters, &source, &mut output, &|| ControlFlow::Continue(()))?;
     Ok((String::from_utf8(output).expect("text"), report))
 }
 
@@ -36,7 +36,8 @@ fn feed_of(line: &str) -> Option<f64> {
 
 #[test]
 fn a_rest_is_no_motion() {
-    let (output, report) = done(&format!("{START}{LONG}{LONG}G1 X21.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"));
+    let (output, report) =
+        done(&format!("{START}{LONG}{LONG}G1 X21.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"));
     assert_eq!(report.motions_checked, 2);
     // The second one stays where it is, and brings the feed back.
     let rest = output.lines().find(|line| line.starts_with(LONG.trim_end())).expect("the rest");
@@ -73,7 +74,10 @@ fn divided_blocks_keep_their_functions_in_order() {
     let (output, _) = done(&program);
     let lines: Vec<&str> = output.lines().collect();
     let first = lines[1];
-    assert!(first.starts_with("N20 G1 X") && first.contains("M8") && first.ends_with("(half way)"), "{first}");
+    assert!(
+        first.starts_with("N20 G1 X") && first.contains("M8") && first.ends_with("(half way)"),
+        "{first}"
+    );
     assert!(!first.contains("M9"));
     let last = lines[lines.len() - 2];
     assert!(last.contains("X20.000") && last.ends_with("M9"), "{last}");
@@ -89,20 +93,20 @@ fn coarse_blocks_use_the_decimals_that_the_program_has_elsewhere() {
     let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball()), &format!("{coarse}M30\n")) else {
         panic!("whole millimetres cannot keep 10 µm");
     };
-    let LineFaultKind::ToleranceOutOfReach { reachable_um, .. } = faults.kept[0].kind else { panic!("{faults:?}") };
+    let LineFaultKind::ToleranceOutOfReach { reachable_um, .. } = faults.kept[0].kind else {
+        panic!("{faults:?}")
+    };
     assert!(reachable_um > 10.0);
     assert_eq!(faults.kept[0].line, 2);
-    let loose = CcParameters {
-        tolerance: Length::from_um(reachable_um * 1.01),
-        ..CcParameters::new(ball())
-    };
+    let loose = CcParameters { tolerance: Length::from_um(reachable_um * 1.01), ..CcParameters::new(ball()) };
     assert!(with(&loose, &format!("{coarse}M30\n")).is_ok());
 }
 
 #[test]
 fn increments_inches_and_modal_words_are_followed() {
     // Off the grid of the increments' decimals.
-    let (output, _) = done("G1 X0.1234 Y0 Z5 A10 C0 F1000\nG91 G1 X20.000 A15.000 C60.000\nG90 G1 X21.000\nM30\n");
+    let (output, _) =
+        done("G1 X0.1234 Y0 Z5 A10 C0 F1000\nG91 G1 X20.000 A15.000 C60.000\nG90 G1 X21.000\nM30\n");
     let parts: Vec<f64> = output
         .lines()
         .skip(1)
@@ -110,7 +114,8 @@ fn increments_inches_and_modal_words_are_followed() {
         .map(|line| line.split(['X', ' ']).find_map(|word| word.parse::<f64>().ok()).expect("X"))
         .collect();
     assert!(parts.len() > 2 && (parts.iter().sum::<f64>() - 20.0).abs() < 1e-9, "{parts:?}");
-    let (_, report) = done("G20\nG1 X0.0000 Y0.0000 Z0.2000 A10.000 C0.000 F40.\nX0.8000 A25.000 C60.000\nM30\n");
+    let (_, report) =
+        done("G20\nG1 X0.0000 Y0.0000 Z0.2000 A10.000 C0.000 F40.\nX0.8000 A25.000 C60.000\nM30\n");
     assert_eq!(report.motions_over_tolerance, 1);
     // Y and Z are modal: the corrected path needs them, the end puts them back.
     let (output, _) = done(&format!("{START}X20.000 A25.000 C60.000\nX21.000\nM30\n"));
@@ -158,7 +163,8 @@ fn what_a_program_costs_is_bounded() {
         with(&parameters, &format!("{START}{}M30\n", LONG.replace('\n', " F150\n"))),
         Err(Fault::TooCostly { .. })
     ));
-    let Err(Fault::Lines(faults)) = with(&parameters, &format!("{START}{}M30\n", LONG.replace('\n', " F0.001\n")))
+    let Err(Fault::Lines(faults)) =
+        with(&parameters, &format!("{START}{}M30\n", LONG.replace('\n', " F0.001\n")))
     else {
         panic!("a block of hours");
     };

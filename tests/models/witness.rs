@@ -1,6 +1,7 @@
 //! An independent witness: reads both programs with a scanner of its own, moves the machine with rotation matrices,
 //! and measures the contact's distance from the source's lines by brute force. Shares no code with the crate but the
 //! vector type.
+#![expect(clippy::float_cmp, reason = "words that were copied are the same to the bit")]
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -152,7 +153,7 @@ impl Tables {
             .fold(0.0, f64::max)
     }
 
-    fn time(&self, a: &Line, b: &Line) -> f64 {
+    fn time(a: &Line, b: &Line) -> f64 {
         if b.inverse_time {
             return 60.0 / b.feed;
         }
@@ -187,14 +188,14 @@ impl Tables {
                 let to = &output[first + part];
                 let u = (part as f64 / parts as f64, (part + 1) as f64 / parts as f64);
                 after = after.max(self.bow((start, end), (from, to), u, samples));
-                time += self.time(from, to);
+                time += Self::time(from, to);
             }
             verdicts.push(Verdict {
                 line: end.number,
                 before: self.bow((start, end), (start, end), (0.0, 1.0), samples),
                 after,
                 parts,
-                time_ratio: time / self.time(start, end),
+                time_ratio: time / Self::time(start, end),
             });
         }
         assert_eq!(at, output.len(), "the output moves on after the source's end");
