@@ -132,6 +132,14 @@ impl<'a> Passages<'a> {
                 warnings.add(WarningKind::EffectUnknown, Some(diagnostic.line));
             }
         }
+        let after_end = self.interpreter.blocks_after_end();
+        if after_end > 0 {
+            warnings.add(WarningKind::TextAfterEnd, self.interpreter.end_line()).count = after_end;
+        }
+        let without_point = self.interpreter.words_without_point();
+        if without_point > 0 {
+            warnings.add(WarningKind::WordsWithoutPoint, None).count = without_point;
+        }
     }
 
     /// Whether something was found that refuses the program as a whole.
