@@ -201,10 +201,13 @@ impl Interpreter {
             }
             match block.kind {
                 BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
-                BlockKind::Blank | BlockKind::Comment | BlockKind::Banner | BlockKind::Header => {}
                 // The first one opens the tape, another one closes it.
                 BlockKind::Percent if self.has_blocks => self.end(block.line),
-                BlockKind::Percent => {}
+                BlockKind::Percent
+                | BlockKind::Blank
+                | BlockKind::Comment
+                | BlockKind::Banner
+                | BlockKind::Header => {}
                 BlockKind::Assignment => self.assign(block),
                 BlockKind::Call => {
                     self.has_blocks = true;
