@@ -15,6 +15,8 @@ pub struct InterpreterOptions {
     /// Feed in G94 before the first F word [mm/min]; motions take it rounded to few decimals of the program's unit.
     /// Where F is given but its number is not known, or does not hold any more, it is not used.
     pub feed_mm_per_min: Option<f64>,
+    /// Whether the caller says what the control interpolates: motions behind M428 to M430 can be followed then.
+    pub interpolation_stated: bool,
 }
 
 /// A control that reads a program batch after batch, in the program's order.
