@@ -30,8 +30,11 @@ const TOOL_CHANGES: [u32; 2] = [60, 610];
 const CALLS: [u32; 4] = [960, 970, 980, 1980];
 const ENDS: [u32; 2] = [20, 300];
 const RETURN: u32 = 990;
-/// User codes by which RS274 machines switch their kinematics: not understood, so linear positions are lost.
+/// User codes by which RS274 machines switch their kinematics: linear positions are lost, and what is interpolated
+/// is not known unless stated.
 const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
+/// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
+const SETTLING: [u32; 5] = [434, 2340, 435, 490, 491];
 const EXTRUDER_ABSOLUTE: u32 = 820;
 const EXTRUDER_RELATIVE: u32 = 830;
 
@@ -252,6 +255,8 @@ impl Interpreter {
                         self.position.forget_linear();
                     }
                     self.modal.tool_length = Some(length);
+                    let settles = SETTLING.contains(&self.block.g_codes[index]);
+                    self.modal.kinematics_switched &= !settles;
                 }
                 Code::WorkOffset => self.change_work_offset(self.block.g_codes[index]),
                 Code::Transform(which, on) => self.transform(which, on),
@@ -347,9 +352,11 @@ impl Interpreter {
         let (mut ends, mut called) = (false, false);
         for index in 0..self.block.m_count {
             let code = self.block.m_codes[index];
-            if TOOL_CHANGES.contains(&code) || KINEMATICS_SWITCHES.contains(&code) {
+            let is_switch = KINEMATICS_SWITCHES.contains(&code);
+            if TOOL_CHANGES.contains(&code) || is_switch {
                 self.position.forget_linear();
             }
+            self.modal.kinematics_switched |= is_switch && !self.options.interpolation_stated;
             called |= CALLS.contains(&code);
             ends |= ENDS.contains(&code) || code == RETURN;
             if code == EXTRUDER_ABSOLUTE || code == EXTRUDER_RELATIVE {

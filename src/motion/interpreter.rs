@@ -15,6 +15,8 @@ pub struct InterpreterOptions {
     /// Feed in G94 before the first F word [mm/min]; motions take it rounded to few decimals of the program's unit.
     /// Where F is given but its number is not known, or does not hold any more, it is not used.
     pub feed_mm_per_min: Option<f64>,
+    /// Whether the caller says what the control interpolates: motions behind M428 to M430 can be followed then.
+    pub interpolation_stated: bool,
 }
 
 /// A control that reads a program batch after batch, in the program's order.
@@ -201,10 +203,13 @@ impl Interpreter {
             }
             match block.kind {
                 BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
-                BlockKind::Blank | BlockKind::Comment | BlockKind::Banner | BlockKind::Header => {}
                 // The first one opens the tape, another one closes it.
                 BlockKind::Percent if self.has_blocks => self.end(block.line),
-                BlockKind::Percent => {}
+                BlockKind::Percent
+                | BlockKind::Blank
+                | BlockKind::Comment
+                | BlockKind::Banner
+                | BlockKind::Header => {}
                 BlockKind::Assignment => self.assign(block),
                 BlockKind::Call => {
                     self.has_blocks = true;

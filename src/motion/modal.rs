@@ -57,6 +57,8 @@ pub(super) struct Modal {
     pub(super) feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
     pub(super) tool_length: Option<ToolLength>,
+    /// M428 to M430 since the last G43.4, G43.5 or G49, and nobody said what it means.
+    pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; 6],
     pub(super) macro_call: Option<bool>,
@@ -82,6 +84,7 @@ impl Modal {
         feed_mode: Some(FeedMode::PerMinute),
         compensation: Some(false),
         tool_length: Some(ToolLength::Plain),
+        kinematics_switched: false,
         transformations: [Some(false); 6],
         macro_call: Some(false),
         work_offset: Some(FIRST_WORK_OFFSET),
@@ -125,6 +128,7 @@ impl Modal {
             feed_mode: same(self.feed_mode, skipped.feed_mode),
             compensation: same(self.compensation, skipped.compensation),
             tool_length: same(self.tool_length, skipped.tool_length),
+            kinematics_switched: self.kinematics_switched || skipped.kinematics_switched,
             transformations: std::array::from_fn(|i| {
                 same(self.transformations[i], skipped.transformations[i])
             }),
@@ -153,6 +157,9 @@ impl Modal {
             Some(false) => {}
             Some(true) => return Some(Unfollowable::CutterCompensation),
             None => return unknown(ModalGroup::CutterCompensation),
+        }
+        if self.kinematics_switched {
+            return Some(Unfollowable::KinematicsSwitched);
         }
         match self.tool_length {
             Some(ToolLength::Vector) => return Some(Unfollowable::ToolVector),

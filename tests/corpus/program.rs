@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use trunnion::geometry::Vec3;
 use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
-use trunnion::motion::{FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind};
+use trunnion::motion::{
+    FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
+};
 use trunnion::program::{
     Address, Batch, Diagnostics, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, Severity, WordForm,
 };
@@ -204,7 +206,11 @@ fn table_machine(first: RotaryLetter, second: RotaryLetter) -> Machine {
 }
 
 fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
-    let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+    follow_with(text, machine, InterpreterOptions::default())
+}
+
+fn follow_with(text: &[u8], machine: &Machine, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {
+    let mut interpreter = Interpreter::new(machine, options);
     let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
     for batch in read(text, None, 64 * 1024).unwrap() {
         interpreter.interpret(&batch, &mut motions, &mut diagnostics);
@@ -216,7 +222,8 @@ fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
 fn the_impeller_is_followed_from_end_to_end() {
     let Some(folder) = programs() else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
-    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::A, RotaryLetter::C));
+    let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::default() };
+    let (motions, diagnostics) = follow_with(&text, &table_machine(RotaryLetter::A, RotaryLetter::C), stated);
     assert_eq!(diagnostics.kept(), []);
     assert!(motions.len() >= 4491);
     let complete: Vec<_> =
@@ -233,6 +240,19 @@ fn the_impeller_is_followed_from_end_to_end() {
     let least =
         complete.iter().filter_map(|motion| motion.end).map(|end| end.rotary_deg[1]).fold(0.0, f64::min);
     assert!(least < -390.0, "C is not unwound: {least}");
+}
+
+#[test]
+fn the_impeller_is_left_alone_where_nobody_says_what_its_user_codes_switch() {
+    let Some(folder) = programs() else { return };
+    let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
+    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::A, RotaryLetter::C));
+    assert_eq!(diagnostics.kept(), []);
+    assert!(motions.len() >= 4491);
+    // M428 stands in line 4.
+    for motion in motions.iter().filter(|motion| motion.line > 4) {
+        assert_eq!(motion.unfollowable, Some(Unfollowable::KinematicsSwitched), "line {}", motion.line);
+    }
 }
 
 #[test]
