@@ -43,6 +43,9 @@ pub enum KinematicsFault {
     Cancelled,
 }
 
+/// Most candidates that one answer may hold: a wide travel has tens of thousands for a single pose.
+const MAX_CANDIDATES: usize = 1_000_000;
+
 /// What a computation may cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -130,6 +133,10 @@ pub fn inverse(
         Selection::All => kinematics.max_candidates(),
     };
     limits.check(poses.len(), answers)?;
+    let count = poses.len().saturating_mul(answers);
+    if options.selection == Selection::All && count > MAX_CANDIDATES {
+        return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
+    }
     match options.selection {
         Selection::Path => path(machine, &kinematics, options, poses, stop),
         Selection::All => all(machine, &kinematics, poses, stop),

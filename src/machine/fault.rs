@@ -55,7 +55,7 @@ pub enum MachineFault {
         letter: char,
     },
     /// NaN, infinite or absurdly large.
-    #[error("{value} is not a finite number of magnitude at most {max_abs}")]
+    #[error("{value:e} is not a finite number of magnitude at most {max_abs}")]
     Absurd {
         /// Which field.
         field: ProfileField,

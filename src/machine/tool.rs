@@ -15,15 +15,17 @@ pub struct Tool {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ToolFault {
     /// The cutter radius is not a positive, sensible number.
-    #[error("cutter radius {radius_mm} mm is not between 0 (excluded) and {max_mm} mm")]
+    #[error("cutter radius {radius_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
     Radius {
         /// The radius asked for [mm].
         radius_mm: f64,
+        /// The smallest accepted [mm].
+        min_mm: f64,
         /// The largest accepted [mm].
         max_mm: f64,
     },
     /// The corner radius is negative or larger than the cutter radius.
-    #[error("corner radius {corner_radius_mm} mm is not between 0 and the cutter radius {radius_mm} mm")]
+    #[error("corner radius {corner_radius_mm:e} mm is not between 0 and the cutter radius {radius_mm} mm")]
     CornerRadius {
         /// The corner radius asked for [mm].
         corner_radius_mm: f64,
@@ -33,17 +35,20 @@ pub enum ToolFault {
 }
 
 impl Tool {
+    /// The smallest cutter radius taken for real [mm].
+    pub const MIN_RADIUS_MM: f64 = 0.001;
     /// The largest cutter radius taken for real [mm].
     pub const MAX_RADIUS_MM: f64 = 1000.0;
 
     /// A tool of cutter radius R and corner radius r.
     ///
     /// # Errors
-    /// R not in (0, 1000] mm, or r not in [0, R], each named.
+    /// R not in [0.001, 1000] mm, or r not in [0, R], each named.
     pub fn new(radius: Length, corner_radius: Length) -> Result<Self, ToolFault> {
         let (radius_mm, corner_radius_mm) = (radius.mm(), corner_radius.mm());
-        if !(radius_mm > 0.0 && radius_mm <= Self::MAX_RADIUS_MM) {
-            return Err(ToolFault::Radius { radius_mm, max_mm: Self::MAX_RADIUS_MM });
+        let (min_mm, max_mm) = (Self::MIN_RADIUS_MM, Self::MAX_RADIUS_MM);
+        if !(min_mm..=max_mm).contains(&radius_mm) {
+            return Err(ToolFault::Radius { radius_mm, min_mm, max_mm });
         }
         if !(0.0..=radius_mm).contains(&corner_radius_mm) {
             return Err(ToolFault::CornerRadius { corner_radius_mm, radius_mm });

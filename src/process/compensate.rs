@@ -38,8 +38,10 @@ pub fn compensate(
     let survey = Survey::of(machine, parameters, source, stop)?;
     let contact = survey.contact(parameters.contact)?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
-    let options =
-        InterpreterOptions { feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min) };
+    let options = InterpreterOptions {
+        feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
+        interpolation_stated: parameters.interpolation.is_some(),
+    };
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
     let mut run: Option<Run<'_>> = None;
     while let Some((passage, following)) = passages.next()? {

@@ -105,10 +105,10 @@ pub enum Fault {
     #[error(transparent)]
     Unreadable(#[from] ReadFault),
     /// Blocks that cannot be read or followed, with effects beyond themselves.
-    #[error("the program has {} faults", .0.count(crate::program::Severity::Refusal))]
+    #[error("faults of the program: {}", .0.count(crate::program::Severity::Refusal))]
     Program(Box<Diagnostics>),
     /// Blocks that cannot be compensated.
-    #[error("{} lines of the program cannot be compensated", .0.total)]
+    #[error("faults of the program: {}", .0.total)]
     Lines(LineFaults),
     /// A program that moves nothing.
     #[error("the program has no motion")]

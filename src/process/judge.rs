@@ -7,7 +7,7 @@ use crate::contact::{
     Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, feed_plane_normal, quick_look,
     rotary_rad, sample_until_sure,
 };
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, across};
 use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
@@ -215,9 +215,33 @@ impl<'a> Judge<'a> {
             self.warnings.add(WarningKind::NoContact, Some(motion.line));
             return None;
         }
+        if self.contact_swings(&start, &end) {
+            self.warnings.add(WarningKind::ContactSwings, Some(motion.line));
+            return None;
+        }
         let half_way = middle(&start_words.linear_mm, &end.station.words.linear_mm);
         let middle = pose(&self.middles, mode, index, &half_way);
         Some(self.measure(&start, &end, &middle, largest_after_mm))
+    }
+
+    /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
+    /// the two contacts: 90° where they are stated, 45° where they are assumed.
+    fn contact_swings(&self, start: &Point, end: &Point) -> bool {
+        let tool = &self.parameters.tool;
+        if tool.is_ball() {
+            return false;
+        }
+        let least =
+            if self.contact == ContactSource::FeedPlane { std::f64::consts::FRAC_1_SQRT_2 } else { 0.0 };
+        let side = |point: &Point| match point.touch?.contact {
+            CutterContact::Tip => None,
+            CutterContact::Offset { radial_mm, .. } if radial_mm < CutterContact::ON_AXIS_MM => None,
+            CutterContact::Offset { inward, .. } => Some(inward),
+            CutterContact::Normal { direction, .. } => {
+                across(direction, point.station.pose.axis).try_normalize(f64::EPSILON)
+            }
+        };
+        matches!((side(start), side(end)), (Some(a), Some(b)) if a.dot(&b) < least)
     }
 
     /// Whether a straight motion goes nowhere: then it is none, and at most states another contact for the point.
@@ -337,7 +361,8 @@ impl<'a> Judge<'a> {
     }
 
     fn say_why_not(&mut self, motion: &Motion) {
-        if motion.kind == MotionKind::Rapid || motion.unfollowable == Some(Unfollowable::Reference) {
+        let silent = matches!(motion.unfollowable, Some(Unfollowable::Reference | Unfollowable::Return));
+        if motion.kind == MotionKind::Rapid || silent {
             return;
         }
         if let Some(reason) = motion.unfollowable {

@@ -77,6 +77,8 @@ pub enum WarningKind {
     ContactAssumed,
     /// A motion at whose ends no contact is known: neither checked nor changed.
     NoContact,
+    /// The contact runs across the tool's end within the motion: neither checked nor changed.
+    ContactSwings,
     /// A motion that cannot be followed: neither checked nor changed.
     NotFollowed,
     /// A motion under another work offset than the first: neither checked nor changed.
@@ -106,6 +108,7 @@ impl WarningKind {
             Self::ContactSideAssumed => "contact_side_assumed",
             Self::ContactAssumed => "contact_assumed",
             Self::NoContact => "no_contact",
+            Self::ContactSwings => "contact_swings",
             Self::NotFollowed => "not_followed",
             Self::WorkOffsetChanged => "work_offset_changed",
             Self::ArcWithRotary => "arc_with_rotary",
@@ -133,6 +136,9 @@ impl WarningKind {
             }
             Self::NoContact => {
                 "no contact is known at an end of this motion; it is neither checked nor changed"
+            }
+            Self::ContactSwings => {
+                "the contact swings round the tool's end within this motion, as when the lead changes its sign; there is no line it could follow, and the motion is neither checked nor changed"
             }
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {

@@ -42,6 +42,7 @@ impl FaultList {
     pub fn check_range(&mut self, pointer: impl FnOnce() -> String, value: f64, min: f64, max: f64) {
         // NaN is in no range.
         if !(min..=max).contains(&value) {
+            let value = legible(value);
             self.push(|| Fault::new(pointer(), format!("{value} is not between {min} and {max}")));
         }
     }
@@ -59,4 +60,10 @@ impl FaultList {
     pub fn into_result(self) -> Result<(), Vec<Fault>> {
         if self.faults.is_empty() { Ok(()) } else { Err(self.faults) }
     }
+}
+
+/// A number as a person would write it: with an exponent where it has very many digits.
+fn legible(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-6..1e9).contains(&size) { value.to_string() } else { format!("{value:e}") }
 }

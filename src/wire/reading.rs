@@ -41,6 +41,13 @@ fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unread
         return Unreadable::Syntax { reason: first.to_string() };
     };
     let out_of_range = error.inner().to_string().starts_with("number out of range");
+    // A mistyped beginning does not make the rest JSON. Numbers out of range are JSON, and stop this check too.
+    if let Err(syntax) = serde_json::from_slice::<serde::de::IgnoredAny>(text)
+        && !syntax.is_data()
+        && !out_of_range
+    {
+        return Unreadable::Syntax { reason: syntax.to_string() };
+    }
     if error.inner().is_data() || out_of_range {
         return Unreadable::Document(fault_at(error.path(), &without_place(error.inner())));
     }

@@ -4,6 +4,7 @@
 use std::ops::ControlFlow;
 
 use trunnion::machine::Tool;
+use trunnion::motion::Interpolation;
 use trunnion::process::{
     Budget, CcParameters, CcReport, ContactSource, Fault, LineFaultKind, OutputForm, compensate,
 };
@@ -177,4 +178,18 @@ fn what_a_program_costs_is_bounded() {
         &|| ControlFlow::Break(()),
     );
     assert!(matches!(cancelled, Err(Fault::Cancelled)));
+}
+
+#[test]
+fn a_contact_that_swings_round_the_tool_is_left_alone() {
+    // Feed-plane contact of a flat cutter jumps from one side to the other where the lead changes its sign.
+    let program = "G1 X0.000 Y0.000 Z5.000 A1.000 C0.000 F1000\nY15.000\nY30.000 A-1.000\nY45.000\nM30\n";
+    let flat = CcParameters { interpolation: Some(Interpolation::Tcp), ..CcParameters::new(tool(8.0, 0.0)) };
+    let (output, report) = with(&flat, program).expect("compensated");
+    assert_eq!(output, program);
+    assert!(
+        report.warnings.iter().any(|warning| warning.kind.name() == "contact_swings"),
+        "{:?}",
+        report.warnings
+    );
 }
