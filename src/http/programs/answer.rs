@@ -29,7 +29,11 @@ pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -
     let file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
     let length = file.metadata().await?.len();
     // A table stays a table unless something else was asked for by name.
-    let kind = if kind == "text/plain" && job.file_name.ends_with(".csv") { "text/csv" } else { kind };
+    let kind = if kind == "text/plain" && job.file_name.to_ascii_lowercase().ends_with(".csv") {
+        "text/csv"
+    } else {
+        kind
+    };
     let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
     let headers = response.headers_mut();
     headers.insert(CONTENT_LENGTH, HeaderValue::from(length));
