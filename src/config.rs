@@ -46,13 +46,13 @@ settings! {
     listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
     /// Directory of the database, the programs and their results; created when missing
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
-    /// Largest program or CSV body, after decompression [bytes]
+    /// Largest program or CSV body, after decompression (bytes)
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
-    /// Largest JSON body, after decompression [bytes]
+    /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
     /// Most poses, joints or samples in one request
     max_poses: usize = 2_000_000, "TRUNNION_MAX_POSES";
-    /// Largest estimated cost of one computation [s of one core]
+    /// Largest estimated cost of one computation (s of one core)
     max_cost_s: f64 = 120.0, "TRUNNION_MAX_COST_S";
     /// Computations that run side by side; 0 takes the number of cores
     max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
@@ -60,13 +60,13 @@ settings! {
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
-    /// Longest time from a request's header to its answer [s]
+    /// Longest time from a request's header to its answer (s)
     request_timeout_s: f64 = 300.0, "TRUNNION_REQUEST_TIMEOUT_S";
-    /// Longest time for a request's header, also for an idle connection [s]
+    /// Longest time for a request's header, also for an idle connection (s)
     header_timeout_s: f64 = 15.0, "TRUNNION_HEADER_TIMEOUT_S";
-    /// Longest pause within a request's body [s]
+    /// Longest pause within a request's body (s)
     body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
-    /// Time that requests under way get to finish when the service stops [s]
+    /// Time that requests under way get to finish when the service stops (s)
     drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
     /// Database connections for reading
     store_readers: u32 = 4, "TRUNNION_STORE_READERS";

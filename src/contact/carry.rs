@@ -21,9 +21,9 @@ pub enum Carry {
     },
     /// As a carried offset: axial and radial length linear, the inward direction on its great circle.
     Offset {
-        /// Along t at start and end [mm].
+        /// Along t at start and end \[mm\].
         axial_mm: [f64; 2],
-        /// Away from t at start and end [mm].
+        /// Away from t at start and end \[mm\].
         radial_mm: [f64; 2],
         /// m from start to end.
         inward: GreatCircle,
@@ -33,7 +33,7 @@ pub enum Carry {
 /// The contact relative to the tip at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct CarriedContact {
-    /// `c − w` [mm].
+    /// `c − w` \[mm\].
     pub offset_mm: Vec3,
     /// The surface normal, where the carry knows one.
     pub normal: Option<Vec3>,

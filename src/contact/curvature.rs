@@ -13,7 +13,7 @@ pub(crate) enum Swing {
     Tip,
     /// By its normal: the arc it runs, its directions and lengths at the ends.
     Normal {
-        /// Angle run [rad].
+        /// Angle run \[rad\].
         arc_rad: f64,
         /// n at both ends.
         directions: [Vec3; 2],
@@ -22,13 +22,13 @@ pub(crate) enum Swing {
     },
     /// As a carried offset: likewise for m, with axial and radial lengths at the ends.
     Offset {
-        /// Angle run [rad].
+        /// Angle run \[rad\].
         arc_rad: f64,
         /// m at both ends.
         directions: [Vec3; 2],
-        /// Along t at the ends [mm].
+        /// Along t at the ends \[mm\].
         axial_mm: [f64; 2],
-        /// Away from t at the ends [mm].
+        /// Away from t at the ends \[mm\].
         radial_mm: [f64; 2],
     },
 }

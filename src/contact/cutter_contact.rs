@@ -6,7 +6,7 @@ use crate::geometry::{Vec3, across, angle_between};
 use crate::kinematics::ToolPose;
 use crate::machine::Tool;
 
-/// A normal this close to the tool axis leaves the direction across it open [rad]: six-decimal normals turn
+/// A normal this close to the tool axis leaves the direction across it open \[rad\]: six-decimal normals turn
 /// by a tenth of a radian there.
 const OPEN_ANGLE_RAD: f64 = 1e-5;
 /// Cosine between normal and tool axis below which the contact is an undercut: three-decimal contact words on a
@@ -25,9 +25,9 @@ pub enum CutterContact {
     },
     /// Carried as it is: `c = w + axial·t − radial·inward`.
     Offset {
-        /// Along the tool axis [mm].
+        /// Along the tool axis \[mm\].
         axial_mm: f64,
-        /// Away from the tool axis [mm].
+        /// Away from the tool axis \[mm\].
         radial_mm: f64,
         /// Unit, across t, from the contact toward the axis (m of the shared notation).
         inward: Vec3,
@@ -37,7 +37,7 @@ pub enum CutterContact {
 }
 
 impl CutterContact {
-    /// A contact this close to the tool's axis lies on no side of it [mm].
+    /// A contact this close to the tool's axis lies on no side of it \[mm\].
     pub const ON_AXIS_MM: f64 = 5e-6;
 
     /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
@@ -63,7 +63,7 @@ impl CutterContact {
 pub struct Touch {
     /// Where the tool touches.
     pub contact: CutterContact,
-    /// Distance of the stated point from the tool's surface [mm]; 0 where it is on it by construction.
+    /// Distance of the stated point from the tool's surface \[mm\]; 0 where it is on it by construction.
     pub off_tool_mm: f64,
     /// Whether n ∥ t left the contact's side open and the feed direction decided.
     pub side_assumed: bool,
@@ -75,7 +75,7 @@ pub enum ContactFault {
     /// The surface looks away from the tool: an undercut.
     #[error("the contact normal points {angle_deg:.3}° away from the tool axis: an undercut")]
     Undercut {
-        /// Angle between normal and tool axis [deg].
+        /// Angle between normal and tool axis \[deg\].
         angle_deg: f64,
     },
     /// A normal without a direction.
@@ -87,7 +87,7 @@ pub enum ContactFault {
 }
 
 impl Touch {
-    /// A contact point this close to the tool's surface is on it [mm]: ten times what four decimals and five axes can
+    /// A contact point this close to the tool's surface is on it \[mm\]: ten times what four decimals and five axes can
     /// round away.
     pub const ON_TOOL_MM: f64 = 0.005;
 

@@ -6,15 +6,15 @@ use crate::geometry::Vec3;
 /// The line the contact point should follow during a block, in W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLine {
-    /// Contact at the start `c_s` [mm].
+    /// Contact at the start `c_s` \[mm\].
     pub start_mm: Vec3,
-    /// `l = c_e − c_s` [mm].
+    /// `l = c_e − c_s` \[mm\].
     pub along_mm: Vec3,
-    /// |l| [mm].
+    /// |l| \[mm\].
     pub length_mm: f64,
 }
 
-/// A line shorter than this is a point: the deviation is then the distance from it [mm].
+/// A line shorter than this is a point: the deviation is then the distance from it \[mm\].
 const POINT_LENGTH_MM: f64 = 1e-9;
 
 impl ContactLine {
@@ -45,9 +45,9 @@ impl ContactLine {
 /// The contact point's distance from its line at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deviation {
-    /// ε [mm], never negative.
+    /// ε \[mm\], never negative.
     pub distance_mm: f64,
-    /// The part of it along the surface normal [mm]: + excess, − gouge. 0 where no normal is known.
+    /// The part of it along the surface normal \[mm\]: + excess, − gouge. 0 where no normal is known.
     pub along_normal_mm: f64,
 }
 

@@ -5,7 +5,7 @@ use crate::geometry::Vec3;
 use crate::motion::{FeedMode, Interpolation};
 use crate::units::S_PER_MIN;
 
-/// A linear path shorter than this is none: the block is purely rotary [mm or inch].
+/// A linear path shorter than this is none: the block is purely rotary \[mm or inch\].
 const PURELY_ROTARY_UNITS: f64 = 1e-9;
 
 /// What a block's time depends on.
@@ -14,7 +14,7 @@ pub struct BlockTime {
     /// Length that F in G94 is measured along: words in machine interpolation, tip in W with TCP, in program units
     /// (mm or inch).
     pub path_units: f64,
-    /// Largest rotary travel [deg].
+    /// Largest rotary travel \[deg\].
     pub turn_deg: f64,
 }
 

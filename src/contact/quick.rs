@@ -21,7 +21,7 @@ const NO_DIRECTION: f64 = 1e-9;
 pub struct QuickLook {
     /// The deviation in the middle.
     pub middle: Deviation,
-    /// No point of the block deviates by more [mm].
+    /// No point of the block deviates by more \[mm\].
     pub at_most_mm: f64,
 }
 

@@ -5,13 +5,13 @@ use super::{Deviation, Segment, SourceBlock};
 /// What sampling a segment found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampled {
-    /// Largest deviation [mm].
+    /// Largest deviation \[mm\].
     pub max_mm: f64,
-    /// Mean of the squared deviation over the segment's fraction [mm²].
+    /// Mean of the squared deviation over the segment's fraction \[mm²\].
     pub mean_square_mm2: f64,
-    /// Largest part of the deviation along the surface normal, out of the part [mm], never negative.
+    /// Largest part of the deviation along the surface normal, out of the part \[mm\], never negative.
     pub max_excess_mm: f64,
-    /// Largest part of it into the part [mm], never negative.
+    /// Largest part of it into the part \[mm\], never negative.
     pub max_gouge_mm: f64,
     /// How many points were evaluated.
     pub evaluations: u64,
@@ -62,7 +62,7 @@ struct Samples<'a, 'b> {
     block: &'a SourceBlock<'b>,
     segment: &'a Segment,
     steps: u32,
-    /// Squared distance sums of the ends and of the inner points [mm²].
+    /// Squared distance sums of the ends and of the inner points \[mm²\].
     ends_square_mm2: f64,
     inner_square_mm2: f64,
     found: Sampled,
@@ -111,7 +111,7 @@ impl<'a, 'b> Samples<'a, 'b> {
         deviation.distance_mm.powi(2)
     }
 
-    /// How much larger than the sampled maximum the true one can be [mm].
+    /// How much larger than the sampled maximum the true one can be \[mm\].
     fn slack_mm(&self, curvature_bound_mm: f64) -> f64 {
         curvature_bound_mm / (8.0 * f64::from(self.steps).powi(2))
     }

@@ -9,7 +9,7 @@ use crate::motion::{AxisWords, Interpolation};
 /// One programmed point: its words, and the pose they give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
-    /// Linear words [mm] and rotary words [deg].
+    /// Linear words \[mm\] and rotary words \[deg\].
     pub words: AxisWords,
     /// The tool in W.
     pub pose: ToolPose,
@@ -30,7 +30,7 @@ impl Station {
     }
 }
 
-/// Kinematic angles [rad] of rotary words [deg], in the profile's order.
+/// Kinematic angles \[rad\] of rotary words \[deg\], in the profile's order.
 #[must_use]
 pub fn rotary_rad(machine: &Machine, rotary_deg: [f64; 2]) -> [f64; 2] {
     let [first, second] = machine.rotary_axes();

@@ -28,7 +28,7 @@ impl Resolution {
         Self { linear_decimals, rotary_decimals, mm_per_unit, origin }
     }
 
-    /// The lengths that the control reads back when these are written [mm].
+    /// The lengths that the control reads back when these are written \[mm\].
     #[must_use]
     pub fn linear_mm(&self, lengths_mm: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|k| {
@@ -38,7 +38,7 @@ impl Resolution {
         })
     }
 
-    /// The angles that the control reads back when these are written [deg].
+    /// The angles that the control reads back when these are written \[deg\].
     #[must_use]
     pub fn rotary_deg(&self, angles_deg: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|k| {
@@ -55,7 +55,7 @@ pub struct Node {
     pub fraction: f64,
     /// Words as the control will read them, and the pose they give.
     pub station: Station,
-    /// The contact point aimed at in W [mm].
+    /// The contact point aimed at in W \[mm\].
     pub contact_mm: Vec3,
 }
 

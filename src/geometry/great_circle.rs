@@ -14,7 +14,7 @@ pub struct GreatCircle {
     angle_rad: f64,
 }
 
-/// Below this angle [rad] the arc's plane is lost in rounding; the arc is then taken as its chord's direction.
+/// Below this angle \[rad\] the arc's plane is lost in rounding; the arc is then taken as its chord's direction.
 const DEGENERATE_ANGLE_RAD: f64 = 1e-15;
 
 impl GreatCircle {
@@ -29,7 +29,7 @@ impl GreatCircle {
         Self { start, toward, angle_rad }
     }
 
-    /// The whole angle of the arc [rad].
+    /// The whole angle of the arc \[rad\].
     #[must_use]
     pub fn angle_rad(&self) -> f64 {
         self.angle_rad

@@ -7,7 +7,7 @@ use super::{Mat3, Vec3, rotation_from_vector, trig};
 pub struct Screw {
     /// Unit direction of the line.
     pub direction: Vec3,
-    /// Any point of the line [mm].
+    /// Any point of the line \[mm\].
     pub point_mm: Vec3,
 }
 
@@ -62,7 +62,7 @@ impl Screw {
 pub struct RigidMotion {
     /// Rotation part.
     pub rotation: Mat3,
-    /// Image of the origin [mm].
+    /// Image of the origin \[mm\].
     pub shift_mm: Vec3,
 }
 

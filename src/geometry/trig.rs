@@ -4,7 +4,7 @@
 //! no branch, no table and no fused multiply-add, so that a loop over slices becomes vector code and every
 //! instruction set gives the same result. Coefficients: Chebyshev fits on |r| ≤ π/4 and |t| ≤ tan(π/8).
 
-/// Largest magnitude [rad] or [deg] for which the stated errors hold.
+/// Largest magnitude \[rad\] or \[deg\] for which the stated errors hold.
 pub const MAX_ANGLE: f64 = 1e7;
 
 /// Adding and subtracting 1.5·2⁵² rounds to the nearest integer; the integer then stands in the lowest bits.
@@ -46,7 +46,7 @@ const QUARTER_PI: f64 = std::f64::consts::FRAC_PI_4;
 /// π/4 − [`QUARTER_PI`].
 const QUARTER_PI_LOW: f64 = 3.061_616_997_868_383e-17;
 
-/// Sine and cosine of an angle [rad], each within 4.5e-16 for |angle| ≤ [`MAX_ANGLE`].
+/// Sine and cosine of an angle \[rad\], each within 4.5e-16 for |angle| ≤ [`MAX_ANGLE`].
 ///
 /// Reduction by π/2 in three parts (Cody and Waite), then one polynomial each. Not finite in, not a number out.
 #[inline(always)]

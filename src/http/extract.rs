@@ -25,7 +25,7 @@ pub(super) struct Query<T>(pub(super) T);
 #[derive(Debug)]
 pub(super) struct Path<T>(pub(super) T);
 
-/// Bodies above this length are parsed in the pool [bytes].
+/// Bodies above this length are parsed in the pool (bytes).
 const PARSED_AT_ONCE: usize = 64 * 1024;
 
 impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {

@@ -5,7 +5,7 @@ use http::request::Parts;
 use super::problem::{Problem, ProblemType};
 use crate::store::{KeyUse, sha256_hex};
 
-/// Longest key taken [bytes].
+/// Longest key taken (bytes).
 const MAX_KEY_BYTES: usize = 255;
 
 /// The key of a request, if it has one, before its body is known.

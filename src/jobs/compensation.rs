@@ -106,7 +106,7 @@ pub struct CompensationRequest {
     pub file_name: String,
     /// The key it was asked under.
     pub used: Option<KeyUse>,
-    /// The dearest computation allowed [s of one core].
+    /// The dearest computation allowed \[s of one core\].
     pub max_cost_s: f64,
 }
 

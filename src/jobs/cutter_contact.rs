@@ -148,10 +148,10 @@ fn findings(report: &process::CcReport) -> CcFindings {
             program::Dialect::Iso => Dialect::Iso,
             program::Dialect::Csv => Dialect::Csv,
         },
-        interpolation: report.interpolation.map(|interpolation| match interpolation {
+        interpolation: match report.interpolation {
             motion::Interpolation::Machine => Interpolation::Machine,
             motion::Interpolation::Tcp => Interpolation::Tcp,
-        }),
+        },
         contact: match report.contact {
             process::ContactSource::Auto => Contact::Auto,
             process::ContactSource::Program => Contact::Program,

@@ -6,9 +6,9 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("the estimated cost of {estimated_s:.3} s of computation is over the limit of {limit_s} s")]
 pub struct TooCostly {
-    /// Estimated [s of one core].
+    /// Estimated \[s of one core\].
     pub estimated_s: f64,
-    /// Limit [s of one core].
+    /// Limit \[s of one core\].
     pub limit_s: f64,
 }
 

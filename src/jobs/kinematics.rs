@@ -51,7 +51,7 @@ const MAX_CANDIDATES: usize = 1_000_000;
 pub struct Limits {
     /// Most poses.
     pub max_poses: usize,
-    /// Largest estimate [s of one core].
+    /// Largest estimate \[s of one core\].
     pub max_cost_s: f64,
 }
 
@@ -101,7 +101,7 @@ pub struct InverseOptions {
     pub setup: Setup,
     /// Which solutions.
     pub selection: Selection,
-    /// Rotary words before the first pose, in the profile's order [deg].
+    /// Rotary words before the first pose, in the profile's order \[deg\].
     pub start_words_deg: Option<[f64; 2]>,
 }
 

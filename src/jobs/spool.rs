@@ -13,7 +13,7 @@ pub enum SpoolFault {
     /// More bytes than the limit.
     #[error("the body is larger than {limit} bytes")]
     TooLarge {
-        /// The limit [bytes].
+        /// The limit \[bytes\].
         limit: u64,
     },
     /// The file could not be written.
@@ -44,7 +44,7 @@ pub struct Upload {
 const GATHERED: usize = 256 * 1024;
 
 impl Spool {
-    /// A spool in the directory of `blobs` with a limit on the length of an upload [bytes].
+    /// A spool in the directory of `blobs` with a limit on the length of an upload \[bytes\].
     #[must_use]
     pub fn new(blobs: Blobs, limit: u64) -> Self {
         Self { blobs, limit }

@@ -7,7 +7,7 @@ use crate::machine::{Machine, Side, Travel};
 /// A tool pose in the workpiece frame W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolPose {
-    /// Tool tip w [mm].
+    /// Tool tip w \[mm\].
     pub tip_mm: Vec3,
     /// Unit tool axis t, from the tip into the spindle.
     pub axis: Vec3,
@@ -17,18 +17,18 @@ pub struct ToolPose {
 /// rotaries in the profile's order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joints {
-    /// `(X, Y, Z)` [mm].
+    /// `(X, Y, Z)` \[mm\].
     pub linear_mm: Vec3,
-    /// θ of the first and the second rotary axis of the profile [rad].
+    /// θ of the first and the second rotary axis of the profile \[rad\].
     pub rotary_rad: [f64; 2],
 }
 
 /// What is mounted on the machine and which axes are believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
-    /// Work offset o: W's origin in M at zero pose [mm].
+    /// Work offset o: W's origin in M at zero pose \[mm\].
     pub work_offset_mm: Vec3,
-    /// Tool length L, added along the zero-pose tool axis to head axis points [mm].
+    /// Tool length L, added along the zero-pose tool axis to head axis points \[mm\].
     pub tool_length_mm: f64,
     /// Whether location errors and squareness count.
     pub apply_errors: bool,
@@ -55,11 +55,11 @@ pub struct Kinematics {
     pub(super) linear_words: Mat3,
     /// Sense in which the control counts u and v: −1 opposite to ISO 841.
     pub(super) sense: [f64; 2],
-    /// Travel of the NC words of u and v [deg].
+    /// Travel of the NC words of u and v \[deg\].
     pub(super) travel_deg: [Option<Travel>; 2],
-    /// Travel of X Y Z [mm].
+    /// Travel of X Y Z \[mm\].
     pub(super) linear_travel_mm: [Option<Travel>; 3],
-    /// Angles between nominal and calibrated direction of both axes, summed [rad].
+    /// Angles between nominal and calibrated direction of both axes, summed \[rad\].
     pub(super) tilt_rad: f64,
     /// The direction part of the inverse.
     pub(super) pointing: Pointing,
@@ -117,14 +117,14 @@ impl Kinematics {
         self.profile_index.map(|index| trig::sin_cos(rotary_rad[index]))
     }
 
-    /// The tool axis t in W at these rotary angles (profile order) [rad]: `exp(θ_u û) exp(θ_v v̂) t0`.
+    /// The tool axis t in W at these rotary angles (profile order) \[rad\]: `exp(θ_u û) exp(θ_v v̂) t0`.
     #[must_use]
     pub fn axis(&self, rotary_rad: [f64; 2]) -> Vec3 {
         let [u, v] = self.profile_index.map(|index| rotary_rad[index]);
         self.screws[0].turn(u, self.screws[1].turn(v, Machine::TOOL_AXIS))
     }
 
-    /// The tool tip in W \[mm\] at linear words q \[mm\] and rotary angles [rad].
+    /// The tool tip in W \[mm\] at linear words q \[mm\] and rotary angles \[rad\].
     #[must_use]
     pub fn tip_mm(&self, linear_mm: Vec3, rotary_rad: [f64; 2]) -> Vec3 {
         self.tip_at(linear_mm, self.turns(rotary_rad))
@@ -144,7 +144,7 @@ impl Kinematics {
         p - self.work_offset_mm
     }
 
-    /// The linear words q \[mm\] that put the tip at `tip_mm` in W with these rotary angles [rad]:
+    /// The linear words q \[mm\] that put the tip at `tip_mm` in W with these rotary angles \[rad\]:
     /// `q = S⁻¹(E_t(w + o) − o − E_h·0)` (§1), exact.
     #[must_use]
     pub fn linear_mm(&self, tip_mm: Vec3, rotary_rad: [f64; 2]) -> Vec3 {

@@ -9,7 +9,7 @@ use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
 use super::two_way::Weights;
 
-/// Travels closer than this tie [deg].
+/// Travels closer than this tie \[deg\].
 pub(super) const TIE_DEG: f64 = 1e-6;
 /// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
 pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
@@ -468,7 +468,7 @@ impl Choice {
     }
 }
 
-/// `out[t] = min over s of sources[s] + |to(t) − from(s)|`: prefix and suffix minima on a limited axis; on an
+/// `out[t] = min over s of sources\[s\] + |to(t) − from(s)|`: prefix and suffix minima on a limited axis; on an
 /// axis without end there is one source and one target.
 fn spread(
     grid: &Grid,

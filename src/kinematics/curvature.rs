@@ -3,7 +3,7 @@
 use super::Kinematics;
 use crate::geometry::Vec3;
 
-/// Up to this total turn of the table axes [rad] the distance from the axis is bounded by the path's own length.
+/// Up to this total turn of the table axes \[rad\] the distance from the axis is bounded by the path's own length.
 const SHORT_TURN_RAD: f64 = 1.0;
 
 impl Kinematics {

@@ -20,11 +20,11 @@ pub enum InverseError {
     OutOfReach {
         /// Index of the pose.
         pose: usize,
-        /// Angle between the tool axis and the rotary axis next to the workpiece [deg].
+        /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
         tilt_deg: f64,
-        /// Smallest angle within reach [deg].
+        /// Smallest angle within reach \[deg\].
         min_deg: f64,
-        /// Largest angle within reach [deg].
+        /// Largest angle within reach \[deg\].
         max_deg: f64,
     },
     /// Every solution leaves a travel; the one that leaves it least is told.
@@ -53,11 +53,11 @@ pub enum InverseError {
     StartOutOfTravel {
         /// The axis.
         axis: Motion,
-        /// Its word [deg].
+        /// Its word \[deg\].
         commanded: f64,
-        /// Lower end of the travel [deg].
+        /// Lower end of the travel \[deg\].
         min: f64,
-        /// Upper end of the travel [deg].
+        /// Upper end of the travel \[deg\].
         max: f64,
     },
     /// More combinations of pose, branch and turn than are kept.

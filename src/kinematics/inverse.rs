@@ -7,11 +7,11 @@ use crate::machine::{Motion, Travel};
 
 /// Slack of travel comparisons [deg, mm]: the rounding of words that stand exactly at the end of a travel.
 pub const TRAVEL_SLACK: f64 = 1e-9;
-/// A direction beyond the reach limit by no more counts as on it [rad].
+/// A direction beyond the reach limit by no more counts as on it \[rad\].
 pub const REACH_SLACK_RAD: f64 = 1e-9;
-/// Closer than this to a reach limit or to the pole [rad] the two solutions are one: the axis moves by no more.
+/// Closer than this to a reach limit or to the pole \[rad\] the two solutions are one: the axis moves by no more.
 const MERGE_RAD: f64 = 1e-13;
-/// Largest coordinate of a pose taken for real [mm].
+/// Largest coordinate of a pose taken for real \[mm\].
 pub const MAX_COORDINATE_MM: f64 = 1e6;
 
 /// Which of the two solutions of the direction: the sign of B in `v-angle = b0 ± B` (§1).
@@ -38,7 +38,7 @@ pub struct Candidate {
     pub joints: Joints,
     /// |t·(u × v′)|: 0 at the pole and at the reach limit, 1 at best.
     pub conditioning: f64,
-    /// Angle by which the tool axis misses the pose's [rad]: 0 but for a pose beyond the reach limit, by no more
+    /// Angle by which the tool axis misses the pose's \[rad\]: 0 but for a pose beyond the reach limit, by no more
     /// than 1e-9 rad or the tilt of the location errors.
     pub axis_residual_rad: f64,
 }
@@ -53,7 +53,7 @@ pub(super) struct Solution {
     pub(super) conditioning: f64,
     /// The axis is along ±u: the u-word is free.
     pub(super) at_pole: bool,
-    /// min(φ, π − φ) [rad].
+    /// min(φ, π − φ) \[rad\].
     pub(super) polar_distance_rad: f64,
     pub(super) axis_residual_rad: f64,
 }
@@ -141,7 +141,7 @@ impl Kinematics {
         })
     }
 
-    /// The tilt that the location errors give u and v [rad]: the angles between nominal and calibrated direction
+    /// The tilt that the location errors give u and v \[rad\]: the angles between nominal and calibrated direction
     /// of both axes, summed. 0 where errors are ignored.
     #[must_use]
     pub fn tilt_rad(&self) -> f64 {
@@ -180,7 +180,7 @@ impl Kinematics {
         Joints { linear_mm: self.linear_mm(tip_mm, rotary_rad), rotary_rad }
     }
 
-    /// The linear axis that leaves its travel most, if any, with the excess [mm].
+    /// The linear axis that leaves its travel most, if any, with the excess \[mm\].
     pub(super) fn linear_miss(&self, index: usize, linear_mm: Vec3) -> Option<(f64, InverseError)> {
         let mut worst: Option<(f64, InverseError)> = None;
         for (k, travel) in self.linear_travel_mm.iter().enumerate() {
@@ -239,7 +239,7 @@ pub(super) fn turn_range(word_deg: f64, travel: Option<Travel>) -> std::ops::Ran
     range
 }
 
-/// The turned word that leaves the travel least, and by how much [deg].
+/// The turned word that leaves the travel least, and by how much \[deg\].
 pub(super) fn least_excess(word_deg: f64, travel: Travel) -> (f64, f64) {
     let turns = ((0.5 * (travel.min + travel.max) - word_deg) / 360.0).round();
     let word = word_deg + 360.0 * turns;

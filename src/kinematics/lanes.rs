@@ -90,11 +90,11 @@ impl PointedBlock {
 
 /// Linear words and kinematic angles of chosen words.
 pub(super) struct JointBlock {
-    /// Words of u, v [deg]: what goes in.
+    /// Words of u, v \[deg\]: what goes in.
     pub(super) words_deg: [Lane; 2],
-    /// θ of u, v [rad].
+    /// θ of u, v \[rad\].
     pub(super) rotary_rad: [Lane; 2],
-    /// X Y Z [mm].
+    /// X Y Z \[mm\].
     pub(super) linear_mm: [Lane; 3],
 }
 

@@ -8,7 +8,7 @@ use super::walk::Walk;
 use super::{InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Motion, Travel};
 
-/// A rotary step over this is a rewind [deg].
+/// A rotary step over this is a rewind \[deg\].
 pub const REWIND_DEG: f64 = 120.0;
 /// Largest number of poses times combinations of branch and turn that one path may have: bounds its memory.
 pub const MAX_CELLS: usize = 1 << 26;
@@ -31,7 +31,7 @@ pub struct PathOptions {
     /// NC words of the rotary axes before the first pose, in the profile's order \[deg\]; without them the first
     /// pose costs nothing.
     pub start_words_deg: Option<[f64; 2]>,
-    /// A rotary step over this is a rewind [deg].
+    /// A rotary step over this is a rewind \[deg\].
     pub rewind_deg: f64,
     /// How to choose.
     pub selection: Selection,
@@ -60,7 +60,7 @@ pub struct PathWarning {
     pub pose: usize,
     /// What happened.
     pub kind: WarningKind,
-    /// Angle by which the tool axis misses the pose's [rad].
+    /// Angle by which the tool axis misses the pose's \[rad\].
     pub axis_residual_rad: f64,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Pointing {
     /// sin σ · sin τ.
     product: f64,
     inverse_product: f64,
-    /// The angle about v from t0 to u [rad].
+    /// The angle about v from t0 to u \[rad\].
     b0_rad: f64,
     /// What turns kinematic radians into NC degrees: ±180/π for u, v.
     word_per_rad: [f64; 2],
@@ -117,7 +117,7 @@ impl Pointing {
 /// Degrees in a radian, rounded like `f64::to_degrees`.
 pub(super) const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 
-/// A word this near to −180° [deg] is written as 180: rounding must not decide a whole turn.
+/// A word this near to −180° \[deg\] is written as 180: rounding must not decide a whole turn.
 const HALF_TURN_SLACK_DEG: f64 = 1e-11;
 
 /// The same position in (−180, 180] \[deg\], for |word| far below 2⁵¹ turns.

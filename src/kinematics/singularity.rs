@@ -8,12 +8,12 @@ use super::{Kinematics, TRAVEL_SLACK};
 use crate::geometry::{Vec3, angle_about, angle_between};
 use crate::machine::Machine;
 
-/// Smallest half-angle of the cone [deg].
+/// Smallest half-angle of the cone \[deg\].
 pub const MIN_CONE_DEG: f64 = 0.01;
 
 impl Kinematics {
     /// The half-angle of the cone about ±u in which path selection holds u: the larger of 0.01° and twice
-    /// [`Kinematics::tilt_rad`] [rad].
+    /// [`Kinematics::tilt_rad`] \[rad\].
     #[must_use]
     pub fn pole_cone_rad(&self) -> f64 {
         MIN_CONE_DEG.to_radians().max(2.0 * self.tilt_rad)
@@ -41,7 +41,7 @@ impl Kinematics {
             .unwrap_or(best)
     }
 
-    /// Conditioning and the angle \[rad\] by which the tool misses the unit `axis` at these words of u, v [deg].
+    /// Conditioning and the angle \[rad\] by which the tool misses the unit `axis` at these words of u, v \[deg\].
     pub(super) fn held_quality(&self, axis: Vec3, words_deg: [f64; 2]) -> (f64, f64) {
         let mut rotary_rad = [0.0; 2];
         for k in 0..2 {

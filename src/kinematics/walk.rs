@@ -29,7 +29,7 @@ pub(super) struct Walk<'a, P: ?Sized> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) poses: &'a P,
     pub(super) options: &'a PathOptions,
-    /// In the order u, v [deg].
+    /// In the order u, v \[deg\].
     pub(super) start: Option<[f64; 2]>,
     pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
     pub(super) out: &'a mut Path,

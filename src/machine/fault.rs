@@ -87,9 +87,9 @@ pub enum MachineFault {
     /// The two rotary axes are parallel, so that they cannot point the tool.
     #[error("the rotary axes are parallel within {angle_deg}°; at least {min_deg}° is needed")]
     ParallelRotaries {
-        /// Angle between the lines, 0–90 [deg].
+        /// Angle between the lines, 0–90 \[deg\].
         angle_deg: f64,
-        /// Smallest accepted [deg].
+        /// Smallest accepted \[deg\].
         min_deg: f64,
     },
     /// The tool axis lies along the rotary axis next to the tool, which then only spins it.
@@ -99,19 +99,19 @@ pub enum MachineFault {
     ToolAlongLastRotary {
         /// Index of the axis in the profile.
         index: usize,
-        /// Angle between tool axis and rotary axis, 0–90 [deg].
+        /// Angle between tool axis and rotary axis, 0–90 \[deg\].
         angle_deg: f64,
-        /// Smallest accepted [deg].
+        /// Smallest accepted \[deg\].
         min_deg: f64,
     },
     /// The interpolation period is not in its range.
     #[error("interpolation period {period_s} s is not between {min_s} s and {max_s} s")]
     InterpolationPeriod {
-        /// Given [s].
+        /// Given \[s\].
         period_s: f64,
-        /// Smallest accepted [s].
+        /// Smallest accepted \[s\].
         min_s: f64,
-        /// Largest accepted [s].
+        /// Largest accepted \[s\].
         max_s: f64,
     },
 }

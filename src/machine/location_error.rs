@@ -6,9 +6,9 @@ use crate::geometry::{Mat3, RigidMotion, Vec3, rotation_from_vector};
 /// reference point, everything outboard moves along (cascaded; shared notation §1 "Location errors").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocationError {
-    /// `(e_x, e_y, e_z)` [mm].
+    /// `(e_x, e_y, e_z)` \[mm\].
     pub translation_mm: Vec3,
-    /// `(e_a, e_b, e_c)`, a rotation vector [rad].
+    /// `(e_a, e_b, e_c)`, a rotation vector \[rad\].
     pub rotation_rad: Vec3,
 }
 
@@ -29,11 +29,11 @@ impl LocationError {
 /// Squareness of the linear axes (ISO 230-1 letters), X being the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Squareness {
-    /// `E_C0Y`: Y turned about Z [rad].
+    /// `E_C0Y`: Y turned about Z \[rad\].
     pub e_c0y_rad: f64,
-    /// `E_B0Z`: Z turned about Y [rad].
+    /// `E_B0Z`: Z turned about Y \[rad\].
     pub e_b0z_rad: f64,
-    /// `E_A0Z`: Z turned about X [rad].
+    /// `E_A0Z`: Z turned about X \[rad\].
     pub e_a0z_rad: f64,
 }
 

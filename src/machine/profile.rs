@@ -10,11 +10,11 @@ pub struct MachineParts {
     pub name: String,
     /// Table axes from the bed outward, head axes from the ram outward.
     pub rotary_axes: Vec<RotaryAxis>,
-    /// Travel of X, Y, Z words [mm]; `None` is unlimited.
+    /// Travel of X, Y, Z words \[mm\]; `None` is unlimited.
     pub linear_travel_mm: [Option<Travel>; 3],
     /// Squareness of the linear axes.
     pub squareness: Squareness,
-    /// The control's interpolation period T [s].
+    /// The control's interpolation period T \[s\].
     pub interpolation_period_s: f64,
 }
 
@@ -31,17 +31,17 @@ pub struct Machine {
 impl Machine {
     /// Zero-pose tool axis t0.
     pub const TOOL_AXIS: Vec3 = Vec3::new(0.0, 0.0, 1.0);
-    /// Smallest angle between two lines that still counts as not parallel [deg].
+    /// Smallest angle between two lines that still counts as not parallel \[deg\].
     pub const MIN_AXIS_ANGLE_DEG: f64 = 0.1;
-    /// Largest coordinate or travel taken for real [mm].
+    /// Largest coordinate or travel taken for real \[mm\].
     pub const MAX_LENGTH_MM: f64 = 1e5;
-    /// Largest rotary travel end taken for real [deg]: a thousand turns.
+    /// Largest rotary travel end taken for real \[deg\]: a thousand turns.
     pub const MAX_TRAVEL_DEG: f64 = 360_000.0;
-    /// Largest translational location error taken for real [mm].
+    /// Largest translational location error taken for real \[mm\].
     pub const MAX_ERROR_MM: f64 = 10.0;
-    /// Largest angular location error or squareness taken for real [rad].
+    /// Largest angular location error or squareness taken for real \[rad\].
     pub const MAX_ERROR_RAD: f64 = 0.05;
-    /// Shortest and longest interpolation period [s].
+    /// Shortest and longest interpolation period \[s\].
     pub const PERIOD_RANGE_S: [f64; 2] = [1e-5, 1.0];
     /// A direction shorter than this is taken for a zero vector.
     const MIN_DIRECTION_LENGTH: f64 = 1e-9;
@@ -106,7 +106,7 @@ impl Machine {
         &self.rotary_axes
     }
 
-    /// Travel of X, Y, Z words [mm].
+    /// Travel of X, Y, Z words \[mm\].
     #[must_use]
     pub fn linear_travel_mm(&self) -> &[Option<Travel>; 3] {
         &self.linear_travel_mm
@@ -118,7 +118,7 @@ impl Machine {
         &self.squareness
     }
 
-    /// The control's interpolation period T [s].
+    /// The control's interpolation period T \[s\].
     #[must_use]
     pub fn interpolation_period_s(&self) -> f64 {
         self.interpolation_period_s
@@ -173,7 +173,7 @@ impl Machine {
     }
 }
 
-/// Angle between two lines, their senses dropped, 0–90 [deg].
+/// Angle between two lines, their senses dropped, 0–90 \[deg\].
 fn line_angle_deg(a: Vec3, b: Vec3) -> f64 {
     let angle = angle_between(a, b).to_degrees();
     angle.min(180.0 - angle)

@@ -64,7 +64,7 @@ pub struct RotaryAxis {
     /// Reference point on the nominal line: in M \[mm\] for a table axis, relative to the zero-pose gauge point
     /// for a head axis.
     pub point_mm: Vec3,
-    /// Range of the NC word [deg]; `None` turns without end.
+    /// Range of the NC word \[deg\]; `None` turns without end.
     pub travel_deg: Option<Travel>,
     /// Whether the control counts opposite to ISO 841.
     pub reversed: bool,
@@ -73,13 +73,13 @@ pub struct RotaryAxis {
 }
 
 impl RotaryAxis {
-    /// The kinematic angle θ [rad] that the NC word `word_deg` commands.
+    /// The kinematic angle θ \[rad\] that the NC word `word_deg` commands.
     #[must_use]
     pub fn angle_rad(&self, word_deg: f64) -> f64 {
         if self.reversed { -word_deg.to_radians() } else { word_deg.to_radians() }
     }
 
-    /// The NC word [deg] that commands the kinematic angle `angle_rad`.
+    /// The NC word \[deg\] that commands the kinematic angle `angle_rad`.
     #[must_use]
     pub fn word_deg(&self, angle_rad: f64) -> f64 {
         if self.reversed { -angle_rad.to_degrees() } else { angle_rad.to_degrees() }

@@ -17,27 +17,27 @@ pub enum ToolFault {
     /// The cutter radius is not a positive, sensible number.
     #[error("cutter radius {radius_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
     Radius {
-        /// The radius asked for [mm].
+        /// The radius asked for \[mm\].
         radius_mm: f64,
-        /// The smallest accepted [mm].
+        /// The smallest accepted \[mm\].
         min_mm: f64,
-        /// The largest accepted [mm].
+        /// The largest accepted \[mm\].
         max_mm: f64,
     },
     /// The corner radius is negative or larger than the cutter radius.
     #[error("corner radius {corner_radius_mm:e} mm is not between 0 and the cutter radius {radius_mm} mm")]
     CornerRadius {
-        /// The corner radius asked for [mm].
+        /// The corner radius asked for \[mm\].
         corner_radius_mm: f64,
-        /// The cutter radius [mm].
+        /// The cutter radius \[mm\].
         radius_mm: f64,
     },
 }
 
 impl Tool {
-    /// The smallest cutter radius taken for real [mm].
+    /// The smallest cutter radius taken for real \[mm\].
     pub const MIN_RADIUS_MM: f64 = 0.001;
-    /// The largest cutter radius taken for real [mm].
+    /// The largest cutter radius taken for real \[mm\].
     pub const MAX_RADIUS_MM: f64 = 1000.0;
 
     /// A tool of cutter radius R and corner radius r.

@@ -5,11 +5,11 @@ use super::{AxisWords, Decimals};
 /// Last values of the words that name places, and the digits they were written with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Position {
-    /// X Y Z [mm] and the machine's two rotaries [deg].
+    /// X Y Z \[mm\] and the machine's two rotaries \[deg\].
     pub(super) axes: [Option<f64>; 5],
-    /// The letter among A B C that the machine lacks [deg].
+    /// The letter among A B C that the machine lacks \[deg\].
     pub(super) foreign_deg: Option<f64>,
-    /// U V W [mm].
+    /// U V W \[mm\].
     pub(super) contact_mm: [Option<f64>; 3],
     /// nx ny nz.
     pub(super) normal: [Option<f64>; 3],

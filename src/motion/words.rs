@@ -3,9 +3,9 @@
 /// The five axis words of one point of a program: NC words, not kinematic angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisWords {
-    /// X Y Z [mm], in W under tool-centre-point interpolation, in machine axes otherwise.
+    /// X Y Z \[mm\], in W under tool-centre-point interpolation, in machine axes otherwise.
     pub linear_mm: [f64; 3],
-    /// The two rotary words in the order of the machine profile [deg], never wrapped.
+    /// The two rotary words in the order of the machine profile \[deg\], never wrapped.
     pub rotary_deg: [f64; 2],
 }
 
@@ -14,7 +14,7 @@ pub struct AxisWords {
 pub enum ContactWords {
     /// Nothing.
     None,
-    /// The contact point, U V W [mm], as absolute words. U V W are modal among themselves.
+    /// The contact point, U V W \[mm\], as absolute words. U V W are modal among themselves.
     Point([f64; 3]),
     /// The contact normal `nx ny nz`, as written (not normalised).
     Normal([f64; 3]),

@@ -8,13 +8,13 @@ use super::PlotFault;
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviationPoint {
-    /// Contact path length [mm].
+    /// Contact path length \[mm\].
     pub path_mm: f64,
     /// Line of the upload.
     pub line: u64,
-    /// Deviation before [µm].
+    /// Deviation before \[µm\].
     pub before_um: f64,
-    /// Deviation after [µm].
+    /// Deviation after \[µm\].
     pub after_um: f64,
 }
 
@@ -25,7 +25,7 @@ pub struct DeviationFigure<'a> {
     pub title: &'a str,
     /// The curves.
     pub points: &'a [DeviationPoint],
-    /// The tolerance [µm].
+    /// The tolerance \[µm\].
     pub tolerance_um: f64,
 }
 

@@ -69,7 +69,7 @@ pub fn compensate(
     Ok(run.report(passages.dialect(), passages.blocks))
 }
 
-/// What was written is read back and handed on when it has come to this [bytes], or with its batch.
+/// What was written is read back and handed on when it has come to this \[bytes\], or with its batch.
 const FLUSH_BYTES: usize = 1 << 18;
 
 /// The work in progress.
@@ -85,7 +85,7 @@ struct Run<'a> {
     checked: u64,
     over: u64,
     inventory: Inventory,
-    modes: [u64; 2],
+    uses_tcp: bool,
 }
 
 impl<'a> Run<'a> {
@@ -110,7 +110,7 @@ impl<'a> Run<'a> {
             checked: 0,
             over: 0,
             inventory: Inventory::default(),
-            modes: [0; 2],
+            uses_tcp: false,
         }
     }
 
@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
             let text =
                 batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
-                self.modes[self.judge.mode(motion) as usize] += 1;
+                self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
             let largest = self.verifier.after.max_mm();
             let verdict = self.judge.judge(motions, index, following, text, largest);
@@ -266,11 +266,7 @@ impl<'a> Run<'a> {
                 after.max_mm,
             );
         }
-        let interpolation = match self.modes {
-            [0, tcp] if tcp > 0 => Some(Interpolation::Tcp),
-            [_, 0] => Some(Interpolation::Machine),
-            _ => None,
-        };
+        let interpolation = if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine };
         CcReport {
             dialect,
             interpolation,

@@ -9,7 +9,7 @@ use crate::program::{
     round_to_decimals,
 };
 
-/// A written number this close to the meant one is it [program units].
+/// A written number this close to the meant one is it \[program units\].
 const SAME_WORD: f64 = 1e-9;
 /// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
 const FEED_ROUNDING: f64 = 0.005;

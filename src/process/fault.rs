@@ -18,7 +18,7 @@ pub enum LineFaultKind {
     OutOfTravel {
         /// Address letter.
         axis: char,
-        /// The word commanded [mm or deg].
+        /// The word commanded \[mm or deg\].
         commanded: f64,
         /// Lower end.
         min: f64,
@@ -30,9 +30,9 @@ pub enum LineFaultKind {
         "the program's decimals reach {reachable_um:.3} µm in this block, not the tolerance of {tolerance_um:.3} µm"
     )]
     ToleranceOutOfReach {
-        /// Smallest deviation reached [µm].
+        /// Smallest deviation reached \[µm\].
         reachable_um: f64,
-        /// Asked for [µm].
+        /// Asked for \[µm\].
         tolerance_um: f64,
     },
     /// `interpolated` needs the block's time.
@@ -86,7 +86,7 @@ pub struct LineFaults {
 impl LineFaults {
     /// How many are kept.
     pub const MAX_KEPT: usize = 100;
-    /// Longest excerpt of a block [characters].
+    /// Longest excerpt of a block \[characters\].
     const EXCERPT_CHARS: usize = 80;
 
     pub(super) fn add(&mut self, line: u64, text: &[u8], kind: LineFaultKind) {

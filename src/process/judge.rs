@@ -12,9 +12,9 @@ use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 
-/// Words this far outside the travel are still rounding of the decimals [mm or deg].
+/// Words this far outside the travel are still rounding of the decimals \[mm or deg\].
 const TRAVEL_SLACK: f64 = 1e-6;
-/// A chord shorter than this has no direction but that of rounding [mm].
+/// A chord shorter than this has no direction but that of rounding \[mm\].
 const RESTING_MM: f64 = 1e-6;
 /// What a look leaves open below this share of the tolerance needs no closer look.
 const NEGLIGIBLE: f64 = 0.02;
@@ -27,7 +27,7 @@ const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 pub(super) enum Verdict<'a> {
     /// Within tolerance.
     Within {
-        /// Length of the contact line [mm].
+        /// Length of the contact line \[mm\].
         path_mm: f64,
         before: Sampled,
     },
@@ -55,7 +55,7 @@ struct Point {
     touch: Option<Touch>,
     /// A contact was stated that cannot be one; the fault is noted.
     faulty: bool,
-    /// The contact that the touch gives, W [mm].
+    /// The contact that the touch gives, W \[mm\].
     contact_mm: Vec3,
     line: u64,
 }

@@ -8,13 +8,13 @@ use crate::program::Dialect;
 /// Deviation over a whole program.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DeviationSummary {
-    /// Largest deviation [mm].
+    /// Largest deviation \[mm\].
     pub max_mm: f64,
-    /// Root mean square over the contact path [mm].
+    /// Root mean square over the contact path \[mm\].
     pub rms_mm: f64,
-    /// Largest part along the normal, out of the part [mm].
+    /// Largest part along the normal, out of the part \[mm\].
     pub max_excess_mm: f64,
-    /// Largest part along the normal, into the part [mm], as a magnitude.
+    /// Largest part along the normal, into the part \[mm\], as a magnitude.
     pub max_gouge_mm: f64,
     /// Line of the upload with the largest deviation.
     pub worst_line: Option<u64>,
@@ -174,7 +174,7 @@ pub struct Warning {
     pub line: Option<u64>,
     /// Line with the largest distance, where a distance belongs to the warning.
     pub worst_line: Option<u64>,
-    /// Largest distance [mm], where one belongs to the warning.
+    /// Largest distance \[mm\], where one belongs to the warning.
     pub max_distance_mm: Option<f64>,
     /// Why a motion could not be followed, for the first such line.
     pub reason: Option<Unfollowable>,
@@ -185,8 +185,9 @@ pub struct Warning {
 pub struct CcReport {
     /// The dialect read and written.
     pub dialect: Dialect,
-    /// Who interpolates; `None` where the program switches.
-    pub interpolation: Option<Interpolation>,
+    /// Who interpolates: with TCP where the program switches it on or the parameter says so. Motions before the switch
+    /// are judged as machine motions all the same.
+    pub interpolation: Interpolation,
     /// Where contacts came from.
     pub contact: ContactSource,
     /// Blocks of the upload.
@@ -203,7 +204,7 @@ pub struct CcReport {
     pub before: DeviationSummary,
     /// Deviation of what was written, from its own text.
     pub after: DeviationSummary,
-    /// Σ chords of the checked motions [mm].
+    /// Σ chords of the checked motions \[mm\].
     pub cc_path_length_mm: f64,
     /// Deviation along the path.
     pub series: Series,

@@ -3,13 +3,13 @@
 /// One bucket of the series: the largest deviation of the motions it stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeriesPoint {
-    /// Contact path length at the bucket's end [mm].
+    /// Contact path length at the bucket's end \[mm\].
     pub path_mm: f64,
     /// Line of the upload where the bucket's largest deviation before compensation is.
     pub line: u64,
-    /// Largest deviation before [mm].
+    /// Largest deviation before \[mm\].
     pub before_mm: f64,
-    /// Largest deviation after [mm].
+    /// Largest deviation after \[mm\].
     pub after_mm: f64,
 }
 

@@ -37,7 +37,7 @@ pub(super) struct Passage {
     pub(super) motions: Vec<Motion>,
 }
 
-/// How much is read at once [bytes].
+/// How much is read at once \[bytes\].
 pub(super) const CHUNK_BYTES: usize = 64 * 1024;
 /// How many batches without a motion are read ahead in search of the next one.
 const MAX_LOOKAHEAD: usize = 64;

@@ -23,9 +23,9 @@ use crate::motion::{
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// Words read back may differ by this from those meant: inches and increments pass through binary fractions
-/// [mm or deg].
+/// \[mm or deg\].
 const SAME_POSITION: f64 = 1e-7;
-/// An extruder word in between may be rounded beyond its ends by this [program units].
+/// An extruder word in between may be rounded beyond its ends by this \[program units\].
 const SAME_EXTRA: f64 = 1e-3;
 /// The time of a part may differ by this share: F words are rounded.
 const SAME_TIME: f64 = 0.01;

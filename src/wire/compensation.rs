@@ -134,11 +134,11 @@ const fn default_tolerance_um() -> f64 {
 }
 
 impl CcParameters {
-    /// Smallest and largest tolerance [µm].
+    /// Smallest and largest tolerance (µm).
     pub const TOLERANCE_RANGE_UM: [f64; 2] = [0.01, 10_000.0];
     /// Largest feed taken for real [mm/min].
     pub const MAX_FEED_MM_PER_MIN: f64 = 1e6;
-    /// Largest offset or tool length taken for real \[mm\].
+    /// Largest offset or tool length taken for real (mm).
     pub const MAX_OFFSET_MM: f64 = 1e5;
 
     /// The tool, if one is given.
@@ -250,8 +250,8 @@ pub struct Provenance {
 pub struct CcFindings {
     /// Form the text was read in.
     pub dialect: Dialect,
-    /// What the control was taken to interpolate; null where the program switches.
-    pub interpolation: Option<Interpolation>,
+    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    pub interpolation: Interpolation,
     /// Where the cutter contact came from.
     pub contact: Contact,
     /// Blocks of the upload.

@@ -53,7 +53,7 @@ pub enum Feedback {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Resonance {
-    /// Natural frequency [Hz].
+    /// Natural frequency (Hz).
     pub frequency_hz: f64,
     /// Damping ratio.
     pub damping_ratio: f64,
@@ -63,7 +63,7 @@ pub struct Resonance {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transmission {
-    /// Travel for each motor turn \[mm\]; linear axes.
+    /// Travel for each motor turn (mm); linear axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_mm: Option<f64>,
     /// Motor turns for each table turn; rotary axes.
@@ -78,28 +78,28 @@ pub struct Transmission {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
-    /// Position gain [1/s].
+    /// Position gain (1/s).
     pub position_gain_per_s: f64,
-    /// Velocity gain [A s/rad].
+    /// Velocity gain (A s/rad).
     pub velocity_gain_a_s_per_rad: f64,
-    /// Integral time of the velocity loop \[s\].
+    /// Integral time of the velocity loop (s).
     pub velocity_integral_time_s: f64,
-    /// Current gain [V/A].
+    /// Current gain (V/A).
     pub current_gain_v_per_a: f64,
-    /// Winding inductance \[H\].
+    /// Winding inductance (H).
     pub inductance_h: f64,
-    /// Winding resistance [Ω].
+    /// Winding resistance (Ω).
     pub resistance_ohm: f64,
-    /// Torque constant [Nm/A].
+    /// Torque constant (Nm/A).
     pub torque_constant_nm_per_a: f64,
-    /// Back EMF constant [V s/rad].
+    /// Back EMF constant (V s/rad).
     pub back_emf_v_s_per_rad: f64,
-    /// Inertia on the motor shaft [kg m²].
+    /// Inertia on the motor shaft (kg m²).
     pub inertia_kg_m2: f64,
-    /// Load inertia on the motor shaft, where it is modelled apart [kg m²].
+    /// Load inertia on the motor shaft, where it is modelled apart (kg m²).
     #[serde(default)]
     pub load_inertia_kg_m2: Option<f64>,
-    /// Viscous damping [Nm s/rad].
+    /// Viscous damping (Nm s/rad).
     pub damping_nm_s_per_rad: f64,
     /// What stands between motor and load.
     pub transmission: Transmission,

@@ -9,13 +9,13 @@ use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Setup, ToolPose};
 use crate::machine::{Machine, RotaryLetter};
 
-/// Largest coordinate or linear word taken for real \[mm\].
+/// Largest coordinate or linear word taken for real (mm).
 const MAX_COORDINATE_MM: f64 = 1e6;
 /// Largest component of a tool axis before it is normalised.
 const MAX_AXIS_COMPONENT: f64 = 1e6;
 /// A tool axis shorter than this is a zero vector.
 const MIN_AXIS_LENGTH: f64 = 1e-9;
-/// Largest rotary word taken for real [deg].
+/// Largest rotary word taken for real (deg).
 const MAX_ROTARY_DEG: f64 = Machine::MAX_TRAVEL_DEG;
 
 /// A tool pose in the workpiece: tip in mm, tool axis from the tip into the spindle.

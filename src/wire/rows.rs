@@ -67,7 +67,7 @@ struct Reader<T> {
     partial: Vec<u8>,
 }
 
-/// Longest line of a table [bytes].
+/// Longest line of a table (bytes).
 const MAX_LINE_BYTES: usize = 4096;
 
 impl<T: Row> Reader<T> {
@@ -110,7 +110,7 @@ impl<T: Row> Reader<T> {
         let row = if self.cells.is_empty() { String::new() } else { format!("/{}", self.rows.len()) };
         let slash = if name.is_empty() { "" } else { "/" };
         let pointer = format!("/{}{row}{slash}{name}", T::LIST);
-        RowFault { line: self.line, fault: Fault::new(pointer, detail), too_many: false }
+        RowFault { line: self.line.max(1), fault: Fault::new(pointer, detail), too_many: false }
     }
 
     fn take_line(&mut self, line: &[u8]) -> Result<(), RowFault> {

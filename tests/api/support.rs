@@ -227,7 +227,7 @@ impl Compensator for Upper {
         }
         Ok(CcFindings {
             dialect: Dialect::Iso,
-            interpolation: Some(Interpolation::Machine),
+            interpolation: Interpolation::Machine,
             contact: Contact::Tip,
             blocks_in: lines,
             blocks_out: lines,

@@ -20,6 +20,21 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, TooCostly, Busy
 );
 
+/// The options as query parameters, where the body is CSV.
+#[derive(Debug, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[expect(dead_code, reason = "describes what the operation takes of the options of both directions")]
+struct ForwardOptions {
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    work_offset_mm: Option<Vec<f64>>,
+    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    tool_length_mm: Option<f64>,
+    /// Whether measured errors count.
+    #[param(inline)]
+    location_errors: Option<crate::wire::LocationErrors>,
+}
+
 /// Tool poses.
 #[derive(Debug, Serialize, ToSchema)]
 struct ForwardAnswer {
@@ -37,7 +52,7 @@ struct ForwardAnswer {
     path = "/v1/machines/{machine_id}/forward-kinematics",
     tag = "kinematics",
     operation_id = "solve_forward_kinematics",
-    params(("machine_id" = String, Path, description = "The machine", example = "example-ac-table"), KinematicsOptions),
+    params(("machine_id" = String, Path, description = "The machine", example = "example-ac-table"), ForwardOptions),
     request_body(
         content(
             (ForwardRequest = "application/json", example = json!({"joints": [{"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 30.0, "C": 45.0}]})),

@@ -25,7 +25,7 @@ pub(super) struct Upload<P> {
     pub(super) parameters: P,
 }
 
-/// Largest `parameters` field [bytes].
+/// Largest `parameters` field (bytes).
 const MAX_PARAMETERS_BYTES: usize = 1 << 20;
 
 /// Takes the upload, up to the limit on bodies.
