@@ -74,7 +74,7 @@ async fn every_bad_word_is_named() {
 async fn bad_tables_are_named_by_line() {
     let app = spawn().await;
     for (text, line, pointer) in [
-        ("", 0, "/joints"),
+        ("", 1, "/joints"),
         ("X,Y,Z,A\n", 1, ""),
         ("X,Y,Q\n", 1, "/joints"),
         ("X,X,Y,Z\n", 1, "/joints"),
