@@ -54,7 +54,7 @@ struct ProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = "G90 G21 G94\nG1 X10 Y0 Z5 A10 C20 F1000\nG1 X20 Y0 Z5 A25 C60\nM30\n"),
+            (String = "text/plain", example = "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
             (ProgramForm = "multipart/form-data"),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
