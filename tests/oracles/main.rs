@@ -2,3 +2,4 @@
 
 mod cutter_contact;
 mod kinematics;
+mod servo;

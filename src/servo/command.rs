@@ -1,0 +1,133 @@
+//! A path as the drives are told it: one position for each axis and sample.
+
+use super::feed_profile::distances_mm;
+use super::{Circle, FeedProfile, ServoFault};
+use crate::geometry::trig;
+use crate::units::{Feedrate, S_PER_MIN};
+
+/// Most samples of one command: bounds time and memory.
+pub const MAX_SAMPLES: usize = 2_000_000;
+
+/// How a path is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    /// Along the path.
+    pub feed: Feedrate,
+    /// Sample period of the command \[s\].
+    pub period_s: f64,
+    /// How often a closed path is run; the last lap is judged.
+    pub laps: u32,
+    /// Jerk-limited feed; without one the command starts and ends with a step of speed.
+    pub profile: Option<FeedProfile>,
+    /// With a profile: corners sharper than this are exact stops \[rad\].
+    pub stop_at_corners_above_rad: f64,
+}
+
+impl Run {
+    /// At this feed: 1 ms, two laps, no profile, stops at corners above 10° where there is a profile.
+    #[must_use]
+    pub fn at(feed: Feedrate) -> Self {
+        Self { feed, period_s: 0.001, laps: 2, profile: None, stop_at_corners_above_rad: 10_f64.to_radians() }
+    }
+
+    /// Refuses what would take too many samples, before any is made.
+    pub(super) fn check_samples(&self, length_mm: f64, stops: usize) -> Result<(), ServoFault> {
+        if length_mm.is_nan() || length_mm <= 0.0 {
+            return Err(ServoFault::NoLength);
+        }
+        let speed_mm_per_s = self.feed.mm_per_min() / S_PER_MIN;
+        let mut samples = length_mm / (speed_mm_per_s * self.period_s);
+        if let Some(profile) = self.profile {
+            let [a, b] = profile.averages(speed_mm_per_s, self.period_s);
+            samples += (a as f64 + b as f64 + 2.0) * (stops as f64 + 1.0);
+        }
+        if samples <= MAX_SAMPLES as f64 {
+            return Ok(());
+        }
+        Err(ServoFault::TooManySamples { samples, max: MAX_SAMPLES })
+    }
+}
+
+/// The commands of the two axes of a circle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CircleCommand {
+    /// The circle.
+    pub circle: Circle,
+    /// Sample period \[s\].
+    pub period_s: f64,
+    /// φ of each sample \[rad\].
+    pub phi_rad: Vec<f64>,
+    /// Positions of the first and the second axis (mm, or rad), one for each sample.
+    pub positions: [Vec<f64>; 2],
+    /// First sample that is judged: the last lap begins here.
+    pub judged_from: usize,
+}
+
+/// Largest turn of C from one sample to the next \[rad\]: beyond it the circle is no longer one.
+const MAX_TURN_RAD: f64 = 0.25;
+
+impl CircleCommand {
+    /// Samples a circle (P2 eq. (4), (5)): φ = F t / r.
+    ///
+    /// # Errors
+    /// Too many samples; an XC circle that comes too near the line of C.
+    pub fn new(circle: Circle, run: &Run) -> Result<Self, ServoFault> {
+        let radius_mm = circle.radius_mm();
+        let lap_mm = std::f64::consts::TAU * radius_mm;
+        let laps = run.laps.max(1);
+        let length_mm = lap_mm * f64::from(laps);
+        run.check_samples(length_mm, 0)?;
+        let step_mm = run.feed.mm_per_min() / S_PER_MIN * run.period_s;
+        let distances = distances_mm(length_mm, run.feed, run.period_s, run.profile, &[]);
+        let judged_mm = length_mm - lap_mm;
+        let judged_from = distances.partition_point(|at_mm| *at_mm < judged_mm - 1e-9 * step_mm);
+        let phi_rad: Vec<f64> = distances.iter().map(|at_mm| at_mm / radius_mm).collect();
+        let mut first = Vec::with_capacity(phi_rad.len());
+        let mut second = Vec::with_capacity(phi_rad.len());
+        match circle {
+            Circle::XC { center_x_mm, .. } => {
+                let distance_mm = (center_x_mm.abs() - radius_mm).abs();
+                let turn_rad = if distance_mm > 0.0 { step_mm / distance_mm } else { std::f64::consts::PI };
+                if turn_rad.is_nan() || turn_rad > MAX_TURN_RAD {
+                    return Err(ServoFault::ThroughRotaryCenter {
+                        distance_mm,
+                        turn_rad,
+                        max_rad: MAX_TURN_RAD,
+                    });
+                }
+                for phi in &phi_rad {
+                    let (sin, cos) = trig::sin_cos(*phi);
+                    let (x, y) = (center_x_mm + radius_mm * cos, radius_mm * sin);
+                    first.push((x * x + y * y).sqrt());
+                    second.push(trig::atan2(y, x));
+                }
+                unwrap(&mut second);
+            }
+            Circle::Linear { .. } => {
+                for phi in &phi_rad {
+                    let (sin, cos) = trig::sin_cos(*phi);
+                    first.push(radius_mm * cos);
+                    second.push(radius_mm * sin);
+                }
+            }
+        }
+        let period_s = run.period_s;
+        Ok(Self { circle, period_s, phi_rad, positions: [first, second], judged_from })
+    }
+}
+
+/// Turns that a principal value hides are put back.
+fn unwrap(angles_rad: &mut [f64]) {
+    let mut turns = 0.0;
+    let mut before = angles_rad.first().copied().unwrap_or(0.0);
+    for angle in angles_rad {
+        let step = *angle - before;
+        before = *angle;
+        if step > std::f64::consts::PI {
+            turns -= 1.0;
+        } else if step < -std::f64::consts::PI {
+            turns += 1.0;
+        }
+        *angle += turns * std::f64::consts::TAU;
+    }
+}

@@ -1,0 +1,164 @@
+//! Distance from where the tool is to the path it was told to follow.
+
+use crate::geometry::{Vec3, angle_between};
+use crate::kinematics::ToolPose;
+
+/// Contour error of one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContourError {
+    /// Distance of the tool tip from the commanded path \[mm\]; with a plane signed, positive to the right of travel
+    /// as seen from its normal, and then measured in that plane.
+    pub tip_mm: f64,
+    /// Angle between the tool axis and the commanded one at the foot \[rad\].
+    pub axis_rad: f64,
+}
+
+/// Follows the foot of the actual tool on the commanded path.
+///
+/// The path is the polyline of the commanded samples. The foot is searched from a little before the previous foot to
+/// the present command: a nearest point of the whole path would find the neighbouring pass. Only where the tool
+/// leads the command, as feed-forward can make it, the search goes on from the command as long as the distance
+/// shrinks.
+#[derive(Debug, Clone)]
+pub struct FootTracker {
+    /// Commanded poses, as far as they are still of interest.
+    path: Vec<Sample>,
+    /// Index of the first of them in the run.
+    base: usize,
+    /// Index in the run of the segment of the previous foot.
+    foot: usize,
+    /// The longest segment so far.
+    longest: f64,
+    plane_normal: Option<Vec3>,
+}
+
+/// Tip, and tool axis times [`AXIS_WEIGHT_MM`].
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    tip_mm: Vec3,
+    axis: Vec3,
+}
+
+/// What a radian of tool axis counts beside a millimetre of tip in the search for the foot: so little that it does
+/// not move the foot of a tip that moves, yet finds the foot where the tip rests and only the axis turns.
+const AXIS_WEIGHT_MM: f64 = 1e-3;
+/// How far before the previous foot the search begins \[segments\].
+const BACK: usize = 16;
+/// How far beyond the command a leading tool is followed \[segments\].
+pub const LOOK_AHEAD: usize = 64;
+
+impl Sample {
+    fn separation(&self, other: &Self) -> f64 {
+        let tip = (self.tip_mm - other.tip_mm).norm_squared();
+        let axis = (self.axis - other.axis).norm_squared();
+        (tip + AXIS_WEIGHT_MM * AXIS_WEIGHT_MM * axis).sqrt()
+    }
+}
+
+/// A point of a segment: where on it, and how far.
+#[derive(Debug, Clone, Copy)]
+struct Foot {
+    segment: usize,
+    fraction: f64,
+    separation: f64,
+}
+
+impl FootTracker {
+    /// A tracker for a path that is yet to come; `plane_normal` gives the error a sign.
+    #[must_use]
+    pub fn new(plane_normal: Option<Vec3>) -> Self {
+        Self { path: Vec::new(), base: 0, foot: 0, longest: 0.0, plane_normal }
+    }
+
+    /// Takes the next commanded pose.
+    pub fn command(&mut self, pose: &ToolPose) {
+        let sample = Sample { tip_mm: pose.tip_mm, axis: pose.axis };
+        if let Some(last) = self.path.last() {
+            self.longest = self.longest.max(last.separation(&sample));
+        }
+        self.path.push(sample);
+    }
+
+    /// The contour error of `actual` while the command stands at sample `now` of the run. Samples up to
+    /// `now + LOOK_AHEAD` must have been commanded, as far as there are so many.
+    pub fn judge(&mut self, actual: &ToolPose, now: usize) -> ContourError {
+        let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis };
+        let first = self.foot.saturating_sub(BACK).max(self.base);
+        let mut best = self.foot_on(first.min(now), &actual);
+        let mut segment = first;
+        while segment < now {
+            let foot = self.foot_on(segment, &actual);
+            if foot.separation < best.separation {
+                best = foot;
+            }
+            // The path cannot come nearer by more than its own length.
+            segment += 1 + self.skippable(foot.separation - best.separation);
+        }
+        if best.segment + 1 >= now && best.fraction >= 1.0 || now == self.base {
+            for segment in now..now + LOOK_AHEAD {
+                let foot = self.foot_on(segment, &actual);
+                if foot.separation > best.separation {
+                    break;
+                }
+                best = foot;
+            }
+        }
+        self.foot = best.segment;
+        self.error_at(&best, &actual)
+    }
+
+    /// Forgets what no later search will look at.
+    pub fn trim(&mut self) {
+        let keep_from = self.foot.saturating_sub(BACK).max(self.base);
+        let count = (keep_from - self.base).min(self.path.len());
+        self.path.drain(..count);
+        self.base += count;
+    }
+
+    fn skippable(&self, margin: f64) -> usize {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative, saturating"
+        )]
+        let count = if self.longest > 0.0 { (margin / self.longest).max(0.0) as usize } else { 0 };
+        count
+    }
+
+    /// The nearest point of a segment; beyond the end of the path its last point.
+    fn foot_on(&self, segment: usize, actual: &Sample) -> Foot {
+        let [from, to] = self.segment(segment);
+        let weight = AXIS_WEIGHT_MM * AXIS_WEIGHT_MM;
+        let (tip, axis) = (to.tip_mm - from.tip_mm, to.axis - from.axis);
+        let length2 = tip.norm_squared() + weight * axis.norm_squared();
+        let along = (actual.tip_mm - from.tip_mm).dot(&tip) + weight * (actual.axis - from.axis).dot(&axis);
+        let fraction = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 1.0 };
+        let at = Sample { tip_mm: from.tip_mm + tip * fraction, axis: from.axis + axis * fraction };
+        Foot { segment, fraction, separation: actual.separation(&at) }
+    }
+
+    fn segment(&self, segment: usize) -> [Sample; 2] {
+        let at = |index: usize| {
+            let last = self.path.len().saturating_sub(1);
+            let nowhere = Sample { tip_mm: Vec3::zeros(), axis: Vec3::z() };
+            self.path.get(index.saturating_sub(self.base).min(last)).copied().unwrap_or(nowhere)
+        };
+        [at(segment), at(segment + 1)]
+    }
+
+    fn error_at(&self, foot: &Foot, actual: &Sample) -> ContourError {
+        let [from, to] = self.segment(foot.segment);
+        let travel = to.tip_mm - from.tip_mm;
+        let away = actual.tip_mm - (from.tip_mm + travel * foot.fraction);
+        let axis_rad = angle_between(actual.axis, from.axis + (to.axis - from.axis) * foot.fraction);
+        let tip_mm = match self.plane_normal {
+            None => away.norm(),
+            Some(normal) => {
+                let in_plane = away - normal * normal.dot(&away);
+                let right = travel.cross(&normal);
+                in_plane.norm().copysign(in_plane.dot(&right))
+            }
+        };
+        ContourError { tip_mm, axis_rad }
+    }
+}

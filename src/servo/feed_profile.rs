@@ -1,0 +1,116 @@
+//! How far along its path the command is at each sample.
+
+use crate::units::Feedrate;
+
+/// Limits of a jerk-limited start, stop and change of feed, along the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedProfile {
+    /// Acceleration along the path [mm/s²].
+    pub acceleration_mm_per_s2: f64,
+    /// Jerk along the path [mm/s³].
+    pub jerk_mm_per_s3: f64,
+}
+
+impl FeedProfile {
+    /// Lengths in samples, at least one, of the two moving averages which keep both limits for changes of speed up
+    /// to `speed_mm_per_s`: one as long as the acceleration takes, one as long as its build-up takes. The averages
+    /// of a distance travelled at constant speed are the seven-segment profile, and the path itself stays what it
+    /// is, since only the way along it is averaged.
+    #[must_use]
+    pub fn averages(&self, speed_mm_per_s: f64, period_s: f64) -> [usize; 2] {
+        let samples = |time_s: f64| {
+            let count = (time_s / period_s).ceil().max(1.0);
+            // Saturates; the caller bounds the total.
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "at least 1, saturating"
+            )]
+            let count = count as usize;
+            count
+        };
+        [
+            samples(speed_mm_per_s / self.acceleration_mm_per_s2),
+            samples(self.acceleration_mm_per_s2 / self.jerk_mm_per_s3),
+        ]
+    }
+}
+
+/// A moving average over a fixed number of samples, of a sequence that has rested at its first value for ever. The
+/// sum is formed anew once in every length, so that rounding does not pile up.
+#[derive(Debug, Clone)]
+pub struct MovingAverage {
+    window: Vec<f64>,
+    next: usize,
+    sum: f64,
+}
+
+impl MovingAverage {
+    /// An average over `length` samples (at least one) that rests at `start`.
+    #[must_use]
+    pub fn new(length: usize, start: f64) -> Self {
+        let window = vec![start; length.max(1)];
+        let sum = window.iter().sum();
+        Self { window, next: 0, sum }
+    }
+
+    /// Takes the next value and gives the average.
+    pub fn push(&mut self, value: f64) -> f64 {
+        let Some(oldest) = self.window.get_mut(self.next) else { return value };
+        self.sum += value - *oldest;
+        *oldest = value;
+        self.next += 1;
+        if self.next == self.window.len() {
+            self.next = 0;
+            self.sum = self.window.iter().sum();
+        }
+        self.sum / self.window.len() as f64
+    }
+}
+
+/// Distance along the path \[mm\] at each sample, from rest at 0 to `length_mm` at constant feed; with a profile
+/// accelerated and braked within its limits, and `stops_mm` (ascending) are points where it comes to rest.
+///
+/// Without a profile the last sample is the last one before the end of the path; with one it is the end itself.
+#[must_use]
+pub(super) fn distances_mm(
+    length_mm: f64,
+    feed: Feedrate,
+    period_s: f64,
+    profile: Option<FeedProfile>,
+    stops_mm: &[f64],
+) -> Vec<f64> {
+    let step_mm = feed.mm_per_min() / crate::units::S_PER_MIN * period_s;
+    let Some(profile) = profile else {
+        return (0..samples_of(length_mm, step_mm)).map(|k| k as f64 * step_mm).collect();
+    };
+    let [first, second] = profile.averages(step_mm / period_s, period_s);
+    let mut averages = [MovingAverage::new(first, 0.0), MovingAverage::new(second, 0.0)];
+    let mut out = Vec::new();
+    let mut push = |at_mm: f64| {
+        let [a, b] = &mut averages;
+        out.push(b.push(a.push(at_mm)));
+    };
+    let mut from_mm = 0.0;
+    for &stop_mm in stops_mm.iter().chain(std::iter::once(&length_mm)) {
+        for k in 0..samples_of(stop_mm - from_mm, step_mm) {
+            push(from_mm + k as f64 * step_mm);
+        }
+        // The averages run dry: the command rests here.
+        for _ in 0..first + second {
+            push(stop_mm);
+        }
+        from_mm = stop_mm;
+    }
+    out
+}
+
+/// Samples of a stretch at constant feed, its start counted.
+#[must_use]
+pub(super) fn samples_of(length_mm: f64, step_mm: f64) -> usize {
+    // A lap that ends on a sample ends there whatever the last digit says.
+    const ROUNDING: f64 = 1e-9;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, saturating")]
+    let steps = (length_mm / step_mm + ROUNDING).max(0.0) as usize;
+    steps.saturating_add(1)
+}

@@ -1,0 +1,119 @@
+//! One path under many feeds and gains.
+
+use std::ops::ControlFlow;
+
+use super::{
+    Circle, CircleCommand, Detail, DriveSet, Run, ServoFault, Simulation, ToolCommand, ToolPath,
+    simulate_circle, simulate_tool_path,
+};
+use crate::geometry::Vec3;
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+
+/// A path with what is needed to run it.
+#[derive(Debug, Clone, Copy)]
+pub enum ServoPath<'a> {
+    /// Two axes make it by themselves.
+    Circle(Circle),
+    /// The whole machine makes it.
+    Tool {
+        /// The machine.
+        machine: &'a Machine,
+        /// The machine with its set-up.
+        kinematics: &'a Kinematics,
+        /// The path.
+        path: &'a ToolPath,
+        /// Normal of the plane in which the contour error has a sign.
+        plane_normal: Option<Vec3>,
+    },
+}
+
+/// A path sampled at one feed, to be run with many drives.
+#[derive(Debug, Clone)]
+pub enum SampledPath<'a> {
+    /// Of two axes.
+    Circle(CircleCommand),
+    /// Of the whole machine.
+    Tool {
+        /// The commands.
+        command: ToolCommand,
+        /// The machine with its set-up.
+        kinematics: &'a Kinematics,
+        /// Normal of the plane in which the contour error has a sign.
+        plane_normal: Option<Vec3>,
+    },
+}
+
+impl<'a> ServoPath<'a> {
+    /// Samples the path.
+    ///
+    /// # Errors
+    /// Those of [`CircleCommand::new`] and [`ToolCommand::new`].
+    pub fn sample(
+        &self,
+        run: &Run,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<SampledPath<'a>, ServoFault> {
+        match *self {
+            Self::Circle(circle) => CircleCommand::new(circle, run).map(SampledPath::Circle),
+            Self::Tool { machine, kinematics, path, plane_normal } => {
+                let command = ToolCommand::new(machine, kinematics, path, run, stop)?;
+                Ok(SampledPath::Tool { command, kinematics, plane_normal })
+            }
+        }
+    }
+}
+
+impl SampledPath<'_> {
+    /// Runs these drives along the path.
+    ///
+    /// # Errors
+    /// Those of [`simulate_circle`].
+    pub fn simulate(
+        &self,
+        drives: &DriveSet,
+        detail: Detail,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Simulation, ServoFault> {
+        match self {
+            Self::Circle(command) => simulate_circle(command, drives, detail, stop),
+            Self::Tool { command, kinematics, plane_normal } => {
+                simulate_tool_path(command, kinematics, drives, *plane_normal, stop)
+            }
+        }
+    }
+}
+
+/// Runs drives along a path.
+///
+/// # Errors
+/// Those of [`ServoPath::sample`] and [`simulate_circle`].
+pub fn simulate(
+    path: &ServoPath<'_>,
+    run: &Run,
+    drives: &DriveSet,
+    detail: Detail,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Simulation, ServoFault> {
+    path.sample(run, stop)?.simulate(drives, detail, stop)
+}
+
+/// Runs every set of drives along the path at one feed: one column of a sweep. Columns are independent of each
+/// other, so they may run side by side.
+///
+/// # Errors
+/// The path cannot be sampled, or stopped. A set of drives that cannot be run gives its fault in its place.
+pub fn sweep_at_feed(
+    path: &ServoPath<'_>,
+    run: &Run,
+    sets: &[DriveSet],
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Vec<Result<Simulation, ServoFault>>, ServoFault> {
+    let sampled = path.sample(run, stop)?;
+    sets.iter()
+        .map(|drives| match sampled.simulate(drives, Detail::Summary, stop) {
+            Err(ServoFault::Stopped) => Err(ServoFault::Stopped),
+            cell => Ok(cell),
+        })
+        .collect()
+}

@@ -1,0 +1,216 @@
+//! The drives of a whole machine along its commands, streamed: joints in, contour error of the tool out.
+
+use std::collections::VecDeque;
+
+use super::statistics::{
+    ContourErrorStatistics, ContourErrorSummary, FollowingErrorStatistics, FollowingErrorSummary, Trace,
+    TracePoint,
+};
+use super::{AxisLetter, AxisServo, DriveSet, FootTracker, LOOK_AHEAD, ServoFault};
+use crate::geometry::Vec3;
+use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+
+/// What became of the tool and its five axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolOutcome {
+    /// Following error of each axis, in the order of the run; `None`: the axis never moved.
+    pub following: [Option<FollowingErrorSummary>; 5],
+    /// Contour error.
+    pub contour: ContourErrorSummary,
+    /// Samples in all.
+    pub samples: u64,
+    /// The run in a bounded number of points.
+    pub trace: Vec<TracePoint>,
+}
+
+/// A run of the whole machine, in pieces of any number.
+///
+/// Sample k is judged once the command is known up to k + [`LOOK_AHEAD`]. Memory does not grow with the run.
+#[derive(Debug)]
+pub struct ToolRun<'a> {
+    kinematics: &'a Kinematics,
+    axes: [AxisLetter; 5],
+    drives: &'a DriveSet,
+    period_s: f64,
+    plane_normal: Option<Vec3>,
+    servos: [Servo; 5],
+    tracker: FootTracker,
+    /// Actual poses that wait for the command to go on.
+    waiting: VecDeque<Waiting>,
+    /// Sample of this stretch that is judged next, and how many were commanded.
+    next: usize,
+    commanded: usize,
+    /// Samples of the whole run.
+    samples: u64,
+    judged_from: u64,
+    /// Where the axes were told to be last.
+    last: [Option<f64>; 5],
+    following: [FollowingErrorStatistics; 5],
+    contour: ContourErrorStatistics,
+    trace: Trace,
+    commanded_poses: PoseLanes,
+    actual: JointLanes,
+    actual_poses: PoseLanes,
+}
+
+#[derive(Debug)]
+enum Servo {
+    /// Has not moved yet: stands where it is told to.
+    Resting,
+    /// Follows its commands.
+    Moving(Box<AxisServo>),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    pose: ToolPose,
+    line: u64,
+    following: [f64; 5],
+}
+
+impl<'a> ToolRun<'a> {
+    /// A run that has not begun. `axes`: X, Y, Z and the rotary axes in the profile's order; contour errors get a
+    /// sign from `plane_normal`; samples before `judged_from` count in no summary.
+    #[must_use]
+    pub fn new(
+        kinematics: &'a Kinematics,
+        axes: [AxisLetter; 5],
+        drives: &'a DriveSet,
+        period_s: f64,
+        plane_normal: Option<Vec3>,
+        judged_from: u64,
+    ) -> Self {
+        Self {
+            kinematics,
+            axes,
+            drives,
+            period_s,
+            plane_normal,
+            servos: std::array::from_fn(|_| Servo::Resting),
+            tracker: FootTracker::new(plane_normal),
+            waiting: VecDeque::new(),
+            next: 0,
+            commanded: 0,
+            samples: 0,
+            judged_from,
+            last: [None; 5],
+            following: Default::default(),
+            contour: ContourErrorStatistics::default(),
+            trace: Trace::new(),
+            commanded_poses: PoseLanes::default(),
+            actual: JointLanes::default(),
+            actual_poses: PoseLanes::default(),
+        }
+    }
+
+    /// Follows the next samples; all of them belong to `line` of the program (0 without one).
+    ///
+    /// # Errors
+    /// An axis begins to move that has no drive, or one that is unstable or too stiff.
+    pub fn follow(&mut self, commands: &JointLanes, line: u64) -> Result<(), ServoFault> {
+        let lanes = lanes(commands);
+        let actual = lanes_mut(&mut self.actual);
+        for (slot, (lane, out)) in lanes.into_iter().zip(actual).enumerate() {
+            out.clear();
+            let (Some(first), Some(last)) = (lane.first(), lane.last()) else { return Ok(()) };
+            let rest = self.last[slot].replace(*last).unwrap_or(*first);
+            if matches!(self.servos[slot], Servo::Resting) && lane.iter().any(|at| (*at - rest).abs() > 0.0) {
+                let servo = self.drives.servo(self.axes[slot], self.period_s, rest)?;
+                self.servos[slot] = Servo::Moving(Box::new(servo));
+            }
+            match &mut self.servos[slot] {
+                Servo::Resting => out.extend_from_slice(lane),
+                Servo::Moving(servo) => servo.follow(lane, out),
+            }
+            let unjudged = self.judged_from.saturating_sub(self.samples).min(lane.len() as u64);
+            #[expect(clippy::cast_possible_truncation, reason = "at most the length of a lane")]
+            let unjudged = unjudged as usize;
+            if let Servo::Moving(_) = self.servos[slot] {
+                self.following[slot].take(&lane[unjudged..], &out[unjudged..]);
+            }
+        }
+        self.kinematics.forward_lanes(commands, &mut self.commanded_poses);
+        self.kinematics.forward_lanes(&self.actual, &mut self.actual_poses);
+        for k in 0..commands.len() {
+            self.tracker.command(&pose_of(&self.commanded_poses, k));
+            let now = lanes.map(|lane| lane[k]);
+            let is = self::lanes(&self.actual).map(|lane| lane[k]);
+            let following = std::array::from_fn(|slot| now[slot] - is[slot]);
+            self.waiting.push_back(Waiting { pose: pose_of(&self.actual_poses, k), line, following });
+        }
+        self.commanded += commands.len();
+        self.samples += commands.len() as u64;
+        self.judge(LOOK_AHEAD);
+        self.tracker.trim();
+        Ok(())
+    }
+
+    /// The command leaves the path here: what follows starts from rest, elsewhere.
+    pub fn lift(&mut self) {
+        self.judge(0);
+        self.tracker = FootTracker::new(self.plane_normal);
+        (self.next, self.commanded) = (0, 0);
+        self.servos = std::array::from_fn(|_| Servo::Resting);
+        self.last = [None; 5];
+        for statistics in &mut self.following {
+            statistics.lift();
+        }
+    }
+
+    /// Everything judged.
+    #[must_use]
+    pub fn finish(mut self) -> ToolOutcome {
+        self.judge(0);
+        let following = std::array::from_fn(|slot| {
+            let drive = self.drives.get(self.axes[slot])?;
+            let statistics = &self.following[slot];
+            statistics
+                .has_moved()
+                .then(|| statistics.summary(self.period_s, drive.velocity_gain_factor_per_s()))
+        });
+        ToolOutcome {
+            following,
+            contour: self.contour.summary(true),
+            samples: self.samples,
+            trace: self.trace.into_points(),
+        }
+    }
+
+    fn judge(&mut self, ahead: usize) {
+        while self.next + ahead < self.commanded
+            && let Some(Waiting { pose, line, following }) = self.waiting.pop_front()
+        {
+            let error = self.tracker.judge(&pose, self.next);
+            // Sample of the whole run: those waiting are its last.
+            let sample = self.samples - self.waiting.len() as u64 - 1;
+            let time_s = sample as f64 * self.period_s;
+            if sample >= self.judged_from {
+                self.contour.take(error.tip_mm, error.axis_rad, time_s, line);
+            }
+            self.trace.take(TracePoint {
+                time_s,
+                line,
+                phi_rad: 0.0,
+                contour_mm: error.tip_mm,
+                axis_rad: error.axis_rad,
+                following,
+            });
+            self.next += 1;
+        }
+    }
+}
+
+fn lanes(joints: &JointLanes) -> [&[f64]; 5] {
+    [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad, &joints.second_rad]
+}
+
+fn lanes_mut(joints: &mut JointLanes) -> [&mut Vec<f64>; 5] {
+    [&mut joints.x_mm, &mut joints.y_mm, &mut joints.z_mm, &mut joints.first_rad, &mut joints.second_rad]
+}
+
+fn pose_of(poses: &PoseLanes, k: usize) -> ToolPose {
+    ToolPose {
+        tip_mm: Vec3::new(poses.x_mm[k], poses.y_mm[k], poses.z_mm[k]),
+        axis: Vec3::new(poses.i[k], poses.j[k], poses.k[k]),
+    }
+}
