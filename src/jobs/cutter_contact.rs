@@ -215,7 +215,10 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
         process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
         process::Fault::Lines(faults) => by_lines(faults, detail),
-        process::Fault::NoMotion => plain(program, None, Vec::new()),
+        // the last two only come of a simulation
+        process::Fault::NoMotion | process::Fault::NothingToSimulate { .. } | process::Fault::Servo(_) => {
+            plain(program, None, Vec::new())
+        }
         process::Fault::NoContactInProgram { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }

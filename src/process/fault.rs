@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::contact::ContactFault;
 use crate::program::{Diagnostics, ReadFault, WriteFault};
+use crate::servo::ServoFault;
 
 /// What is wrong with one line of the upload.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -113,6 +114,15 @@ pub enum Fault {
     /// A program that moves nothing.
     #[error("the program has no motion")]
     NoMotion,
+    /// A program without a motion at feed whose course is known.
+    #[error("the program has no motion that can be simulated; {left_out} were left out")]
+    NothingToSimulate {
+        /// Motions left out, rapids not counted.
+        left_out: u64,
+    },
+    /// The drives cannot run it.
+    #[error(transparent)]
+    Servo(#[from] ServoFault),
     /// A contact source was asked for that the program does not have.
     #[error("contact `{contact}` was asked for, but the program has no {missing}")]
     NoContactInProgram {

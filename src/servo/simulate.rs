@@ -185,7 +185,7 @@ pub fn simulate_tool_path(
         for (to, from) in pairs {
             to.extend_from_slice(&from[start..end]);
         }
-        run.follow(&piece, 0)?;
+        run.follow(&piece, &[])?;
     }
     let outcome = run.finish();
     let axes = axes.iter().zip(outcome.following);

@@ -103,11 +103,11 @@ impl<'a> ToolRun<'a> {
         }
     }
 
-    /// Follows the next samples; all of them belong to `line` of the program (0 without one).
+    /// Follows the next samples; `lines` are those of the program, empty without one.
     ///
     /// # Errors
     /// An axis begins to move that has no drive, or one that is unstable or too stiff.
-    pub fn follow(&mut self, commands: &JointLanes, line: u64) -> Result<(), ServoFault> {
+    pub fn follow(&mut self, commands: &JointLanes, lines: &[u64]) -> Result<(), ServoFault> {
         let lanes = lanes(commands);
         let actual = lanes_mut(&mut self.actual);
         for (slot, (lane, out)) in lanes.into_iter().zip(actual).enumerate() {
@@ -132,6 +132,7 @@ impl<'a> ToolRun<'a> {
         self.kinematics.forward_lanes(commands, &mut self.commanded_poses);
         self.kinematics.forward_lanes(&self.actual, &mut self.actual_poses);
         for k in 0..commands.len() {
+            let line = lines.get(k).copied().unwrap_or(0);
             self.tracker.command(&pose_of(&self.commanded_poses, k));
             let now = lanes.map(|lane| lane[k]);
             let is = self::lanes(&self.actual).map(|lane| lane[k]);

@@ -1,0 +1,272 @@
+//! A whole program through the drives of its machine: what servo lag does to the part.
+
+use std::ops::ControlFlow;
+
+use super::sampler::{Piece, SETTLING_S, Sampler};
+use super::stream::Passages;
+use super::{Fault, ProgramSource};
+use crate::geometry::Vec3;
+use crate::kinematics::{Kinematics, Setup};
+use crate::machine::Machine;
+use crate::motion::{Interpolation, InterpreterOptions, Unfollowable};
+use crate::program::Dialect;
+use crate::servo::{AxisLetter, DriveSet, FeedProfile, ToolOutcome};
+use crate::units::Feedrate;
+
+/// The parameters of a program's servo simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulationParameters {
+    /// Drives of the axes that move.
+    pub drives: DriveSet,
+    /// Work offset, tool length, location errors.
+    pub setup: Setup,
+    /// Who interpolates; `None` takes it from the program's own switches.
+    pub interpolation: Option<Interpolation>,
+    /// Feedrate where the program has none.
+    pub feed: Option<Feedrate>,
+    /// Sample period of the command \[s\].
+    pub period_s: f64,
+    /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
+    pub profile: Option<FeedProfile>,
+    /// With a profile: corners of the tip's path sharper than this are exact stops \[rad\].
+    pub stop_at_corners_above_rad: f64,
+    /// Normal of the plane in which the contour error gets a sign.
+    pub plane_normal: Option<Vec3>,
+    /// The dialect; `None` detects it.
+    pub dialect: Option<Dialect>,
+    /// Most samples the program may take.
+    pub max_samples: u64,
+}
+
+impl SimulationParameters {
+    /// The defaults of the contract: 1 ms, no profile.
+    #[must_use]
+    pub fn new(drives: DriveSet) -> Self {
+        Self {
+            drives,
+            setup: Setup::default(),
+            interpolation: None,
+            feed: None,
+            period_s: 0.001,
+            profile: None,
+            stop_at_corners_above_rad: 10_f64.to_radians(),
+            plane_normal: None,
+            dialect: None,
+            max_samples: 50_000_000,
+        }
+    }
+}
+
+/// Why a motion is not simulated. Rapids are not counted: no part is cut with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeftOutReason {
+    /// It cannot be followed.
+    NotFollowed(Unfollowable),
+    /// Another work offset than at the program's first complete point.
+    WorkOffsetChanged,
+    /// An arc.
+    Arc,
+    /// Start or end of an axis is not known.
+    PositionUnknown,
+    /// No feed is known, or it is per spindle turn.
+    NoFeed,
+}
+
+impl LeftOutReason {
+    /// The name in the report.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotFollowed(_) => "not_followed",
+            Self::WorkOffsetChanged => "work_offset_changed",
+            Self::Arc => "arc",
+            Self::PositionUnknown => "position_unknown",
+            Self::NoFeed => "no_feed",
+        }
+    }
+}
+
+/// Motions that were not simulated for one reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Why; of [`LeftOutReason::NotFollowed`] the first reason met.
+    pub reason: LeftOutReason,
+    /// How many.
+    pub count: u64,
+    /// The first line of the upload.
+    pub first_line: u64,
+}
+
+/// What became of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProgramSimulation {
+    /// The dialect it was read in.
+    pub dialect: Dialect,
+    /// Blocks: non-empty lines that are not only comments.
+    pub blocks: u64,
+    /// Motions that were simulated.
+    pub motions: u64,
+    /// Runs of motions between rapids and motions left out; each starts from rest.
+    pub passes: u64,
+    /// Time of the simulated motions \[s\].
+    pub duration_s: f64,
+    /// X, Y, Z and the rotary axes in the profile's order.
+    pub axes: [AxisLetter; 5],
+    /// Following errors, contour error and trace.
+    pub outcome: ToolOutcome,
+    /// What was not simulated.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Simulates the motions of a program at feed through the drives (`math.md` §3) and judges the contour error of
+/// the tool against the commanded path in W: the poses of the commanded samples, so that neither interpolation
+/// error nor location errors count, only the servo.
+///
+/// The control's interpolator is taken as ideal: every block at its F (G94 along the tip, or degrees where only
+/// rotary axes turn; G93 by its time), axes linear in machine interpolation, the tip straight with TCP.
+/// Motions follow each other without a stop unless a profile asks for one. Rapids and what cannot be followed are
+/// left out; the axes are at rest where the next pass begins.
+///
+/// # Errors
+/// The program cannot be read, has no motion to simulate, takes too many samples; a drive is missing, unstable or
+/// too stiff.
+pub fn simulate(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    source: &dyn ProgramSource,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ProgramSimulation, Fault> {
+    let kinematics = Kinematics::new(machine, &parameters.setup);
+    let options = InterpreterOptions {
+        feed_mm_per_min: parameters.feed.map(Feedrate::mm_per_min),
+        interpolation_stated: parameters.interpolation.is_some(),
+    };
+    let mut outlook = Outlook::default();
+    for_each_motion(machine, parameters, options, source, stop, &mut |piece| {
+        outlook.see(piece);
+        Ok(())
+    })?;
+    outlook.check(parameters)?;
+    let mut sampler = Sampler::new(machine, &kinematics, parameters, outlook.fastest, stop);
+    let mut left_out = LeftOuts::default();
+    let read = for_each_motion(machine, parameters, options, source, stop, &mut |piece| match piece {
+        Seen::Piece(piece) => sampler.add(*piece),
+        Seen::LeftOut(reason, line) => {
+            left_out.add(reason, line);
+            sampler.lift()
+        }
+    })?;
+    sampler.lift()?;
+    let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
+    Ok(ProgramSimulation {
+        dialect: read.dialect,
+        blocks: read.blocks,
+        motions,
+        passes,
+        duration_s,
+        axes,
+        outcome: run.finish(),
+        left_out: left_out.0,
+    })
+}
+
+/// A motion as the simulation takes it.
+#[derive(Clone, Copy)]
+enum Seen<'a> {
+    Piece(&'a Piece),
+    /// No reason: a rapid.
+    LeftOut(Option<LeftOutReason>, u64),
+}
+
+/// What is known of a program once it is read.
+struct Text {
+    dialect: Dialect,
+    blocks: u64,
+}
+
+fn for_each_motion(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    options: InterpreterOptions,
+    source: &dyn ProgramSource,
+    stop: &dyn Fn() -> ControlFlow<()>,
+    take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
+) -> Result<Text, Fault> {
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    while let Some((passage, _)) = passages.next()? {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        // A program that is refused is read to its end, so that every fault is named.
+        let motions = if passages.is_refused() { &[] } else { passage.motions.as_slice() };
+        for motion in motions {
+            match Piece::of(parameters, motion) {
+                Ok(Some(piece)) => take(Seen::Piece(&piece))?,
+                Ok(None) => {}
+                Err(reason) => take(Seen::LeftOut(reason, motion.line))?,
+            }
+        }
+        passages.recycle(passage);
+    }
+    passages.refusals()?;
+    Ok(Text { dialect: passages.dialect(), blocks: passages.blocks })
+}
+
+/// What a first reading tells: how long the program runs, how fast, in how many passes.
+#[derive(Debug, Default)]
+struct Outlook {
+    duration_s: f64,
+    /// Largest speed in what F counts along [mm/s, or deg/s].
+    fastest: f64,
+    motions: u64,
+    passes: u64,
+    left_out: u64,
+    under_way: bool,
+}
+
+impl Outlook {
+    fn see(&mut self, seen: Seen<'_>) {
+        match seen {
+            Seen::Piece(piece) => {
+                self.duration_s += piece.duration_s;
+                self.fastest = self.fastest.max(piece.length / piece.duration_s);
+                self.motions += 1;
+                self.passes += u64::from(!self.under_way);
+                self.under_way = true;
+            }
+            Seen::LeftOut(reason, _) => {
+                self.left_out += u64::from(reason.is_some());
+                self.under_way = false;
+            }
+        }
+    }
+
+    /// Refuses before any work what would cost too much.
+    fn check(&self, parameters: &SimulationParameters) -> Result<(), Fault> {
+        if self.motions == 0 {
+            return Err(Fault::NothingToSimulate { left_out: self.left_out });
+        }
+        let limit = parameters.max_samples;
+        let period_s = parameters.period_s;
+        let averages = parameters.profile.map_or([0; 2], |profile| profile.averages(self.fastest, period_s));
+        let rest = SETTLING_S / period_s + averages[0] as f64 + averages[1] as f64;
+        let samples = self.duration_s / period_s + self.passes as f64 * rest;
+        if samples <= limit as f64 {
+            return Ok(());
+        }
+        Err(Fault::TooCostly { what: "samples of the simulation", limit })
+    }
+}
+
+#[derive(Debug, Default)]
+struct LeftOuts(Vec<LeftOut>);
+
+impl LeftOuts {
+    fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
+        let Some(reason) = reason else { return };
+        match self.0.iter_mut().find(|kind| kind.reason.name() == reason.name()) {
+            Some(kind) => kind.count += 1,
+            None => self.0.push(LeftOut { reason, count: 1, first_line: line }),
+        }
+    }
+}
