@@ -3,3 +3,4 @@
 mod cutter_contact;
 mod kinematics;
 mod servo;
+mod servo_second_methods;
