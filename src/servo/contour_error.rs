@@ -30,6 +30,8 @@ pub struct FootTracker {
     /// The longest segment so far.
     longest: f64,
     plane_normal: Option<Vec3>,
+    /// How far behind the command the foot can be \[segments\].
+    longest_lag: usize,
 }
 
 /// Tip, and tool axis times [`AXIS_WEIGHT_MM`].
@@ -43,7 +45,7 @@ struct Sample {
 /// not move the foot of a tip that moves, yet finds the foot where the tip rests and only the axis turns.
 const AXIS_WEIGHT_MM: f64 = 1e-3;
 /// How far before the previous foot the search begins \[segments\].
-const BACK: usize = 16;
+const BACK: usize = 4;
 /// How far beyond the command a leading tool is followed \[segments\].
 pub const LOOK_AHEAD: usize = 64;
 
@@ -64,10 +66,11 @@ struct Foot {
 }
 
 impl FootTracker {
-    /// A tracker for a path that is yet to come; `plane_normal` gives the error a sign.
+    /// A tracker for a path that is yet to come; `plane_normal` gives the error a sign. The tool is looked for no
+    /// further behind the command than `longest_lag` samples.
     #[must_use]
-    pub fn new(plane_normal: Option<Vec3>) -> Self {
-        Self { path: Vec::new(), base: 0, foot: 0, longest: 0.0, plane_normal }
+    pub fn new(plane_normal: Option<Vec3>, longest_lag: usize) -> Self {
+        Self { path: Vec::new(), base: 0, foot: 0, longest: 0.0, plane_normal, longest_lag }
     }
 
     /// Takes the next commanded pose.
@@ -83,12 +86,13 @@ impl FootTracker {
     /// `now + LOOK_AHEAD` must have been commanded, as far as there are so many.
     pub fn judge(&mut self, actual: &ToolPose, now: usize) -> ContourError {
         let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis };
-        let first = self.foot.saturating_sub(BACK).max(self.base);
+        let first = self.foot.saturating_sub(BACK).max(now.saturating_sub(self.longest_lag)).max(self.base);
         let mut best = self.foot_on(first.min(now), &actual);
         let mut segment = first;
         while segment < now {
             let foot = self.foot_on(segment, &actual);
-            if foot.separation < best.separation {
+            // Of equals the later one: where nothing moves the foot keeps up with the command.
+            if foot.separation <= best.separation {
                 best = foot;
             }
             // The path cannot come nearer by more than its own length.

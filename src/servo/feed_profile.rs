@@ -114,3 +114,53 @@ pub(super) fn samples_of(length_mm: f64, step_mm: f64) -> usize {
     let steps = (length_mm / step_mm + ROUNDING).max(0.0) as usize;
     steps.saturating_add(1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROFILE: FeedProfile = FeedProfile { acceleration_mm_per_s2: 500.0, jerk_mm_per_s3: 20_000.0 };
+    const PERIOD_S: f64 = 0.001;
+
+    #[test]
+    fn a_profile_keeps_feed_acceleration_and_jerk_and_arrives() {
+        let feed = Feedrate::from_mm_per_min(3000.0);
+        let distances = distances_mm(40.0, feed, PERIOD_S, Some(PROFILE), &[15.0]);
+        let differences = |values: &[f64]| -> Vec<f64> {
+            values.windows(2).map(|pair| (pair[1] - pair[0]) / PERIOD_S).collect()
+        };
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+        let speed = differences(&distances);
+        let acceleration = differences(&speed);
+        let jerk = differences(&acceleration);
+        // rounding of distances, divided by the period once, twice, three times
+        assert!(largest(&speed) <= 50.0 * (1.0 + 1e-9), "{}", largest(&speed));
+        assert!(largest(&acceleration) <= 500.0 * (1.0 + 1e-6), "{}", largest(&acceleration));
+        assert!(largest(&jerk) <= 20_000.0 * 1.001, "{}", largest(&jerk));
+        assert!(speed.iter().all(|speed| *speed > -1e-9));
+        assert!((distances[distances.len() - 1] - 40.0).abs() < 1e-12);
+        let rests_at_the_stop =
+            distances.windows(2).any(|pair| (pair[0] - 15.0).abs() < 1e-12 && (pair[1] - 15.0).abs() < 1e-9);
+        assert!(rests_at_the_stop);
+        assert!(distances[0].abs() < 1e-12, "it starts from rest");
+    }
+
+    #[test]
+    fn without_a_profile_every_sample_is_one_step_further() {
+        let distances = distances_mm(1.0, Feedrate::from_mm_per_min(6000.0), PERIOD_S, None, &[]);
+        assert_eq!(distances.len(), 11);
+        assert!((distances[10] - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_average_forgets_its_rounding() {
+        let mut average = MovingAverage::new(7, 0.0);
+        for k in 0..100_000_u32 {
+            average.push(1e6 + f64::from(k % 13) * 0.1);
+        }
+        for _ in 0..14 {
+            average.push(2.5);
+        }
+        assert!((average.push(2.5) - 2.5).abs() < 1e-15);
+    }
+}

@@ -35,6 +35,7 @@ pub struct ToolRun<'a> {
     plane_normal: Option<Vec3>,
     servos: [Servo; 5],
     tracker: FootTracker,
+    longest_lag: usize,
     /// Actual poses that wait for the command to go on.
     waiting: VecDeque<Waiting>,
     /// Sample of this stretch that is judged next, and how many were commanded.
@@ -52,6 +53,12 @@ pub struct ToolRun<'a> {
     actual: JointLanes,
     actual_poses: PoseLanes,
 }
+
+/// An axis is behind its command by 1/Kpp, and never by ten times that.
+const LAG_TIMES: f64 = 10.0;
+/// Bounds of the search for the foot \[samples\]: the upper one bounds its cost.
+const SHORTEST_LAG: f64 = 64.0;
+const LONGEST_LAG: f64 = 20_000.0;
 
 #[derive(Debug)]
 enum Servo {
@@ -80,6 +87,12 @@ impl<'a> ToolRun<'a> {
         plane_normal: Option<Vec3>,
         judged_from: u64,
     ) -> Self {
+        let slowest_per_s = axes
+            .iter()
+            .filter_map(|axis| drives.get(*axis))
+            .fold(f64::INFINITY, |least, drive| least.min(drive.position_gain_per_s));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let longest_lag = (LAG_TIMES / (slowest_per_s * period_s)).clamp(SHORTEST_LAG, LONGEST_LAG) as usize;
         Self {
             kinematics,
             axes,
@@ -87,7 +100,8 @@ impl<'a> ToolRun<'a> {
             period_s,
             plane_normal,
             servos: std::array::from_fn(|_| Servo::Resting),
-            tracker: FootTracker::new(plane_normal),
+            tracker: FootTracker::new(plane_normal, longest_lag),
+            longest_lag,
             waiting: VecDeque::new(),
             next: 0,
             commanded: 0,
@@ -149,7 +163,7 @@ impl<'a> ToolRun<'a> {
     /// The command leaves the path here: what follows starts from rest, elsewhere.
     pub fn lift(&mut self) {
         self.judge(0);
-        self.tracker = FootTracker::new(self.plane_normal);
+        self.tracker = FootTracker::new(self.plane_normal, self.longest_lag);
         (self.next, self.commanded) = (0, 0);
         self.servos = std::array::from_fn(|_| Servo::Resting);
         self.last = [None; 5];

@@ -3,4 +3,5 @@
 mod cutter_contact;
 mod kinematics;
 mod servo;
+mod servo_paths;
 mod servo_second_methods;

@@ -286,7 +286,7 @@ fn the_foot_stays_on_its_own_pass_of_a_spiral() {
         axis: Vec3::z(),
     };
     let samples = 4 * 6283;
-    let mut tracker = FootTracker::new(Some(Vec3::z()));
+    let mut tracker = FootTracker::new(Some(Vec3::z()), 400);
     for k in 0..samples {
         let (radius, phi) = at(k);
         tracker.command(&pose(radius, phi));
