@@ -110,6 +110,9 @@ const UNITS: &[&str] = &[
     "_per_rad",
     "_per_a",
     "_s_per_rad",
+    "_nm",
+    "_per_s2",
+    "_per_s3",
 ];
 
 /// Numbers that have no unit, and coordinates that go bare.
@@ -133,6 +136,10 @@ const BARE: &[&str] = &[
     "gear_ratio",
     "velocity_feedforward",
     "acceleration_feedforward",
+    "gain_margin",
+    "least_gain_margin",
+    "resonance_peak",
+    "scale",
 ];
 
 /// Objects that carry the unit of what is in them.

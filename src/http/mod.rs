@@ -17,6 +17,7 @@ mod programs;
 mod refusals;
 mod router;
 mod service;
+mod servo;
 mod state;
 
 pub use openapi::{document, operations};

@@ -8,8 +8,10 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::jobs::{
-    CompensateFault, CompensatorFault, ComputeFault, KinematicsFault, RefusalClass, SpoolFault, TooCostly,
+    CompensateFault, CompensatorFault, ComputeFault, KinematicsFault, RefusalClass, ServoWorkFault,
+    SpoolFault, TooCostly,
 };
+use crate::servo::ServoFault;
 use crate::store::{BlobFault, StoreError};
 use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
 
@@ -82,6 +84,8 @@ catalogue! {
         "The members line and block name the first such line of the upload. Nothing was stored.";
     ToleranceOutOfReach = UNPROCESSABLE_ENTITY, "tolerance-out-of-reach", "The program's decimals cannot keep the tolerance",
         "Words keep the decimals of the source block; the detail gives the tolerance that they can keep. Ask for that, or post the program with more decimals.";
+    UnstableLoop = UNPROCESSABLE_ENTITY, "unstable-loop", "A servo loop is unstable",
+        "A closed loop has a pole that does not decay: nothing it does can be simulated. Each entry of errors names an axis and its poles. Lower the position gain or the velocity gain.";
     TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
         "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
@@ -353,6 +357,47 @@ impl From<KinematicsFault> for Problem {
                 Self::new(ProblemType::UnreachablePose, detail).at_pose(pose)
             }
             KinematicsFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
+        }
+    }
+}
+
+impl From<ServoWorkFault> for Problem {
+    fn from(fault: ServoWorkFault) -> Self {
+        match fault {
+            ServoWorkFault::Servo(fault) => fault.into(),
+            ServoWorkFault::TooCostly(fault) => fault.into(),
+            ServoWorkFault::Compute(fault) => fault.into(),
+        }
+    }
+}
+
+impl From<ServoFault> for Problem {
+    fn from(fault: ServoFault) -> Self {
+        let at =
+            |kind, pointer: String, detail: String| Self::invalid(kind, vec![Fault::new(pointer, detail)]);
+        let detail = fault.to_string();
+        match fault {
+            ServoFault::NoDrive { axis } => {
+                at(ProblemType::InvalidRequest, format!("/drives/{axis}"), detail)
+            }
+            ServoFault::Unstable { axis, fault } => {
+                let poles: Vec<String> =
+                    fault.poles_per_s.iter().map(|pole| format!("{:.9} {:+.9}i", pole.re, pole.im)).collect();
+                let detail = format!("poles [1/s]: {}", poles.join(", "));
+                at(ProblemType::UnstableLoop, format!("/drives/{axis}"), detail)
+            }
+            ServoFault::TooStiff { .. } => {
+                at(ProblemType::InvalidRequest, "/sample_period_s".to_owned(), detail)
+            }
+            ServoFault::ThroughRotaryCenter { .. } => {
+                at(ProblemType::InvalidRequest, "/path/center_x_mm".to_owned(), detail)
+            }
+            ServoFault::NoLength => at(ProblemType::InvalidRequest, "/path".to_owned(), detail),
+            ServoFault::TooManySamples { .. } => Self::new(ProblemType::TooCostly, detail),
+            ServoFault::Unreachable { .. } | ServoFault::OutOfTravel { .. } | ServoFault::Jump { .. } => {
+                Self::new(ProblemType::UnreachablePose, detail)
+            }
+            ServoFault::Stopped => Self::new(ProblemType::TimedOut, detail),
         }
     }
 }

@@ -12,7 +12,7 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
-use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service};
+use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service, servo};
 
 /// Every described route, and the description.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
@@ -20,6 +20,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(machines::router())
         .merge(kinematics::router())
         .merge(programs::router())
+        .merge(servo::router())
         .merge(jobs::router())
         .merge(service::router())
         .split_for_parts();

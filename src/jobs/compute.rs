@@ -26,6 +26,7 @@ pub struct Compute {
     places: Arc<Semaphore>,
     /// Places that run.
     running: Arc<Semaphore>,
+    width: usize,
 }
 
 impl Compute {
@@ -36,7 +37,14 @@ impl Compute {
         Self {
             places: Arc::new(Semaphore::new(running + waiting)),
             running: Arc::new(Semaphore::new(running)),
+            width: running,
         }
+    }
+
+    /// How many computations run side by side.
+    #[must_use]
+    pub fn side_by_side(&self) -> usize {
+        self.width
     }
 
     /// Runs `work` on a blocking thread. `work` polls the given stop, which breaks once this future is dropped.

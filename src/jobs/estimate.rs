@@ -26,7 +26,18 @@ const CANDIDATE_S: f64 = 3e-6;
 /// One byte of a program read, checked, corrected, written and verified \[s\].
 const PROGRAM_BYTE_S: f64 = 2e-7;
 
+/// One sample of a circle of two axes, simulated \[s\].
+const CIRCLE_SAMPLE_S: f64 = 1e-7;
+/// One sample of a path of the tool: inverse, five drives, forward, foot on the path \[s\].
+const TOOL_SAMPLE_S: f64 = 4e-6;
+
 impl Cost {
+    /// Of so many samples through the drives, of the whole machine or of two axes.
+    #[must_use]
+    pub fn of_servo(samples: f64, whole_machine: bool) -> Self {
+        Self { seconds: samples * if whole_machine { TOOL_SAMPLE_S } else { CIRCLE_SAMPLE_S } }
+    }
+
     /// Of poses turned into joints, each with up to `candidates` answers.
     #[must_use]
     pub fn of_poses(poses: usize, candidates: usize) -> Self {

@@ -7,6 +7,7 @@ mod cutter_contact;
 mod estimate;
 mod kinematics;
 mod opening;
+mod servo;
 mod spool;
 
 pub use clock::{Clock, IdSource, Sources, timestamp};
@@ -18,4 +19,5 @@ pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
+pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};

@@ -4,6 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
+use super::style::{GRID, MUTED, SIZE, plain};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +30,6 @@ pub struct DeviationFigure<'a> {
     pub tolerance_um: f64,
 }
 
-const SIZE: (u32, u32) = (1000, 520);
 /// Largest drawn over smallest non-zero deviation above which the axis is logarithmic.
 const LOG_ABOVE: f64 = 50.0;
 /// The logarithmic axis starts at this share of the tolerance.
@@ -37,8 +37,6 @@ const LOG_FLOOR: f64 = 1e-3;
 
 const BEFORE: RGBColor = RGBColor(196, 84, 26);
 const AFTER: RGBColor = RGBColor(21, 101, 142);
-const TOLERANCE: RGBColor = RGBColor(90, 90, 90);
-const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Draws both curves over the contact path, the tolerance as a dashed line, and marks the worst block before
 /// compensation with its line number. The deviation axis is logarithmic where the largest value is more than 50
@@ -108,15 +106,10 @@ where
         .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], AFTER.stroke_width(3)));
     let level = figure.tolerance_um;
     chart
-        .draw_series(DashedLineSeries::new(
-            [(0.0, level), (path_end, level)],
-            8,
-            5,
-            TOLERANCE.stroke_width(2),
-        ))
+        .draw_series(DashedLineSeries::new([(0.0, level), (path_end, level)], 8, 5, MUTED.stroke_width(2)))
         .ok()?
         .label(format!("tolerance {} µm", plain(level)))
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], TOLERANCE.stroke_width(2)));
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], MUTED.stroke_width(2)));
     let worst = figure.points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um));
     if let Some(worst) = worst {
         // Near the right edge the label would run out of the figure.
@@ -144,19 +137,6 @@ where
         .label_font(("sans-serif", 14))
         .draw()
         .ok()
-}
-
-/// A number with the digits a reader needs and no exponent.
-fn plain(value: f64) -> String {
-    let digits = match value.abs() {
-        size if size == 0.0 || size >= 100.0 => 0,
-        size if size >= 10.0 => 1,
-        size if size >= 1.0 => 2,
-        size if size >= 0.1 => 3,
-        _ => 4,
-    };
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 #[cfg(test)]

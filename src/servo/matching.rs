@@ -73,15 +73,25 @@ const GAINS_TRIED: u32 = 24;
 /// Smallest and largest common gain tried \[1/s\].
 const SMALLEST_GAIN_PER_S: f64 = 1.0;
 const LARGEST_GAIN_PER_S: f64 = 1e4;
+/// Most samples of one run: matching makes dozens.
+pub const MAX_MATCHING_SAMPLES: usize = 400_000;
 /// Halvings of that range on a logarithmic scale.
 const GAIN_HALVINGS: u32 = 40;
+
+/// How many runs [`match_gains`] makes at most for so many targets.
+#[must_use]
+pub fn matching_runs(targets: usize) -> usize {
+    let feeds = (FEEDS_TRIED + 1) as usize + HALVINGS as usize * targets;
+    2 + (GAINS_TRIED + 1 + HALVINGS) as usize + 2 * feeds
+}
 
 /// Answers both questions of matching (P2 §5: unequal gains make the oval, and raising both cannot replace
 /// matching). The proposed Kpp is one for all axes, so that the first-order error vanishes, and the smallest that
 /// reaches `targets_mm[0]`; margins of every axis are kept.
 ///
 /// # Errors
-/// Those of [`simulate`] for the present gains; no targets answers no limits.
+/// Those of [`simulate`] for the present gains, whose run may have 400 000 samples. Feeds at which a run would have
+/// more are not tried.
 pub fn match_gains(
     path: &ServoPath<'_>,
     run: &Run,
@@ -90,6 +100,10 @@ pub fn match_gains(
     options: &MatchingOptions,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Matching, ServoFault> {
+    let samples = path.samples(run);
+    if samples.is_nan() || samples > MAX_MATCHING_SAMPLES as f64 {
+        return Err(ServoFault::TooManySamples { samples, max: MAX_MATCHING_SAMPLES });
+    }
     let before = simulate(path, run, drives, Detail::Summary, stop)?;
     let axes: Vec<AxisLetter> = before.axes.iter().map(|outcome| outcome.axis).collect();
     let gains =
@@ -226,6 +240,9 @@ fn feed_limits(
         }
     };
     let [slowest, fastest] = options.feeds_mm_per_min;
+    // At a slower feed a run would take more samples than one may have.
+    let slowest =
+        slowest.max(run.feed.mm_per_min() * path.samples(run) / MAX_MATCHING_SAMPLES as f64).min(fastest);
     let ratio = (fastest / slowest).max(1.0);
     let mut tried: Vec<(f64, f64)> = Vec::new();
     for k in 0..=FEEDS_TRIED {

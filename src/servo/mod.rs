@@ -27,7 +27,9 @@ pub use discretise::{Step, TooStiff};
 pub use drive_model::{AxisLetter, Drive, DriveFault, Feedback, Resonance};
 pub use fault::ServoFault;
 pub use feed_profile::{FeedProfile, MovingAverage};
-pub use matching::{FeedLimit, MatchedGains, Matching, MatchingOptions, match_gains};
+pub use matching::{
+    FeedLimit, MAX_MATCHING_SAMPLES, MatchedGains, Matching, MatchingOptions, match_gains, matching_runs,
+};
 pub use path::{Circle, ToolPath};
 pub use presets::{DRIVE_PRESETS, DrivePreset};
 pub use simulate::{AxisOutcome, Detail, DriveSet, Simulation, simulate_circle, simulate_tool_path};

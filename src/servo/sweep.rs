@@ -9,6 +9,7 @@ use super::{
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
+use crate::units::S_PER_MIN;
 
 /// A path with what is needed to run it.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +46,19 @@ pub enum SampledPath<'a> {
 }
 
 impl<'a> ServoPath<'a> {
+    /// How many samples a run takes, roughly: for estimates before the work starts.
+    #[must_use]
+    pub fn samples(&self, run: &Run) -> f64 {
+        let laps = f64::from(run.laps.max(1));
+        let length = match self {
+            Self::Circle(circle) => std::f64::consts::TAU * circle.radius_mm() * laps,
+            Self::Tool { path, .. } => {
+                path.stretches().iter().sum::<f64>() * if path.is_closed() { laps } else { 1.0 }
+            }
+        };
+        length / (run.feed.mm_per_min() / S_PER_MIN * run.period_s)
+    }
+
     /// Samples the path.
     ///
     /// # Errors

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::FaultList;
+use super::{Fault, FaultList};
+use crate::servo;
+use crate::servo::{AxisLetter, DriveSet};
 
 /// Drives by axis letter.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -103,6 +105,9 @@ pub struct Drive {
     pub damping_nm_s_per_rad: f64,
     /// What stands between motor and load.
     pub transmission: Transmission,
+    /// Constant torque of the load, which sets in at t = 0 (Nm).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub load_torque_nm: f64,
     /// Where the position is measured.
     #[serde(default)]
     pub feedback: Feedback,
@@ -114,55 +119,143 @@ pub struct Drive {
     pub acceleration_feedforward: f64,
 }
 
-impl Drive {
-    /// Checks the constants of the drive of axis `letter` which stands at `pointer`.
-    pub(super) fn check(&self, letter: char, pointer: &str, faults: &mut FaultList) {
-        let positive = [
-            ("position_gain_per_s", self.position_gain_per_s, 1e5),
-            ("velocity_gain_a_s_per_rad", self.velocity_gain_a_s_per_rad, 1e6),
-            ("velocity_integral_time_s", self.velocity_integral_time_s, 1e3),
-            ("current_gain_v_per_a", self.current_gain_v_per_a, 1e6),
-            ("inductance_h", self.inductance_h, 1e3),
-            ("resistance_ohm", self.resistance_ohm, 1e5),
-            ("torque_constant_nm_per_a", self.torque_constant_nm_per_a, 1e5),
-            ("inertia_kg_m2", self.inertia_kg_m2, 1e6),
-        ];
-        for (name, value, max) in positive {
-            faults.check_range(|| format!("{pointer}/{name}"), value, 1e-12, max);
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl Drives {
+    /// The drives for a simulation; faults join `faults` under `pointer`.
+    pub fn to_core(&self, pointer: &str, faults: &mut FaultList) -> DriveSet {
+        let mut set = DriveSet::default();
+        for (letter, drive) in self.iter() {
+            let Some(axis) = AxisLetter::from_char(letter) else { continue };
+            if let Some(drive) = drive.to_core(axis, &format!("{pointer}/{letter}"), faults) {
+                set.set(axis, drive);
+            }
         }
-        let not_negative = [
-            ("back_emf_v_s_per_rad", self.back_emf_v_s_per_rad, 1e5),
-            ("damping_nm_s_per_rad", self.damping_nm_s_per_rad, 1e6),
-            ("load_inertia_kg_m2", self.load_inertia_kg_m2.unwrap_or(0.0), 1e6),
-            ("velocity_feedforward", self.velocity_feedforward, 2.0),
-            ("acceleration_feedforward", self.acceleration_feedforward, 2.0),
-        ];
-        for (name, value, max) in not_negative {
-            faults.check_range(|| format!("{pointer}/{name}"), value, 0.0, max);
+        set
+    }
+
+    /// The place of the drive of an axis.
+    pub fn slot(&mut self, axis: AxisLetter) -> &mut Option<Drive> {
+        match axis {
+            AxisLetter::X => &mut self.x,
+            AxisLetter::Y => &mut self.y,
+            AxisLetter::Z => &mut self.z,
+            AxisLetter::A => &mut self.a,
+            AxisLetter::B => &mut self.b,
+            AxisLetter::C => &mut self.c,
         }
-        self.transmission.check(letter, &format!("{pointer}/transmission"), faults);
     }
 }
 
+impl Drive {
+    /// The drive of `axis` for a simulation; faults join `faults` under `pointer`.
+    pub(super) fn to_core(
+        self,
+        axis: AxisLetter,
+        pointer: &str,
+        faults: &mut FaultList,
+    ) -> Option<servo::Drive> {
+        let output_per_motor_rad =
+            self.transmission.to_core(axis, &format!("{pointer}/transmission"), faults)?;
+        let drive = servo::Drive {
+            position_gain_per_s: self.position_gain_per_s,
+            velocity_gain_a_s_per_rad: self.velocity_gain_a_s_per_rad,
+            velocity_integral_time_s: self.velocity_integral_time_s,
+            current_gain_v_per_a: self.current_gain_v_per_a,
+            inductance_h: self.inductance_h,
+            resistance_ohm: self.resistance_ohm,
+            torque_constant_nm_per_a: self.torque_constant_nm_per_a,
+            back_emf_v_s_per_rad: self.back_emf_v_s_per_rad,
+            inertia_kg_m2: self.inertia_kg_m2,
+            load_inertia_kg_m2: self.load_inertia_kg_m2,
+            damping_nm_s_per_rad: self.damping_nm_s_per_rad,
+            load_torque_nm: self.load_torque_nm,
+            output_per_motor_rad,
+            resonance: self.transmission.resonance.map(|resonance| servo::Resonance {
+                frequency_hz: resonance.frequency_hz,
+                damping_ratio: resonance.damping_ratio,
+            }),
+            feedback: match self.feedback {
+                Feedback::Load => servo::Feedback::Load,
+                Feedback::Motor => servo::Feedback::Motor,
+            },
+            velocity_feedforward: self.velocity_feedforward,
+            acceleration_feedforward: self.acceleration_feedforward,
+        };
+        let found = drive.faults();
+        for fault in &found {
+            faults.push(|| {
+                Fault::new(format!("{pointer}/{}", fault.name().replace('.', "/")), fault.to_string())
+            });
+        }
+        found.is_empty().then_some(drive)
+    }
+
+    /// The drive as a document for `axis`.
+    #[must_use]
+    pub fn from_core(axis: AxisLetter, drive: &servo::Drive) -> Self {
+        let ratio = drive.output_per_motor_rad;
+        let (lead_mm, gear_ratio) = if axis.is_linear() {
+            (Some(ratio * std::f64::consts::TAU), None)
+        } else {
+            (None, Some(1.0 / ratio))
+        };
+        let resonance = drive.resonance.map(|resonance| Resonance {
+            frequency_hz: resonance.frequency_hz,
+            damping_ratio: resonance.damping_ratio,
+        });
+        Self {
+            position_gain_per_s: drive.position_gain_per_s,
+            velocity_gain_a_s_per_rad: drive.velocity_gain_a_s_per_rad,
+            velocity_integral_time_s: drive.velocity_integral_time_s,
+            current_gain_v_per_a: drive.current_gain_v_per_a,
+            inductance_h: drive.inductance_h,
+            resistance_ohm: drive.resistance_ohm,
+            torque_constant_nm_per_a: drive.torque_constant_nm_per_a,
+            back_emf_v_s_per_rad: drive.back_emf_v_s_per_rad,
+            inertia_kg_m2: drive.inertia_kg_m2,
+            load_inertia_kg_m2: drive.load_inertia_kg_m2,
+            damping_nm_s_per_rad: drive.damping_nm_s_per_rad,
+            transmission: Transmission { lead_mm, gear_ratio, resonance },
+            load_torque_nm: drive.load_torque_nm,
+            feedback: match drive.feedback {
+                servo::Feedback::Load => Feedback::Load,
+                servo::Feedback::Motor => Feedback::Motor,
+            },
+            velocity_feedforward: drive.velocity_feedforward,
+            acceleration_feedforward: drive.acceleration_feedforward,
+        }
+    }
+}
+
+/// Leads and gear ratios that are taken for real.
+const RATIO_RANGE: [f64; 2] = [1e-6, 1e6];
+
 impl Transmission {
-    fn check(&self, letter: char, pointer: &str, faults: &mut FaultList) {
-        let linear = matches!(letter, 'X' | 'Y' | 'Z');
-        let (needed, other, wanted, unwanted) = if linear {
+    /// ρ: output units (mm, or rad) for each radian of the motor.
+    fn to_core(self, axis: AxisLetter, pointer: &str, faults: &mut FaultList) -> Option<f64> {
+        let (needed, other, wanted, unwanted) = if axis.is_linear() {
             ("lead_mm", "gear_ratio", self.lead_mm, self.gear_ratio)
         } else {
             ("gear_ratio", "lead_mm", self.gear_ratio, self.lead_mm)
         };
         let at = |name: &str| format!("{pointer}/{name}");
-        match wanted {
-            Some(value) => faults.check_range(|| at(needed), value, 1e-6, 1e6),
-            None => faults.push(|| super::Fault::new(at(needed), format!("axis {letter} needs {needed}"))),
-        }
         if unwanted.is_some() {
-            faults.push(|| super::Fault::new(at(other), format!("axis {letter} has no {other}")));
+            faults.push(|| Fault::new(at(other), format!("axis {axis} has no {other}")));
         }
-        if let Some(resonance) = self.resonance {
-            faults.check_range(|| at("resonance/frequency_hz"), resonance.frequency_hz, 1e-3, 1e6);
-            faults.check_range(|| at("resonance/damping_ratio"), resonance.damping_ratio, 0.0, 10.0);
-        }
+        let Some(ratio) = wanted else {
+            faults.push(|| Fault::new(at(needed), format!("axis {axis} needs {needed}")));
+            return None;
+        };
+        let [min, max] = RATIO_RANGE;
+        faults.check_range(|| at(needed), ratio, min, max);
+        (min..=max).contains(&ratio).then_some(if axis.is_linear() {
+            ratio / std::f64::consts::TAU
+        } else {
+            1.0 / ratio
+        })
     }
 }

@@ -9,6 +9,7 @@ use crate::machine::{
     AxisField, LocationError, Machine, MachineFault, MachineParts, Motion, ProfileField, RotaryAxis,
     RotaryLetter, Side, Squareness, Travel,
 };
+use crate::servo::AxisLetter;
 use crate::units::{Angle, Length};
 
 /// What the shop says about a machine.
@@ -166,7 +167,9 @@ impl MachineProfile {
                 if !"XYZ".contains(letter) && !letters.iter().any(|have| have.as_char() == letter) {
                     faults.push(|| Fault::new(&*pointer, format!("the machine has no axis {letter}")));
                 }
-                drive.check(letter, &pointer, &mut faults);
+                if let Some(axis) = AxisLetter::from_char(letter) {
+                    drive.to_core(axis, &pointer, &mut faults);
+                }
             }
         }
         let machine = match Machine::new(self.parts(&letters)) {

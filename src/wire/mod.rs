@@ -12,6 +12,9 @@ mod presets;
 mod query;
 mod reading;
 mod rows;
+mod servo;
+mod servo_answer;
+mod servo_path;
 
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
@@ -30,7 +33,16 @@ pub use machine::{
 };
 pub use numbers::Fixed;
 pub use objects::Objects;
-pub use presets::{Preset, example_machine, presets};
+pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
+pub use servo::{
+    FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoOptions, ServoTask, SimulationRequest,
+    SweepRequest,
+};
+pub use servo_answer::{
+    AxisResult, AxisResults, ContourErrorDoc, FeedLimitDoc, MatchedGain, MatchingAnswer, OvalDoc, PoleDoc,
+    ServoSamples, SimulationAnswer, StabilityDoc, SweepAnswer, SweepColumns, SweepFault,
+};
+pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};

@@ -1,0 +1,149 @@
+//! Servo simulations, sweeps and matchings, inside the pool.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::{Compute, ComputeFault, Cost, TooCostly};
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::servo::{
+    AxisLetter, Detail, DriveSet, Matching, MatchingOptions, Run, ServoFault, ServoPath, Simulation,
+    letters_of, match_gains, matching_runs, simulate, sweep_at_feed,
+};
+use crate::units::Feedrate;
+use crate::wire::{CorePath, ServoTask, SweepColumns};
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ServoWorkFault {
+    /// The path cannot be run.
+    #[error(transparent)]
+    Servo(#[from] ServoFault),
+    /// The estimate is over the limit.
+    #[error(transparent)]
+    TooCostly(#[from] TooCostly),
+    /// The pool.
+    #[error(transparent)]
+    Compute(#[from] ComputeFault),
+}
+
+/// A task with the machine it is for, ready to be run.
+#[derive(Debug, Clone)]
+pub struct ServoWork {
+    /// What to do.
+    pub task: ServoTask,
+    /// On which machine; none for the two circles.
+    pub machine: Option<Machine>,
+    /// Largest estimate \[s of one core\].
+    pub max_cost_s: f64,
+}
+
+impl ServoWork {
+    /// Runs `work` with the path, which borrows the machine.
+    fn with_path<T>(&self, work: impl FnOnce(&ServoPath<'_>) -> T) -> Result<T, ServoFault> {
+        match (&self.task.path, &self.machine) {
+            (CorePath::Circle(circle), _) => Ok(work(&ServoPath::Circle(*circle))),
+            (CorePath::Tool { path, plane_normal }, Some(machine)) => {
+                let kinematics = Kinematics::new(machine, &self.task.setup);
+                let plane_normal = *plane_normal;
+                Ok(work(&ServoPath::Tool { machine, kinematics: &kinematics, path, plane_normal }))
+            }
+            // Refused with the request: this path needs a machine.
+            (CorePath::Tool { .. }, None) => Err(ServoFault::NoLength),
+        }
+    }
+
+    /// The axes of the run, in the order in which a trace names them.
+    #[must_use]
+    pub fn axes(&self) -> Vec<AxisLetter> {
+        match (&self.task.path, &self.machine) {
+            (CorePath::Circle(circle), _) => circle.axes().to_vec(),
+            (CorePath::Tool { .. }, machine) => {
+                machine.as_ref().map_or_else(Vec::new, |machine| letters_of(machine).to_vec())
+            }
+        }
+    }
+
+    fn check_cost(&self, samples: f64) -> Result<(), TooCostly> {
+        Cost::of_servo(samples, matches!(self.task.path, CorePath::Tool { .. })).within(self.max_cost_s)
+    }
+
+    /// One path at one feed.
+    ///
+    /// # Errors
+    /// The path cannot be run, or costs too much.
+    pub fn simulate(&self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<Simulation, ServoWorkFault> {
+        let ServoTask { drives, run, .. } = &self.task;
+        self.with_path(|path| {
+            self.check_cost(path.samples(run))?;
+            Ok(simulate(path, run, drives, Detail::Trace, stop)?)
+        })?
+    }
+
+    /// Gains and feed limits.
+    ///
+    /// # Errors
+    /// The path cannot be run with the present gains, or costs too much.
+    pub fn match_gains(
+        &self,
+        targets_mm: &[f64],
+        options: &MatchingOptions,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Matching, ServoWorkFault> {
+        let ServoTask { drives, run, .. } = &self.task;
+        self.with_path(|path| {
+            let slowest = Run { feed: Feedrate::from_mm_per_min(options.feeds_mm_per_min[0]), ..*run };
+            let samples =
+                path.samples(run).max(path.samples(&slowest)).min(crate::servo::MAX_MATCHING_SAMPLES as f64);
+            self.check_cost(samples * matching_runs(targets_mm.len()) as f64)?;
+            Ok(match_gains(path, run, drives, targets_mm, options, stop)?)
+        })?
+    }
+
+    fn columns(
+        &self,
+        feeds: &[f64],
+        sets: &[DriveSet],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<SweepColumns, ServoWorkFault> {
+        self.with_path(|path| {
+            let at = |feed: &f64| Run { feed: Feedrate::from_mm_per_min(*feed), ..self.task.run };
+            feeds.iter().map(|feed| Ok(sweep_at_feed(path, &at(feed), sets, stop)?)).collect()
+        })?
+    }
+
+    /// Every set of drives at every feed. The feeds are dealt out to as many computations as run side by side, and
+    /// joined in their order: the answer does not depend on how many these are.
+    ///
+    /// # Errors
+    /// A path that cannot be sampled at one of the feeds, or too much in all.
+    pub async fn sweep(
+        self,
+        compute: &Compute,
+        feeds: Vec<f64>,
+        sets: Vec<DriveSet>,
+    ) -> Result<SweepColumns, ServoWorkFault> {
+        let samples = self.with_path(|path| {
+            let at = |feed: &f64| Run { feed: Feedrate::from_mm_per_min(*feed), ..self.task.run };
+            feeds.iter().map(|feed| path.samples(&at(feed))).sum::<f64>()
+        })?;
+        self.check_cost(samples * sets.len() as f64)?;
+        let parts = compute.side_by_side().min(feeds.len()).max(1);
+        // Slow feeds take more samples: each part gets every so manieth feed.
+        let work = (0..parts).map(|part| {
+            let own: Vec<f64> = feeds.iter().skip(part).step_by(parts).copied().collect();
+            let (work, sets) = (self.clone(), sets.clone());
+            compute.run(move |stop| work.columns(&own, &sets, stop))
+        });
+        let mut parts_done = Vec::with_capacity(parts);
+        for part in futures::future::join_all(work).await {
+            parts_done.push(part??.into_iter());
+        }
+        let mut columns = Vec::with_capacity(feeds.len());
+        for index in 0..feeds.len() {
+            columns.extend(parts_done[index % parts].next());
+        }
+        Ok(columns)
+    }
+}

@@ -1,0 +1,392 @@
+//! Requests of the servo operations.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::servo_path::CorePath;
+use super::{Drives, Fault, FaultList, Fixed, KinematicsOptions, LocationErrors, ServoPathDoc};
+use crate::kinematics::Setup;
+use crate::machine::Machine;
+use crate::servo::{AxisLetter, DriveSet, FeedProfile, MatchingOptions, Run};
+use crate::units::{Feedrate, UM_PER_MM};
+
+/// Limits of a jerk-limited feed along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = FeedProfile)]
+pub struct FeedProfileDoc {
+    /// Acceleration along the path.
+    #[schema(example = 1000.0)]
+    pub acceleration_mm_per_s2: f64,
+    /// Jerk along the path.
+    #[schema(example = 20_000.0)]
+    pub jerk_mm_per_s3: f64,
+    /// Corners of the tip's path sharper than this are exact stops.
+    #[serde(default = "ten")]
+    pub stop_at_corners_above_deg: f64,
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+/// One number for each axis, by letter.
+pub type GainScales = BTreeMap<String, f64>;
+/// Numbers for each axis, by letter: as many for every axis that is swept.
+pub type ScaleLists = BTreeMap<String, Vec<f64>>;
+
+macro_rules! servo_request {
+    ($(#[$doc:meta])* $name:ident { $($own:tt)* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// The machine whose drives and kinematics are used; either this or `drives`.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(example = "example-ac-table")]
+            pub machine_id: Option<String>,
+            /// Drives by axis letter, without a machine: for the two circles.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub drives: Option<Drives>,
+            /// What the axes are told to make.
+            pub path: ServoPathDoc,
+            /// Sample period of the command.
+            #[serde(default = "one_millisecond")]
+            #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
+            pub sample_period_s: f64,
+            /// How often a closed path is run, 2 unless said; the last lap is judged.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(minimum = 1, maximum = 100)]
+            pub laps: Option<u32>,
+            /// Jerk-limited feed; without it the command starts and ends with a step of speed.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub feed_profile: Option<FeedProfileDoc>,
+            /// Origin of the workpiece in machine coordinates at zero pose.
+            #[serde(default)]
+            pub work_offset_mm: Fixed<3>,
+            /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+            #[serde(default)]
+            pub tool_length_mm: f64,
+            /// Whether measured errors of the machine count.
+            #[serde(default)]
+            pub location_errors: LocationErrors,
+            $($own)*
+        }
+
+        impl $name {
+            /// What all servo operations have in common.
+            #[must_use]
+            pub fn options(&self) -> ServoOptions<'_> {
+                ServoOptions {
+                    machine_id: self.machine_id.as_deref(),
+                    drives: self.drives.as_ref(),
+                    path: &self.path,
+                    sample_period_s: self.sample_period_s,
+                    laps: self.laps,
+                    feed_profile: self.feed_profile,
+                    kinematics: KinematicsOptions {
+                        work_offset_mm: self.work_offset_mm,
+                        tool_length_mm: self.tool_length_mm,
+                        selection: None,
+                        start: None,
+                        location_errors: self.location_errors,
+                    },
+                }
+            }
+        }
+    };
+}
+
+servo_request! {
+    /// One path at one feed.
+    SimulationRequest {
+        /// Along the path; degrees for each minute where the tip rests.
+        #[schema(example = 1800.0)]
+        pub feed_mm_per_min: f64,
+        /// Factors of the position gains, by axis letter.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        pub position_gain_scale: GainScales,
+    }
+}
+
+servo_request! {
+    /// One path under many gains and feeds.
+    SweepRequest {
+        /// Feeds along the path; degrees for each minute where the tip rests.
+        pub feed_mm_per_min: Vec<f64>,
+        /// Factors of the position gains, by axis letter: lists of one length, run through side by side.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        pub position_gain_scale: ScaleLists,
+    }
+}
+
+servo_request! {
+    /// What to set instead.
+    MatchingRequest {
+        /// Feed at which the gains have to reach the first target.
+        pub feed_mm_per_min: f64,
+        /// Largest contour errors allowed; the gains are matched to the first, the feed limit is told for each.
+        pub target_um: Vec<f64>,
+        /// Factor by which the position gains stay below the limit of stability.
+        #[serde(default = "two")]
+        pub least_gain_margin: f64,
+        /// Phase margin that the position loops keep.
+        #[serde(default = "forty_five")]
+        pub least_phase_margin_deg: f64,
+        /// Feeds between which the limit is searched.
+        #[serde(default = "feed_range")]
+        pub feed_range_mm_per_min: Fixed<2>,
+    }
+}
+
+fn one_millisecond() -> f64 {
+    0.001
+}
+
+fn two() -> f64 {
+    2.0
+}
+
+fn forty_five() -> f64 {
+    45.0
+}
+
+fn feed_range() -> Fixed<2> {
+    Fixed([100.0, 20_000.0])
+}
+
+/// What all servo operations have in common.
+#[derive(Debug, Clone)]
+pub struct ServoOptions<'a> {
+    /// The machine.
+    pub machine_id: Option<&'a str>,
+    /// Drives without a machine.
+    pub drives: Option<&'a Drives>,
+    /// The path.
+    pub path: &'a ServoPathDoc,
+    /// Sample period \[s\].
+    pub sample_period_s: f64,
+    /// Laps of a closed path.
+    pub laps: Option<u32>,
+    /// Jerk-limited feed.
+    pub feed_profile: Option<FeedProfileDoc>,
+    /// Work offset, tool length, errors.
+    pub kinematics: KinematicsOptions,
+}
+
+/// A servo task in the core's terms, but for feeds and gains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoTask {
+    /// The drives.
+    pub drives: DriveSet,
+    /// The path.
+    pub path: CorePath,
+    /// How it is run; its feed is yet to be set.
+    pub run: Run,
+    /// The set-up of the machine.
+    pub setup: Setup,
+}
+
+/// Ranges that are taken for real, with reasons: below 10 µs no control samples, above 0.1 s none would be one.
+const PERIOD_RANGE_S: [f64; 2] = [1e-5, 0.1];
+const LAPS_RANGE: std::ops::RangeInclusive<u32> = 1..=100;
+/// A feed below a micrometre per minute stands still, one above 1 km/min flies.
+const FEED_RANGE: [f64; 2] = [1e-3, 1e6];
+/// Factors of a gain.
+const SCALE_RANGE: [f64; 2] = [1e-3, 1e3];
+/// Accelerations and jerks of machine tools, generously.
+const ACCELERATION_RANGE: [f64; 2] = [1.0, 1e6];
+const JERK_RANGE: [f64; 2] = [1.0, 1e9];
+/// Most targets of a matching.
+const MAX_TARGETS: usize = 10;
+
+impl ServoOptions<'_> {
+    /// The task on a machine (with its drives), or on the drives of the request; faults join `faults`.
+    pub fn to_core(
+        &self,
+        machine: Option<(&Machine, Option<&Drives>)>,
+        faults: &mut FaultList,
+    ) -> Option<ServoTask> {
+        let drives = match (machine, self.drives) {
+            (Some(_), Some(_)) => {
+                faults.push(|| Fault::new("/drives", "give either machine_id or drives, not both"));
+                None
+            }
+            (None, None) => {
+                faults.push(|| Fault::new("/drives", "machine_id or drives is needed"));
+                None
+            }
+            (Some((_, drives)), None) => {
+                if drives.is_none() {
+                    faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
+                }
+                drives.map(|drives| drives.to_core("/drives", faults))
+            }
+            (None, Some(drives)) => Some(drives.to_core("/drives", faults)),
+        };
+        if self.path.needs_machine() && machine.is_none() {
+            faults.push(|| Fault::new("/machine_id", "this path needs the kinematics of a machine"));
+        }
+        let [min, max] = PERIOD_RANGE_S;
+        faults.check_range(|| "/sample_period_s".to_owned(), self.sample_period_s, min, max);
+        let laps = self.laps.unwrap_or(2);
+        if !LAPS_RANGE.contains(&laps) {
+            faults.push(|| Fault::new("/laps", format!("{laps} is not between 1 and 100")));
+        }
+        if self.laps.is_some() && !self.path.is_closed() {
+            faults.push(|| Fault::new("/laps", "an open path has no laps"));
+        }
+        if let Some(profile) = self.feed_profile {
+            let at = |name: &str| format!("/feed_profile/{name}");
+            let [min, max] = ACCELERATION_RANGE;
+            faults.check_range(|| at("acceleration_mm_per_s2"), profile.acceleration_mm_per_s2, min, max);
+            let [min, max] = JERK_RANGE;
+            faults.check_range(|| at("jerk_mm_per_s3"), profile.jerk_mm_per_s3, min, max);
+            faults.check_range(
+                || at("stop_at_corners_above_deg"),
+                profile.stop_at_corners_above_deg,
+                0.0,
+                180.0,
+            );
+        }
+        let setup = match machine.map(|(machine, _)| self.kinematics.to_setup(machine)) {
+            Some(Ok((setup, _))) => setup,
+            Some(Err(found)) => {
+                for fault in found {
+                    faults.push(|| fault);
+                }
+                Setup::default()
+            }
+            None => Setup::default(),
+        };
+        let path = self.path.to_core(machine.map(|(machine, _)| machine), faults);
+        let mut run = Run::at(Feedrate::from_mm_per_min(1.0));
+        run.period_s = self.sample_period_s;
+        run.laps = laps;
+        if let Some(profile) = self.feed_profile {
+            run.profile = Some(FeedProfile {
+                acceleration_mm_per_s2: profile.acceleration_mm_per_s2,
+                jerk_mm_per_s3: profile.jerk_mm_per_s3,
+            });
+            run.stop_at_corners_above_rad = profile.stop_at_corners_above_deg.to_radians();
+        }
+        Some(ServoTask { drives: drives?, path: path?, run, setup })
+    }
+}
+
+fn check_feed(feed: f64, pointer: impl FnOnce() -> String, faults: &mut FaultList) {
+    let [min, max] = FEED_RANGE;
+    faults.check_range(pointer, feed, min, max);
+}
+
+/// The axis of a letter in a map of scales.
+fn scaled_axis(letter: &str, drives: &DriveSet, faults: &mut FaultList) -> Option<AxisLetter> {
+    let axis = letter.parse().ok().and_then(AxisLetter::from_char).filter(|axis| drives.get(*axis).is_some());
+    if axis.is_none() {
+        let detail = format!("there is no drive of an axis {letter:?}");
+        faults.push(|| Fault::new(format!("/position_gain_scale/{letter}"), detail));
+    }
+    axis
+}
+
+impl SimulationRequest {
+    /// Feed and scaled drives; faults join `faults`.
+    pub fn apply(&self, task: &mut ServoTask, faults: &mut FaultList) {
+        check_feed(self.feed_mm_per_min, || "/feed_mm_per_min".to_owned(), faults);
+        task.run.feed = Feedrate::from_mm_per_min(self.feed_mm_per_min);
+        let drives = task.drives;
+        for (letter, scale) in &self.position_gain_scale {
+            let [min, max] = SCALE_RANGE;
+            faults.check_range(|| format!("/position_gain_scale/{letter}"), *scale, min, max);
+            let axis = scaled_axis(letter, &drives, faults);
+            if let Some((axis, drive)) = axis.and_then(|axis| Some((axis, drives.get(axis)?))) {
+                task.drives.set(axis, drive.with_position_gain_scaled(*scale));
+            }
+        }
+    }
+}
+
+impl SweepRequest {
+    /// Most cells of one sweep.
+    pub const MAX_CELLS: usize = 10_000;
+
+    /// One set of drives for each row; faults join `faults`.
+    pub fn rows(&self, task: &ServoTask, faults: &mut FaultList) -> Vec<DriveSet> {
+        if self.feed_mm_per_min.is_empty() {
+            faults.push(|| Fault::new("/feed_mm_per_min", "at least one feed is needed"));
+        }
+        let rows = self.position_gain_scale.values().map(Vec::len).max().unwrap_or(1);
+        if rows.saturating_mul(self.feed_mm_per_min.len()) > Self::MAX_CELLS {
+            let detail = format!("a sweep has at most {} cells of gains times feeds", Self::MAX_CELLS);
+            faults.push(|| Fault::new("/feed_mm_per_min", detail));
+            return Vec::new();
+        }
+        for (index, feed) in self.feed_mm_per_min.iter().enumerate() {
+            check_feed(*feed, || format!("/feed_mm_per_min/{index}"), faults);
+        }
+        let mut sets = vec![task.drives; rows];
+        for (letter, scales) in &self.position_gain_scale {
+            if scales.len() != rows || scales.is_empty() {
+                let detail = format!("{} numbers, where the longest list has {rows}", scales.len());
+                faults.push(|| Fault::new(format!("/position_gain_scale/{letter}"), detail));
+            }
+            for (index, scale) in scales.iter().enumerate() {
+                let [min, max] = SCALE_RANGE;
+                faults.check_range(|| format!("/position_gain_scale/{letter}/{index}"), *scale, min, max);
+            }
+            let Some(axis) = scaled_axis(letter, &task.drives, faults) else { continue };
+            let Some(drive) = task.drives.get(axis) else { continue };
+            for (set, scale) in sets.iter_mut().zip(scales) {
+                set.set(axis, drive.with_position_gain_scaled(*scale));
+            }
+        }
+        sets
+    }
+
+    /// What each row is called in a figure.
+    #[must_use]
+    pub fn labels(&self) -> Vec<String> {
+        let rows = self.position_gain_scale.values().map(Vec::len).max().unwrap_or(1);
+        (0..rows)
+            .map(|row| {
+                let parts = self.position_gain_scale.iter().filter_map(|(letter, scales)| {
+                    scales.get(row).map(|scale| format!("{letter} × {scale}"))
+                });
+                let label = parts.collect::<Vec<_>>().join(", ");
+                if label.is_empty() { "as set".to_owned() } else { label }
+            })
+            .collect()
+    }
+}
+
+impl MatchingRequest {
+    /// Targets \[mm\] and bounds of the search; the feed is set, faults join `faults`.
+    pub fn apply(&self, task: &mut ServoTask, faults: &mut FaultList) -> (Vec<f64>, MatchingOptions) {
+        check_feed(self.feed_mm_per_min, || "/feed_mm_per_min".to_owned(), faults);
+        task.run.feed = Feedrate::from_mm_per_min(self.feed_mm_per_min);
+        if !(1..=MAX_TARGETS).contains(&self.target_um.len()) {
+            faults.push(|| Fault::new("/target_um", format!("1 to {MAX_TARGETS} targets are needed")));
+        }
+        for (index, target_um) in self.target_um.iter().enumerate() {
+            faults.check_range(|| format!("/target_um/{index}"), *target_um, 1e-3, 1e6);
+        }
+        faults.check_range(|| "/least_gain_margin".to_owned(), self.least_gain_margin, 1.0, 1e3);
+        faults.check_range(|| "/least_phase_margin_deg".to_owned(), self.least_phase_margin_deg, 0.0, 89.0);
+        let Fixed([slowest, fastest]) = self.feed_range_mm_per_min;
+        for (index, feed) in [slowest, fastest].into_iter().enumerate() {
+            check_feed(feed, || format!("/feed_range_mm_per_min/{index}"), faults);
+        }
+        if slowest >= fastest {
+            let detail = format!("{slowest} is not below {fastest}");
+            faults.push(|| Fault::new("/feed_range_mm_per_min", detail));
+        }
+        let options = MatchingOptions {
+            least_gain_margin: self.least_gain_margin,
+            least_phase_margin_rad: self.least_phase_margin_deg.to_radians(),
+            feeds_mm_per_min: [slowest, fastest],
+        };
+        (self.target_um.iter().map(|target_um| target_um / UM_PER_MM).collect(), options)
+    }
+}

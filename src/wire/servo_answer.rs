@@ -1,0 +1,433 @@
+//! Answers of the servo operations.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::servo::{
+    AxisLetter, ContourErrorSummary, DriveSet, FeedLimit, FollowingErrorSummary, MatchedGains, Matching,
+    ServoFault, Simulation, Stability, TracePoint,
+};
+use crate::units::{Feedrate, UM_PER_MM, URAD_PER_RAD};
+
+/// A pole of the closed loop (1/s).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = Pole)]
+pub struct PoleDoc {
+    /// Real part.
+    pub re_per_s: f64,
+    /// Imaginary part.
+    pub im_per_s: f64,
+}
+
+/// How near an axis is to its limits.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Stability)]
+pub struct StabilityDoc {
+    /// Commanded speed over the following error of a ramp; null where feed-forward leaves no error.
+    pub kv_per_s: Option<f64>,
+    /// Lowest frequency at which the closed loop's gain falls below 1/√2.
+    pub bandwidth_hz: Option<f64>,
+    /// Factor by which the position gain can grow before the loop swings; null: by any.
+    pub gain_margin: Option<f64>,
+    /// Phase left where the open loop's gain is 1.
+    pub phase_margin_deg: Option<f64>,
+    /// Largest gain of the closed loop over all frequencies.
+    pub resonance_peak: f64,
+    /// Poles of the closed loop, the slowest first.
+    pub poles: Vec<PoleDoc>,
+}
+
+/// What became of one axis: µm and mm/min of a linear, µrad and deg/min of a rotary axis.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct AxisResult {
+    /// Largest following error over the judged samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_following_error_um: Option<f64>,
+    /// Its root mean square.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_following_error_um: Option<f64>,
+    /// What a ramp at the largest commanded speed settles to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady_state_following_error_um: Option<f64>,
+    /// Largest commanded speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_speed_mm_per_min: Option<f64>,
+    /// Largest following error over the judged samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_following_error_urad: Option<f64>,
+    /// Its root mean square.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_following_error_urad: Option<f64>,
+    /// What a ramp at the largest commanded speed settles to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady_state_following_error_urad: Option<f64>,
+    /// Largest commanded speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_speed_deg_per_min: Option<f64>,
+    /// Margins, bandwidth, poles.
+    pub stability: StabilityDoc,
+}
+
+/// Results by axis letter.
+pub type AxisResults = BTreeMap<String, AxisResult>;
+
+/// Second harmonic of the radius error over the commanded φ.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = Oval)]
+pub struct OvalDoc {
+    /// Half peak to peak.
+    pub amplitude_um: f64,
+    /// Direction of the major axis, in [0, 180).
+    pub major_axis_deg: f64,
+}
+
+/// Contour error over the judged samples: of a circle the radius error, positive outside; of other paths the
+/// distance from the commanded path, signed where a plane is given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = ContourError)]
+pub struct ContourErrorDoc {
+    /// Smallest.
+    pub min_um: f64,
+    /// Largest.
+    pub max_um: f64,
+    /// Root mean square.
+    pub rms_um: f64,
+    /// Largest size.
+    pub max_abs_um: f64,
+    /// Largest angle between actual and commanded tool axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_max_urad: Option<f64>,
+    /// Its root mean square.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_rms_urad: Option<f64>,
+    /// When the largest size occurs.
+    pub worst_at_s: f64,
+    /// Line of the program where it occurs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_line: Option<u64>,
+    /// On a circle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub oval: Option<OvalDoc>,
+}
+
+/// The whole run in at most 2000 points, as columns; each point is the worst of the samples it stands for.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct ServoSamples {
+    /// Time from the start.
+    pub t_s: Vec<f64>,
+    /// φ of the command, on a circle.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub phi_deg: Vec<f64>,
+    /// Line of the upload, of a program.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub line: Vec<u64>,
+    /// Contour error.
+    pub contour_error_um: Vec<f64>,
+    /// Angle between the tool axes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub axis_error_urad: Vec<f64>,
+    /// Following errors of linear axes, by letter.
+    pub following_error_um: BTreeMap<String, Vec<f64>>,
+    /// Following errors of rotary axes, by letter.
+    pub following_error_urad: BTreeMap<String, Vec<f64>>,
+}
+
+/// What a path gets.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SimulationAnswer {
+    /// Revision of the machine; null where the drives came with the request.
+    pub machine_revision: Option<i64>,
+    /// Version of the service.
+    pub software_version: String,
+    /// By letter, the axes that move.
+    #[schema(value_type = BTreeMap<String, AxisResult>)]
+    pub axes: AxisResults,
+    /// What the part gets.
+    pub contour_error: ContourErrorDoc,
+    /// Samples in all.
+    pub sample_count: u64,
+    /// When the judged part begins.
+    pub judged_from_s: f64,
+    /// The run, thinned.
+    pub samples: ServoSamples,
+}
+
+/// A cell of a sweep that has no result.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SweepFault {
+    /// Row, from 0.
+    pub gain: usize,
+    /// Column, from 0.
+    pub feed: usize,
+    /// Why.
+    pub detail: String,
+}
+
+/// A path under many gains and feeds.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SweepAnswer {
+    /// Revision of the machine; null where the drives came with the request.
+    pub machine_revision: Option<i64>,
+    /// Version of the service.
+    pub software_version: String,
+    /// What each row is.
+    pub gains: Vec<String>,
+    /// Feed of each column.
+    pub feed_mm_per_min: Vec<f64>,
+    /// Contour errors, row by row; null where there is none.
+    pub contour_error: Vec<Vec<Option<ContourErrorDoc>>>,
+    /// Why a cell is null; the first hundred.
+    pub faults: Vec<SweepFault>,
+}
+
+/// A gain to set.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+pub struct MatchedGain {
+    /// The position gain.
+    pub position_gain_per_s: f64,
+    /// Over the present one.
+    pub scale: f64,
+}
+
+/// How fast the path may be run for one target.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = FeedLimit)]
+pub struct FeedLimitDoc {
+    /// Largest contour error allowed.
+    pub target_um: f64,
+    /// With the present gains; null: not even the slowest feed tried.
+    pub present_mm_per_min: Option<f64>,
+    /// Whether the fastest feed tried keeps the target still.
+    pub present_beyond_range: bool,
+    /// With the matched gains; null: not even the slowest feed tried.
+    pub matched_mm_per_min: Option<f64>,
+    /// Whether the fastest feed tried keeps the target still.
+    pub matched_beyond_range: bool,
+}
+
+/// What to set instead.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct MatchingAnswer {
+    /// Revision of the machine; null where the drives came with the request.
+    pub machine_revision: Option<i64>,
+    /// Version of the service.
+    pub software_version: String,
+    /// With the present gains, at the feed of the request.
+    pub present: ContourErrorDoc,
+    /// By letter: all axes reach the same Kv, the smallest that keeps the first target.
+    #[schema(value_type = BTreeMap<String, MatchedGain>)]
+    pub gains: BTreeMap<String, MatchedGain>,
+    /// Whether these gains keep the first target; otherwise they are the best within the margins.
+    pub reached: bool,
+    /// With these gains, at the feed of the request.
+    pub matched: ContourErrorDoc,
+    /// Largest common Kv within the margins.
+    pub largest_kv_per_s: f64,
+    /// Feed limits, one for each target.
+    pub feed_limits: Vec<FeedLimitDoc>,
+}
+
+impl StabilityDoc {
+    fn of(drives: &DriveSet, axis: AxisLetter) -> Self {
+        let drive = drives.get(axis);
+        let stability = drive.and_then(|drive| Stability::of(drive).ok());
+        let stability = stability.as_ref();
+        Self {
+            kv_per_s: drive.and_then(crate::servo::Drive::velocity_gain_factor_per_s),
+            bandwidth_hz: stability.and_then(|stability| stability.bandwidth_hz),
+            gain_margin: stability.and_then(|stability| stability.gain_margin),
+            phase_margin_deg: stability.and_then(|stability| stability.phase_margin_rad).map(f64::to_degrees),
+            resonance_peak: stability.map_or(1.0, |stability| stability.resonance_peak),
+            poles: stability.map_or_else(Vec::new, |stability| {
+                let pole = |pole: &nalgebra::Complex<f64>| PoleDoc { re_per_s: pole.re, im_per_s: pole.im };
+                stability.poles_per_s.iter().map(pole).collect()
+            }),
+        }
+    }
+}
+
+impl AxisResult {
+    /// What became of an axis.
+    #[must_use]
+    pub fn of(axis: AxisLetter, following: &FollowingErrorSummary, drives: &DriveSet) -> Self {
+        let unit = if axis.is_linear() { UM_PER_MM } else { URAD_PER_RAD };
+        let linear = |value: f64| axis.is_linear().then_some(value * unit);
+        let rotary = |value: f64| (!axis.is_linear()).then_some(value * unit);
+        let per_min = following.max_speed_per_s * crate::units::S_PER_MIN;
+        Self {
+            max_following_error_um: linear(following.max),
+            rms_following_error_um: linear(following.rms),
+            steady_state_following_error_um: linear(following.steady_state),
+            max_speed_mm_per_min: axis.is_linear().then_some(per_min),
+            max_following_error_urad: rotary(following.max),
+            rms_following_error_urad: rotary(following.rms),
+            steady_state_following_error_urad: rotary(following.steady_state),
+            max_speed_deg_per_min: (!axis.is_linear()).then_some(per_min.to_degrees()),
+            stability: StabilityDoc::of(drives, axis),
+        }
+    }
+}
+
+impl ContourErrorDoc {
+    /// The summary of a run.
+    #[must_use]
+    pub fn of(summary: &ContourErrorSummary) -> Self {
+        Self {
+            min_um: summary.min_mm * UM_PER_MM,
+            max_um: summary.max_mm * UM_PER_MM,
+            rms_um: summary.rms_mm * UM_PER_MM,
+            max_abs_um: summary.max_abs_mm * UM_PER_MM,
+            axis_max_urad: summary.axis_max_rad.map(|angle_rad| angle_rad * URAD_PER_RAD),
+            axis_rms_urad: summary.axis_rms_rad.map(|angle_rad| angle_rad * URAD_PER_RAD),
+            worst_at_s: summary.worst_at_s,
+            worst_line: (summary.worst_line > 0).then_some(summary.worst_line),
+            oval: None,
+        }
+    }
+
+    /// That of a simulation, with its oval.
+    #[must_use]
+    pub fn of_simulation(simulation: &Simulation) -> Self {
+        let oval = simulation.oval.map(|oval| OvalDoc {
+            amplitude_um: oval.amplitude_mm * UM_PER_MM,
+            major_axis_deg: oval.major_axis_rad.to_degrees(),
+        });
+        Self { oval, ..Self::of(&simulation.contour) }
+    }
+}
+
+impl ServoSamples {
+    /// The trace of a run of these axes, in its order.
+    #[must_use]
+    pub fn of(trace: &[TracePoint], axes: &[AxisLetter], is_circle: bool) -> Self {
+        let column = |value: &dyn Fn(&TracePoint) -> f64| trace.iter().map(value).collect::<Vec<f64>>();
+        let mut samples = Self {
+            t_s: column(&|point| point.time_s),
+            phi_deg: if is_circle { column(&|point| point.phi_rad.to_degrees()) } else { Vec::new() },
+            line: Vec::new(),
+            contour_error_um: column(&|point| point.contour_mm * UM_PER_MM),
+            axis_error_urad: if is_circle {
+                Vec::new()
+            } else {
+                column(&|point| point.axis_rad * URAD_PER_RAD)
+            },
+            following_error_um: BTreeMap::new(),
+            following_error_urad: BTreeMap::new(),
+        };
+        if trace.iter().any(|point| point.line > 0) {
+            samples.line = trace.iter().map(|point| point.line).collect();
+        }
+        for (slot, axis) in axes.iter().enumerate() {
+            let (unit, map) = if axis.is_linear() {
+                (UM_PER_MM, &mut samples.following_error_um)
+            } else {
+                (URAD_PER_RAD, &mut samples.following_error_urad)
+            };
+            map.insert(
+                axis.to_string(),
+                column(&|point| point.following.get(slot).map_or(0.0, |error| error * unit)),
+            );
+        }
+        samples
+    }
+}
+
+impl SimulationAnswer {
+    /// The answer for a path. `axes` is the order of the trace's following errors.
+    #[must_use]
+    pub fn of(
+        machine_revision: Option<i64>,
+        simulation: &Simulation,
+        drives: &DriveSet,
+        axes: &[AxisLetter],
+    ) -> Self {
+        let results = simulation.axes.iter().map(|outcome| {
+            (outcome.axis.to_string(), AxisResult::of(outcome.axis, &outcome.following, drives))
+        });
+        Self {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            axes: results.collect(),
+            contour_error: ContourErrorDoc::of_simulation(simulation),
+            sample_count: simulation.samples,
+            judged_from_s: simulation.judged_from_s,
+            samples: ServoSamples::of(&simulation.trace, axes, simulation.oval.is_some()),
+        }
+    }
+}
+
+/// Columns of a sweep: a result or a fault for each row.
+pub type SweepColumns = Vec<Vec<Result<Simulation, ServoFault>>>;
+
+impl SweepAnswer {
+    /// How many faults are told.
+    const MAX_FAULTS: usize = 100;
+
+    /// The answer for columns in the order of the feeds.
+    #[must_use]
+    pub fn of(
+        machine_revision: Option<i64>,
+        gains: Vec<String>,
+        feeds: &[f64],
+        columns: &SweepColumns,
+    ) -> Self {
+        let mut faults = Vec::new();
+        let mut rows = vec![Vec::with_capacity(feeds.len()); gains.len()];
+        for (feed, column) in columns.iter().enumerate() {
+            for (gain, (row, cell)) in rows.iter_mut().zip(column).enumerate() {
+                row.push(cell.as_ref().ok().map(ContourErrorDoc::of_simulation));
+                if let Err(fault) = cell
+                    && faults.len() < Self::MAX_FAULTS
+                {
+                    faults.push(SweepFault { gain, feed, detail: fault.to_string() });
+                }
+            }
+        }
+        Self {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            gains,
+            feed_mm_per_min: feeds.to_vec(),
+            contour_error: rows,
+            faults,
+        }
+    }
+}
+
+impl MatchingAnswer {
+    /// The answer for a matching of these drives.
+    #[must_use]
+    pub fn of(machine_revision: Option<i64>, matching: &Matching, drives: &DriveSet) -> Self {
+        let MatchedGains { position_gain_per_s, simulation, reached, largest_per_s } = &matching.gains;
+        let gains = position_gain_per_s.iter().map(|(axis, gain_per_s)| {
+            let present = drives.get(*axis).map_or(*gain_per_s, |drive| drive.position_gain_per_s);
+            let gain = MatchedGain { position_gain_per_s: *gain_per_s, scale: gain_per_s / present };
+            (axis.to_string(), gain)
+        });
+        let limits = matching.limits_before.iter().zip(&matching.limits_after);
+        let feed = |limit: &FeedLimit| limit.feed.map(Feedrate::mm_per_min);
+        Self {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            present: ContourErrorDoc::of_simulation(&matching.before),
+            gains: gains.collect(),
+            reached: *reached,
+            matched: ContourErrorDoc::of_simulation(simulation),
+            largest_kv_per_s: *largest_per_s,
+            feed_limits: limits
+                .map(|(before, after)| FeedLimitDoc {
+                    target_um: before.target_mm * UM_PER_MM,
+                    present_mm_per_min: feed(before),
+                    present_beyond_range: before.beyond_range,
+                    matched_mm_per_min: feed(after),
+                    matched_beyond_range: after.beyond_range,
+                })
+                .collect(),
+        }
+    }
+}

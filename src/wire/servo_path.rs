@@ -1,0 +1,311 @@
+//! The paths of a servo simulation, as clients name them.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Fault, FaultList, Fixed};
+use crate::geometry::Vec3;
+use crate::kinematics::ToolPose;
+use crate::machine::{Machine, RotaryLetter};
+use crate::servo::{AxisLetter, Circle, ToolPath};
+
+/// A linear axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[expect(missing_docs, reason = "the letters say it")]
+pub enum LinearLetter {
+    X,
+    Y,
+    Z,
+}
+
+/// A plane in which the contour error gets a sign: positive to the right of travel, seen from its normal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// Seen from +Z.
+    Xy,
+    /// Seen from +X.
+    Yz,
+    /// Seen from +Y.
+    Zx,
+}
+
+impl Plane {
+    /// Its normal in W.
+    #[must_use]
+    pub fn normal(self) -> Vec3 {
+        match self {
+            Self::Xy => Vec3::z(),
+            Self::Yz => Vec3::x(),
+            Self::Zx => Vec3::y(),
+        }
+    }
+}
+
+/// A corner of a polyline: the tip (mm) and the tool axis, +Z where none is given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolylinePoint {
+    /// Tip.
+    pub x: f64,
+    /// Tip.
+    pub y: f64,
+    /// Tip.
+    pub z: f64,
+    /// Tool axis.
+    #[serde(default)]
+    pub i: f64,
+    /// Tool axis.
+    #[serde(default)]
+    pub j: f64,
+    /// Tool axis.
+    #[serde(default = "one")]
+    pub k: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Rotary words from and to (deg).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
+pub struct RotarySweep {
+    /// Words of A.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<[f64; 2]>)]
+    pub a: Option<Fixed<2>>,
+    /// Words of B.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<[f64; 2]>)]
+    pub b: Option<Fixed<2>>,
+    /// Words of C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<[f64; 2]>)]
+    pub c: Option<Fixed<2>>,
+}
+
+/// What the axes are told to make. All but the two circles need a machine with drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum ServoPathDoc {
+    /// X and C make a circle about `(center_x_mm, 0)` on the table.
+    XcCircle {
+        /// Radius of the circle.
+        #[schema(example = 60.0)]
+        radius_mm: f64,
+        /// Distance of its centre from the C axis; not the radius, or the circle would run through the axis.
+        #[schema(example = 100.0)]
+        center_x_mm: f64,
+    },
+    /// Two linear axes make a circle, from the first towards the second.
+    Circle {
+        /// Two different ones.
+        axes: [LinearLetter; 2],
+        /// Radius of the circle.
+        radius_mm: f64,
+    },
+    /// The bottom edge of a cone frustum, flank-milled: the tip on a circle, the tool axis along the generatrix.
+    ConeFrustum {
+        /// Centre of the bottom circle in the workpiece.
+        #[serde(default)]
+        center_mm: Fixed<3>,
+        /// Its radius.
+        radius_mm: f64,
+        /// Angle between generatrix and cone axis.
+        half_apex_deg: f64,
+        /// Tilt of the cone axis out of Z, about Y.
+        #[serde(default)]
+        tilt_deg: f64,
+    },
+    /// The tip rests on the workpiece while rotary axes go from one word to another and back; the feed then counts
+    /// degrees for each minute, along both axes together.
+    TipHold {
+        /// The tip in the workpiece.
+        tip_mm: Fixed<3>,
+        /// Words of the rotary axes, from and to; an axis not named stands at 0.
+        sweep_deg: RotarySweep,
+    },
+    /// Straight lines of the tip; the tool axis turns along great circles.
+    Polyline {
+        /// At least two corners.
+        points: Vec<PolylinePoint>,
+        /// Plane in which the contour error gets a sign.
+        #[serde(default)]
+        plane: Option<Plane>,
+    },
+}
+
+/// A path in the core's terms.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CorePath {
+    /// Two axes make it by themselves.
+    Circle(Circle),
+    /// The whole machine makes it.
+    Tool {
+        /// The path.
+        path: ToolPath,
+        /// Normal of the plane in which the contour error gets a sign.
+        plane_normal: Option<Vec3>,
+    },
+}
+
+/// Radii that are taken for real \[mm\].
+const RADIUS_RANGE_MM: [f64; 2] = [1e-3, 1e5];
+/// Coordinates that are taken for real \[mm\].
+const MAX_COORDINATE_MM: f64 = 1e6;
+/// Most corners of a polyline: longer ones are programs.
+const MAX_POINTS: usize = 100_000;
+
+impl ServoPathDoc {
+    /// Radius of a circle of two axes \[mm\].
+    #[must_use]
+    pub const fn circle_radius_mm(&self) -> Option<f64> {
+        match self {
+            Self::XcCircle { radius_mm, .. } | Self::Circle { radius_mm, .. } => Some(*radius_mm),
+            _ => None,
+        }
+    }
+
+    /// In a few words, with its numbers.
+    #[must_use]
+    pub fn title(&self) -> String {
+        match self {
+            Self::XcCircle { radius_mm, center_x_mm } => {
+                format!("XC circle, r = {radius_mm} mm about x = {center_x_mm} mm")
+            }
+            Self::Circle { axes: [first, second], radius_mm } => {
+                format!("{first:?}{second:?} circle, r = {radius_mm} mm")
+            }
+            Self::ConeFrustum { radius_mm, half_apex_deg, tilt_deg, .. } => {
+                format!("Cone frustum, r = {radius_mm} mm, half apex {half_apex_deg}°, tilted by {tilt_deg}°")
+            }
+            Self::TipHold { tip_mm: Fixed([x, y, z]), .. } => format!("Tip held at {x} {y} {z} mm"),
+            Self::Polyline { points, .. } => format!("Polyline of {} points", points.len()),
+        }
+    }
+
+    /// Whether the machine's kinematics are needed.
+    #[must_use]
+    pub const fn needs_machine(&self) -> bool {
+        !matches!(self, Self::XcCircle { .. } | Self::Circle { .. })
+    }
+
+    /// Whether it can be run in laps.
+    #[must_use]
+    pub const fn is_closed(&self) -> bool {
+        !matches!(self, Self::Polyline { .. })
+    }
+
+    /// Normal of the plane in which the contour error gets a sign.
+    fn plane_normal(&self) -> Option<Vec3> {
+        match self {
+            Self::Polyline { plane, .. } => plane.map(Plane::normal),
+            _ => None,
+        }
+    }
+
+    /// The path; faults join `faults` under `/path`.
+    pub(super) fn to_core(&self, machine: Option<&Machine>, faults: &mut FaultList) -> Option<CorePath> {
+        let radius = |radius_mm: f64, faults: &mut FaultList| {
+            let [min, max] = RADIUS_RANGE_MM;
+            faults.check_range(|| "/path/radius_mm".to_owned(), radius_mm, min, max);
+        };
+        let tool = |path: ToolPath| CorePath::Tool { path, plane_normal: self.plane_normal() };
+        Some(match self {
+            Self::XcCircle { radius_mm, center_x_mm } => {
+                radius(*radius_mm, faults);
+                let at = || "/path/center_x_mm".to_owned();
+                faults.check_range(at, *center_x_mm, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
+                CorePath::Circle(Circle::XC { radius_mm: *radius_mm, center_x_mm: *center_x_mm })
+            }
+            Self::Circle { axes: [first, second], radius_mm } => {
+                radius(*radius_mm, faults);
+                if first == second {
+                    faults.push(|| Fault::new("/path/axes", "a circle needs two different axes"));
+                }
+                let axes = [first, second].map(|axis| match axis {
+                    LinearLetter::X => AxisLetter::X,
+                    LinearLetter::Y => AxisLetter::Y,
+                    LinearLetter::Z => AxisLetter::Z,
+                });
+                CorePath::Circle(Circle::Linear { axes, radius_mm: *radius_mm })
+            }
+            Self::ConeFrustum { center_mm, radius_mm, half_apex_deg, tilt_deg } => {
+                radius(*radius_mm, faults);
+                check_point(center_mm.0, "/path/center_mm", faults);
+                faults.check_range(|| "/path/half_apex_deg".to_owned(), *half_apex_deg, 0.0, 89.0);
+                faults.check_range(|| "/path/tilt_deg".to_owned(), *tilt_deg, -180.0, 180.0);
+                tool(ToolPath::ConeFrustum {
+                    center_mm: Vec3::from(center_mm.0),
+                    radius_mm: *radius_mm,
+                    half_apex_rad: half_apex_deg.to_radians(),
+                    tilt_rad: tilt_deg.to_radians(),
+                })
+            }
+            Self::TipHold { tip_mm, sweep_deg } => {
+                check_point(tip_mm.0, "/path/tip_mm", faults);
+                let rotary_rad = sweep_deg.rotary_rad(machine?, faults);
+                tool(ToolPath::TipHold { tip_mm: Vec3::from(tip_mm.0), rotary_rad })
+            }
+            Self::Polyline { points, .. } => {
+                if !(2..=MAX_POINTS).contains(&points.len()) {
+                    let detail = format!("a polyline has 2 to {MAX_POINTS} points, not {}", points.len());
+                    faults.push(|| Fault::new("/path/points", detail));
+                }
+                let poses = points.iter().enumerate().map(|(index, point)| point.to_core(index, faults));
+                tool(ToolPath::Polyline { poses: poses.collect() })
+            }
+        })
+    }
+}
+
+fn check_point(point_mm: [f64; 3], pointer: &str, faults: &mut FaultList) {
+    for (index, value) in point_mm.into_iter().enumerate() {
+        faults.check_range(|| format!("{pointer}/{index}"), value, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
+    }
+}
+
+impl PolylinePoint {
+    fn to_core(self, index: usize, faults: &mut FaultList) -> ToolPose {
+        let pointer = format!("/path/points/{index}");
+        for (name, value) in [("x", self.x), ("y", self.y), ("z", self.z)] {
+            faults.check_range(|| format!("{pointer}/{name}"), value, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
+        }
+        let axis = Vec3::new(self.i, self.j, self.k);
+        let unit = axis.try_normalize(1e-9).filter(|unit| unit.iter().all(|value| value.is_finite()));
+        if unit.is_none() {
+            faults.push(|| Fault::new(pointer.clone(), "i j k is a zero vector"));
+        }
+        ToolPose { tip_mm: Vec3::new(self.x, self.y, self.z), axis: unit.unwrap_or_else(Vec3::z) }
+    }
+}
+
+impl RotarySweep {
+    /// Kinematic angles at both ends, in the profile's order \[rad\].
+    fn rotary_rad(&self, machine: &Machine, faults: &mut FaultList) -> [[f64; 2]; 2] {
+        let words = [('A', self.a), ('B', self.b), ('C', self.c)];
+        for (letter, word) in words {
+            let Some(Fixed(ends)) = word else { continue };
+            let pointer = format!("/path/sweep_deg/{letter}");
+            if !machine.rotary_axes().iter().any(|axis| axis.letter.as_char() == letter) {
+                faults.push(|| Fault::new(&*pointer, format!("the machine has no axis {letter}")));
+            }
+            for (index, end) in ends.into_iter().enumerate() {
+                let max = Machine::MAX_TRAVEL_DEG;
+                faults.check_range(|| format!("{pointer}/{index}"), end, -max, max);
+            }
+        }
+        let of = |end: usize| {
+            machine.rotary_axes().each_ref().map(|axis| {
+                let word = match axis.letter {
+                    RotaryLetter::A => self.a,
+                    RotaryLetter::B => self.b,
+                    RotaryLetter::C => self.c,
+                };
+                axis.angle_rad(word.map_or(0.0, |Fixed(ends)| ends[end]))
+            })
+        };
+        [of(0), of(1)]
+    }
+}
