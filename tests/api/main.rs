@@ -12,4 +12,5 @@ mod pages;
 mod process;
 mod real_programs;
 mod service;
+mod servo;
 mod support;

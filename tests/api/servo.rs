@@ -1,0 +1,353 @@
+//! Servo simulations, sweeps and matchings over HTTP.
+
+use reqwest::StatusCode;
+use serde_json::{Value, json};
+
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
+
+const SIMULATE: &str = "/v1/servo-simulations";
+const SWEEP: &str = "/v1/servo-sweeps";
+const MATCH: &str = "/v1/servo-matching";
+/// Values given to nine significant digits are met to half a unit of the last.
+const NINE_DIGITS: f64 = 5.5e-9;
+
+fn circle() -> Value {
+    json!({"kind": "xc-circle", "radius_mm": 60, "center_x_mm": 100})
+}
+
+fn simulation() -> Value {
+    json!({"machine_id": "example-ac-table", "path": circle(), "feed_mm_per_min": 1800})
+}
+
+/// `base` with the members of `more`.
+fn with(mut base: Value, more: &Value) -> Value {
+    for (name, value) in more.as_object().unwrap() {
+        base[name] = value.clone();
+    }
+    base
+}
+
+fn close(value: &Value, expected: f64) {
+    let value = value.as_f64().unwrap();
+    assert!(((value - expected) / expected).abs() < NINE_DIGITS, "{value} is not {expected}");
+}
+
+async fn answer(app: &App, path: &str, body: &Value) -> Value {
+    let response = app.post_json(path, body).await;
+    assert_eq!(response.status(), StatusCode::OK, "{:?}", response.text().await);
+    response.json().await.unwrap()
+}
+
+async fn svg(app: &App, path: &str, body: &Value) -> String {
+    let request = app.client.post(app.url(path)).header("accept", "image/svg+xml").json(body);
+    let response = request.send().await.unwrap();
+    assert_eq!(response.status(), StatusCode::OK);
+    assert_eq!(response.headers()["content-type"], "image/svg+xml");
+    response.text().await.unwrap()
+}
+
+#[tokio::test]
+async fn the_circle_of_p2_has_the_values_of_the_reference_drive() {
+    let app = spawn().await;
+    let matched = answer(&app, SIMULATE, &simulation()).await;
+    assert_eq!(matched["machine_revision"], 1);
+    close(&matched["contour_error"]["min_um"], -11.106_107_3);
+    close(&matched["contour_error"]["max_um"], -2.271_959_35);
+    let poles = matched["axes"]["X"]["stability"]["poles"].as_array().unwrap();
+    for (pole, expected) in poles.iter().zip([-8.365_008_27, -40.284_128_6, -114.239_662, -4_750.011_63]) {
+        close(&pole["re_per_s"], expected);
+    }
+    // A ramp lags by v/Kpp: 1 mm at 30 mm/s and 30 1/s.
+    let steady_um = matched["axes"]["X"]["steady_state_following_error_um"].as_f64().unwrap();
+    assert!((steady_um - 1000.0).abs() < 0.01, "{steady_um}");
+    assert!(matched["axes"]["C"].get("max_following_error_um").is_none());
+    let slow_c = with(simulation(), &json!({"position_gain_scale": {"C": 25.0 / 30.0}}));
+    let unequal = answer(&app, SIMULATE, &slow_c).await;
+    close(&unequal["contour_error"]["min_um"], -114.421_536);
+    close(&unequal["contour_error"]["max_um"], 97.148_611_9);
+    let axis_deg = unequal["contour_error"]["oval"]["major_axis_deg"].as_f64().unwrap();
+    assert!((axis_deg - 134.9).abs() < 0.05, "{axis_deg}");
+    let samples = &unequal["samples"];
+    let rows = samples["t_s"].as_array().unwrap().len();
+    assert!((500..=2000).contains(&rows), "{rows}");
+    for column in ["phi_deg", "contour_error_um"] {
+        assert_eq!(samples[column].as_array().unwrap().len(), rows);
+    }
+    assert_eq!(samples["following_error_urad"]["C"].as_array().unwrap().len(), rows);
+}
+
+#[tokio::test]
+async fn drives_without_a_machine_and_the_same_question_twice() {
+    let app = spawn().await;
+    let machine: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    let mut body = simulation();
+    body.as_object_mut().unwrap().remove("machine_id");
+    body["drives"] = machine["drives"].clone();
+    let answers = [
+        app.post_json(SIMULATE, &body).await.text().await.unwrap(),
+        app.post_json(SIMULATE, &body).await.text().await.unwrap(),
+    ];
+    assert_eq!(answers[0], answers[1]);
+    let answer: Value = serde_json::from_str(&answers[0]).unwrap();
+    assert_eq!(answer["machine_revision"], Value::Null);
+    close(&answer["contour_error"]["min_um"], -11.106_107_3);
+}
+
+#[tokio::test]
+async fn every_path_through_the_kinematics_of_the_machine_is_run() {
+    let app = spawn().await;
+    for (path, axes) in [
+        (json!({"kind": "circle", "axes": ["X", "Y"], "radius_mm": 20}), "XY"),
+        (
+            json!({"kind": "cone-frustum", "center_mm": [20, 10, 5], "radius_mm": 40, "half_apex_deg": 15, "tilt_deg": 30}),
+            "ACXYZ",
+        ),
+        (
+            json!({"kind": "tip-hold", "tip_mm": [40, 0, 30], "sweep_deg": {"A": [-30, 30], "C": [0, 180]}}),
+            "ACXYZ",
+        ),
+        (
+            json!({"kind": "polyline", "plane": "xy", "points": [{"x": 0, "y": 0, "z": 0}, {"x": 20, "y": 0, "z": 0}, {"x": 20, "y": 20, "z": 0}]}),
+            "XY",
+        ),
+    ] {
+        let body = json!({"machine_id": "example-ac-table", "path": path, "feed_mm_per_min": 1200});
+        let found = answer(&app, SIMULATE, &body).await;
+        let letters: String = found["axes"].as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(letters, axes, "{path}");
+        let error_um = found["contour_error"]["max_abs_um"].as_f64().unwrap();
+        assert!((0.0..5000.0).contains(&error_um), "{path}: {error_um}");
+        let figure = svg(&app, &format!("{SIMULATE}?plot=contour-error"), &body).await;
+        assert!(figure.contains("contour error of the tip"), "{path}");
+    }
+    // A corner cut on the inside, to the left of travel: negative.
+    let corner = json!({"machine_id": "example-ac-table", "feed_mm_per_min": 1200,
+        "path": {"kind": "polyline", "plane": "xy", "points": [{"x": 0, "y": 0, "z": 0}, {"x": 20, "y": 0, "z": 0}, {"x": 20, "y": 20, "z": 0}]}});
+    let cut = answer(&app, SIMULATE, &corner).await;
+    assert!(cut["contour_error"]["min_um"].as_f64().unwrap() < -100.0, "{}", cut["contour_error"]);
+    let stops =
+        with(corner, &json!({"feed_profile": {"acceleration_mm_per_s2": 1000, "jerk_mm_per_s3": 20000}}));
+    let stopped = answer(&app, SIMULATE, &stops).await;
+    assert!(stopped["contour_error"]["max_abs_um"].as_f64().unwrap() < 40.0, "{}", stopped["contour_error"]);
+}
+
+#[tokio::test]
+async fn a_sweep_is_made_of_its_simulations() {
+    let app = spawn().await;
+    let sweep = json!({"machine_id": "example-ac-table", "path": circle(), "feed_mm_per_min": [900, 1800, 1200],
+        "position_gain_scale": {"C": [0.8, 1.0, 900.0], "X": [1.0, 1.1, 1.0]}});
+    let swept = answer(&app, SWEEP, &sweep).await;
+    assert_eq!(swept["gains"], json!(["C × 0.8, X × 1", "C × 1, X × 1.1", "C × 900, X × 1"]));
+    for (row, scale) in [json!({"C": 0.8}), json!({"X": 1.1})].into_iter().enumerate() {
+        for (column, feed) in [900, 1800, 1200].into_iter().enumerate() {
+            let one = with(simulation(), &json!({"feed_mm_per_min": feed, "position_gain_scale": scale}));
+            let one = answer(&app, SIMULATE, &one).await;
+            assert_eq!(swept["contour_error"][row][column], one["contour_error"]);
+        }
+    }
+    assert_eq!(swept["contour_error"][2], json!([null, null, null]));
+    assert_eq!(swept["faults"].as_array().unwrap().len(), 3);
+    assert!(swept["faults"][1]["detail"].as_str().unwrap().contains("axis C"), "{}", swept["faults"]);
+    for plot in ["curves", "map"] {
+        let figure = svg(&app, &format!("{SWEEP}?plot={plot}"), &sweep).await;
+        assert!(figure.contains("feed [mm/min]"), "{plot}");
+    }
+}
+
+#[tokio::test]
+async fn matching_answers_which_gains_and_how_fast() {
+    let app = spawn().await;
+    let body = with(simulation(), &json!({"target_um": [10, 25]}));
+    let found = answer(&app, MATCH, &body).await;
+    assert_eq!(found["reached"], true);
+    let gain = found["gains"]["X"]["position_gain_per_s"].as_f64().unwrap();
+    assert!((30.0..35.0).contains(&gain), "{gain}");
+    assert!(found["matched"]["max_abs_um"].as_f64().unwrap() <= 10.0);
+    // What is proposed does what is said of it.
+    let scale = found["gains"]["X"]["scale"].clone();
+    let feed = found["feed_limits"][1]["matched_mm_per_min"].clone();
+    let set = with(
+        simulation(),
+        &json!({"feed_mm_per_min": feed, "position_gain_scale": {"X": scale, "C": scale}}),
+    );
+    let error_um = answer(&app, SIMULATE, &set).await["contour_error"]["max_abs_um"].as_f64().unwrap();
+    assert!((24.5..=25.0).contains(&error_um), "{error_um}");
+}
+
+#[tokio::test]
+async fn every_wrong_value_is_named() {
+    let app = spawn().await;
+    let body = with(
+        simulation(),
+        &json!({"path": {"kind": "xc-circle", "radius_mm": -1, "center_x_mm": 1e9}, "feed_mm_per_min": 0,
+            "sample_period_s": 0, "laps": 0, "position_gain_scale": {"C": 0, "Q": 1},
+            "feed_profile": {"acceleration_mm_per_s2": 0, "jerk_mm_per_s3": -1}}),
+    );
+    let found = problem(app.post_json(SIMULATE, &body).await, "invalid-request").await;
+    let mut pointers = pointers(&found);
+    pointers.sort();
+    assert_eq!(
+        pointers,
+        [
+            "/feed_mm_per_min",
+            "/feed_profile/acceleration_mm_per_s2",
+            "/feed_profile/jerk_mm_per_s3",
+            "/laps",
+            "/path/center_x_mm",
+            "/path/radius_mm",
+            "/position_gain_scale/C",
+            "/position_gain_scale/Q",
+            "/sample_period_s",
+        ]
+    );
+    let machine: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    let mut drives = machine["drives"].clone();
+    drives["X"]["inertia_kg_m2"] = json!(-0.003);
+    drives["C"]["transmission"]["gear_ratio"] = json!(0);
+    drives["Y"]["load_inertia_kg_m2"] = json!(0.001);
+    drives["Z"]["transmission"]["resonance"] = json!({"frequency_hz": 0, "damping_ratio": -1});
+    let body = json!({"drives": drives, "path": circle(), "feed_mm_per_min": 1800});
+    let found = problem(app.post_json(SIMULATE, &body).await, "invalid-request").await;
+    let pointers = crate::support::pointers(&found);
+    for pointer in [
+        "/drives/X/inertia_kg_m2",
+        "/drives/C/transmission/gear_ratio",
+        "/drives/Y/load_inertia_kg_m2",
+        "/drives/Z/transmission/resonance/frequency_hz",
+        "/drives/Z/transmission/resonance/damping_ratio",
+    ] {
+        assert!(pointers.iter().any(|found| found == pointer), "{pointer} is not among {pointers:?}");
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_run_is_refused_with_its_reason() {
+    let app = spawn().await;
+    app.put_machine("bare", &ac_table()).await;
+    let pointer = |pointer: &str| vec![pointer.to_owned()];
+    for (change, code, expected) in [
+        (
+            json!({"path": {"kind": "xc-circle", "radius_mm": 60, "center_x_mm": 60}}),
+            "invalid-request",
+            pointer("/path/center_x_mm"),
+        ),
+        (
+            json!({"path": {"kind": "xc-circle", "radius_mm": 60, "center_x_mm": -60.001}}),
+            "invalid-request",
+            pointer("/path/center_x_mm"),
+        ),
+        (json!({"feed_mm_per_min": 0.01, "sample_period_s": 1e-5}), "too-costly", vec![]),
+        (json!({"feed_mm_per_min": 1, "laps": 1}), "too-costly", vec![]),
+        (json!({"position_gain_scale": {"C": 900}}), "unstable-loop", pointer("/drives/C")),
+        (json!({"machine_id": "bare"}), "invalid-request", pointer("/machine_id")),
+        (json!({"machine_id": "nobody"}), "machine-not-found", vec![]),
+        (json!({"drives": {}}), "invalid-request", pointer("/drives")),
+        (
+            json!({"path": {"kind": "cone-frustum", "radius_mm": 40, "half_apex_deg": 60, "tilt_deg": 90}}),
+            "unreachable-pose",
+            vec![],
+        ),
+        (
+            json!({"path": {"kind": "tip-hold", "tip_mm": [0, 0, 0], "sweep_deg": {"A": [0, 150]}}}),
+            "unreachable-pose",
+            vec![],
+        ),
+        (
+            json!({"path": {"kind": "tip-hold", "tip_mm": [0, 0, 0], "sweep_deg": {"B": [0, 10]}}}),
+            "invalid-request",
+            pointer("/path/sweep_deg/B"),
+        ),
+        (
+            json!({"path": {"kind": "polyline", "points": [{"x": 0, "y": 0, "z": 0}]}}),
+            "invalid-request",
+            pointer("/path/points"),
+        ),
+        (
+            json!({"laps": 3, "path": {"kind": "polyline", "points": [{"x": 0, "y": 0, "z": 0}, {"x": 9, "y": 0, "z": 0}]}}),
+            "invalid-request",
+            pointer("/laps"),
+        ),
+        (
+            json!({"path": {"kind": "circle", "axes": ["X", "X"], "radius_mm": 5}}),
+            "invalid-request",
+            pointer("/path/axes"),
+        ),
+    ] {
+        let found = problem(app.post_json(SIMULATE, &with(simulation(), &change)).await, code).await;
+        assert_eq!(pointers(&found), expected, "{change}: {found}");
+    }
+    let unstable = with(simulation(), &json!({"position_gain_scale": {"C": 900}}));
+    let found = problem(app.post_json(SIMULATE, &unstable).await, "unstable-loop").await;
+    assert!(found["errors"][0]["detail"].as_str().unwrap().contains("poles [1/s]: "), "{found}");
+    for body in [json!({"path": circle(), "feed_mm_per_min": 1800}), with(simulation(), &json!({"spin": 1}))]
+    {
+        problem(app.post_json(SIMULATE, &body).await, "invalid-request").await;
+    }
+}
+
+#[tokio::test]
+async fn sweeps_and_matchings_are_bounded_before_they_start() {
+    let app = spawn_with(|settings| settings.max_cost_s = 0.5).await;
+    let many: Vec<f64> = (0..200).map(|k| 900.0 + f64::from(k)).collect();
+    let base = json!({"machine_id": "example-ac-table", "path": circle()});
+    let too_many =
+        with(base.clone(), &json!({"feed_mm_per_min": many, "position_gain_scale": {"C": vec![1.0; 51]}}));
+    let found = problem(app.post_json(SWEEP, &too_many).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/feed_mm_per_min"]);
+    let costly =
+        with(base.clone(), &json!({"feed_mm_per_min": many, "position_gain_scale": {"C": vec![1.0; 50]}}));
+    problem(app.post_json(SWEEP, &costly).await, "too-costly").await;
+    let uneven = with(
+        base.clone(),
+        &json!({"feed_mm_per_min": [900], "position_gain_scale": {"C": [1.0], "X": [1.0, 2.0]}}),
+    );
+    let found = problem(app.post_json(SWEEP, &uneven).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/position_gain_scale/C"]);
+    let empty = with(base.clone(), &json!({"feed_mm_per_min": []}));
+    problem(app.post_json(SWEEP, &empty).await, "invalid-request").await;
+    let slow = with(base.clone(), &json!({"feed_mm_per_min": 50, "target_um": [10]}));
+    problem(app.post_json(MATCH, &slow).await, "too-costly").await;
+    let no_target =
+        with(base, &json!({"feed_mm_per_min": 1800, "target_um": [], "feed_range_mm_per_min": [900, 800]}));
+    let found = problem(app.post_json(MATCH, &no_target).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/target_um", "/feed_range_mm_per_min"]);
+}
+
+#[tokio::test]
+async fn figures_of_a_circle_state_their_scale() {
+    let app = spawn().await;
+    let body = with(simulation(), &json!({"position_gain_scale": {"C": 25.0 / 30.0}}));
+    let polar = svg(&app, SIMULATE, &body).await;
+    for part in ["magnified 100 times", "ideal circle, r = 60 mm", "major axis at 135°"] {
+        assert!(polar.contains(part), "{part}");
+    }
+    let following = svg(&app, &format!("{SIMULATE}?plot=following-error"), &body).await;
+    for part in ["X [µm]", "C [µrad]", "judged from"] {
+        assert!(following.contains(part), "{part}");
+    }
+    let refused = app.client.post(app.url(SIMULATE)).header("accept", "text/html").json(&body);
+    problem(refused.send().await.unwrap(), "not-acceptable").await;
+    problem(app.post_json(&format!("{SIMULATE}?plot=pie"), &body).await, "invalid-request").await;
+}
+
+#[tokio::test]
+async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
+    let app = spawn().await;
+    let presets: Value = app.get("/v1/drive-presets").await.json().await.unwrap();
+    let items = presets["items"].as_array().unwrap();
+    assert_eq!(items.len(), 5);
+    let mut profile = ac_table();
+    profile["drives"] = json!({});
+    for preset in items {
+        assert!(preset["assumed"].as_array().unwrap().iter().all(Value::is_string), "{preset}");
+        for axis in preset["axes"].as_array().unwrap().iter().filter(|axis| *axis != "B") {
+            profile["drives"][axis.as_str().unwrap()] = preset["drive"].clone();
+        }
+    }
+    let response = app.put_machine("with-drives", &profile).await;
+    assert_eq!(response.status(), StatusCode::CREATED, "{:?}", response.text().await);
+    let body = json!({"machine_id": "with-drives", "path": circle(), "feed_mm_per_min": 900});
+    let found = answer(&app, SIMULATE, &body).await;
+    // Axes with the Kv of another kind (162.7 and 30 1/s) do not match.
+    assert!(found["contour_error"]["max_abs_um"].as_f64().unwrap() > 100.0, "{}", found["contour_error"]);
+}
