@@ -2,8 +2,9 @@
 
 use http::request::Parts;
 
+use super::AppState;
 use super::problem::{Problem, ProblemType};
-use crate::store::{KeyUse, sha256_hex};
+use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
 /// Longest key taken (bytes).
 const MAX_KEY_BYTES: usize = 255;
@@ -29,4 +30,20 @@ pub(super) fn used(parts: &Parts, key: Option<String>, body: &[&str]) -> Option<
     let uri = &parts.uri;
     let head = format!("{}\n{}\n{}\n", parts.method, uri.path(), uri.query().unwrap_or_default());
     key.map(|key| KeyUse { key, fingerprint: sha256_hex((head + &body.join("\n")).as_bytes()) })
+}
+
+/// The job that a request under this key has already made.
+///
+/// # Errors
+/// The key was used for another request.
+pub(super) async fn remembered(app: &AppState, used: Option<&KeyUse>) -> Result<Option<JobRow>, Problem> {
+    let Some(used) = used else { return Ok(None) };
+    match app.store.remembered(used).await? {
+        Some(Remembered::Same(job)) => Ok(Some(*job)),
+        Some(Remembered::Other) => {
+            let detail = "the Idempotency-Key was first used for another request";
+            Err(Problem::new(ProblemType::KeyReused, detail))
+        }
+        None => Ok(None),
+    }
 }

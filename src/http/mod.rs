@@ -3,6 +3,7 @@
 mod body;
 mod conditional;
 pub mod connections;
+mod current_machine;
 mod edge;
 mod extract;
 mod idempotency;

@@ -8,8 +8,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::jobs::{
-    CompensateFault, CompensatorFault, ComputeFault, KinematicsFault, RefusalClass, ServoWorkFault,
-    SpoolFault, TooCostly,
+    CompensatorFault, ComputeFault, JobFault, KinematicsFault, RefusalClass, ServoWorkFault, SpoolFault,
+    TooCostly,
 };
 use crate::servo::ServoFault;
 use crate::store::{BlobFault, StoreError};
@@ -402,16 +402,17 @@ impl From<ServoFault> for Problem {
     }
 }
 
-impl From<CompensateFault> for Problem {
-    fn from(fault: CompensateFault) -> Self {
+impl From<JobFault> for Problem {
+    fn from(fault: JobFault) -> Self {
         match fault {
-            CompensateFault::TooCostly(fault) => fault.into(),
-            CompensateFault::Compute(fault) => fault.into(),
-            CompensateFault::Compensator(fault) => fault.into(),
-            CompensateFault::Blob(fault) => fault.into(),
-            CompensateFault::Store(fault) => fault.into(),
-            CompensateFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
-            CompensateFault::Report(fault) => Self::internal(&fault),
+            JobFault::TooCostly(fault) => fault.into(),
+            JobFault::Compute(fault) => fault.into(),
+            JobFault::Compensator(fault) => fault.into(),
+            JobFault::Servo(fault) => fault.into(),
+            JobFault::Blob(fault) => fault.into(),
+            JobFault::Store(fault) => fault.into(),
+            JobFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
+            JobFault::Report(fault) => Self::internal(&fault),
         }
     }
 }

@@ -8,12 +8,11 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{Compute, ComputeFault, Cost, Sources, Spool, TooCostly};
+use super::program_job::{Finished, run_program_job};
+use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::{Machine, Tool};
-use crate::store::{BlobFault, Draft, KeyUse, NewJob, Remembered, Store, StoreError};
-use crate::wire::{
-    CcFindings, CcParameters, CcReport, Fault, JobDocument, JobOperation, JobState, Provenance,
-};
+use crate::store::{JobRow, Store};
+use crate::wire::{CcFindings, CcParameters, CcReport, Fault, Provenance};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
 pub trait Compensator: Send + Sync + fmt::Debug {
@@ -90,50 +89,14 @@ pub enum CompensatorFault {
 /// One program to be compensated.
 #[derive(Debug)]
 pub struct CompensationRequest {
-    /// Slug of the machine.
-    pub machine_id: String,
-    /// Revision of the machine.
-    pub machine_revision: i64,
-    /// The machine at that revision.
+    /// The machine at the job's revision.
     pub machine: Machine,
     /// The parameters, checked.
     pub parameters: CcParameters,
     /// The tool, if there is one.
     pub tool: Option<Tool>,
-    /// The upload.
-    pub program: Draft,
-    /// Its name.
-    pub file_name: String,
-    /// The key it was asked under.
-    pub used: Option<KeyUse>,
     /// The dearest computation allowed \[s of one core\].
     pub max_cost_s: f64,
-}
-
-/// Why there is no job.
-#[derive(Debug, Error)]
-pub enum CompensateFault {
-    /// The estimate is over the limit.
-    #[error(transparent)]
-    TooCostly(#[from] TooCostly),
-    /// The pool has no place, or the computation panicked.
-    #[error(transparent)]
-    Compute(#[from] ComputeFault),
-    /// The compensator gave no program.
-    #[error(transparent)]
-    Compensator(#[from] CompensatorFault),
-    /// A file could not be kept.
-    #[error(transparent)]
-    Blob(#[from] BlobFault),
-    /// The row could not be stored.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The key is taken by another request.
-    #[error("the idempotency key was used for another request")]
-    KeyReused,
-    /// The report could not be printed.
-    #[error("printing the report: {0}")]
-    Report(#[from] serde_json::Error),
 }
 
 /// Compensates and stores; on any fault nothing is stored.
@@ -146,78 +109,26 @@ pub async fn compensate(
     store: &Store,
     spool: &Spool,
     sources: &Sources,
+    job: ProgramJob,
     request: CompensationRequest,
-) -> Result<crate::store::JobRow, CompensateFault> {
-    Cost::of_program(request.program.length(), request.parameters.tolerance_um).within(request.max_cost_s)?;
-    let created_at = sources.timestamp();
-    let (compensator, spool, sources_then) = (Arc::clone(compensator), spool.clone(), sources.clone());
-    let (job, used) = compute
-        .run(move |stop| -> Result<_, CompensateFault> {
-            let used = request.used.clone();
-            let job = run(&*compensator, &spool, &sources_then, request, created_at, stop)?;
-            Ok((job, used))
-        })
-        .await??;
-    if store.add_job(&job, used.as_ref()).await? {
-        let NewJob { document, file_name, report, report_sha256 } = job;
-        return Ok(crate::store::JobRow {
-            document,
-            file_name,
-            report: Some(report),
-            report_sha256: Some(report_sha256),
-        });
-    }
-    // The same key came twice at once, and the other request was faster.
-    let Some(used) = used else { return Err(CompensateFault::KeyReused) };
-    match store.remembered(&used).await? {
-        Some(Remembered::Same(job)) => Ok(*job),
-        Some(Remembered::Other) | None => Err(CompensateFault::KeyReused),
-    }
-}
-
-fn run(
-    compensator: &dyn Compensator,
-    spool: &Spool,
-    sources: &Sources,
-    request: CompensationRequest,
-    created_at: String,
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<NewJob, CompensateFault> {
-    let started_at = sources.timestamp();
-    let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-    let CompensationRequest { machine, parameters, tool, program, .. } = &request;
-    let findings = compensator.compensate(machine, parameters, *tool, program.path(), &mut output, stop)?;
-    let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
-    if stop().is_break() {
-        return Err(CompensatorFault::Cancelled.into());
-    }
-    let provenance = Provenance {
-        machine_revision: request.machine_revision,
-        software_version: env!("CARGO_PKG_VERSION").to_owned(),
-        input_sha256: request.program.sha256(),
-        output_sha256: output.sha256(),
-    };
-    let report = serde_json::to_string(&CcReport { provenance: provenance.clone(), findings })?;
-    let report_sha256 = crate::store::sha256_hex(report.as_bytes());
-    let parameters = serde_json::to_value(&request.parameters)?;
-    spool.blobs().keep(request.program)?;
-    spool.blobs().keep(output)?;
-    let document = JobDocument {
-        id: sources.ids.next().to_string(),
-        machine_id: request.machine_id,
-        machine_revision: request.machine_revision,
-        operation: JobOperation::CcCompensation,
-        parameters,
-        state: JobState::Succeeded,
-        progress: 1.0,
-        input_sha256: provenance.input_sha256,
-        output_sha256: Some(provenance.output_sha256),
-        external_id: None,
-        problem: None,
-        software_version: provenance.software_version,
-        created_at,
-        started_at: Some(started_at),
-        finished_at: Some(sources.timestamp()),
-    };
-    Ok(NewJob { document, file_name: request.file_name, report, report_sha256 })
+) -> Result<JobRow, JobFault> {
+    Cost::of_program(job.program.length(), request.parameters.tolerance_um).within(request.max_cost_s)?;
+    let compensator = Arc::clone(compensator);
+    let machine_revision = job.machine_revision;
+    run_program_job(compute, store, spool, sources, job, move |program, spool, stop| {
+        let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+        let CompensationRequest { machine, parameters, tool, .. } = &request;
+        let findings =
+            compensator.compensate(machine, parameters, *tool, program.path(), &mut output, stop)?;
+        let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
+        let provenance = Provenance {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            input_sha256: program.sha256(),
+            output_sha256: output.sha256(),
+        };
+        let report = serde_json::to_string(&CcReport { provenance, findings })?;
+        Ok(Finished { report, output: Some(output) })
+    })
+    .await
 }

@@ -25,7 +25,7 @@ use crate::wire::{
 pub struct CutterContactCompensator;
 
 /// A program in a file.
-struct FileSource<'a>(&'a Path);
+pub(super) struct FileSource<'a>(pub(super) &'a Path);
 
 impl ProgramSource for FileSource<'_> {
     fn open(&self) -> io::Result<Box<dyn Read + '_>> {
@@ -207,7 +207,7 @@ fn parameter(pointer: &str, detail: String) -> CompensatorFault {
 }
 
 /// What is the program's or the parameters' fault; `None` for what is ours.
-fn refused(fault: &process::Fault) -> Option<Refusal> {
+pub(super) fn refused(fault: &process::Fault) -> Option<Refusal> {
     let detail = fault.to_string();
     let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
     let program = RefusalClass::Program;
@@ -230,7 +230,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
     })
 }
 
-fn other(fault: process::Fault) -> CompensatorFault {
+pub(super) fn other(fault: process::Fault) -> CompensatorFault {
     match fault {
         process::Fault::VerificationFailed { line, what } => {
             CompensatorFault::VerificationFailed { line, what }

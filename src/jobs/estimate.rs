@@ -26,6 +26,8 @@ const CANDIDATE_S: f64 = 3e-6;
 /// One byte of a program read, checked, corrected, written and verified \[s\].
 const PROGRAM_BYTE_S: f64 = 2e-7;
 
+/// One byte of a program read and followed, twice \[s\].
+const READ_BYTE_S: f64 = 2e-8;
 /// One sample of a circle of two axes, simulated \[s\].
 const CIRCLE_SAMPLE_S: f64 = 1e-7;
 /// One sample of a path of the tool: inverse, five drives, forward, foot on the path \[s\].
@@ -50,6 +52,24 @@ impl Cost {
     pub fn of_program(length: u64, tolerance_um: f64) -> Self {
         let finer = (10.0 / tolerance_um.max(1e-3)).sqrt().max(1.0);
         Self { seconds: length as f64 * PROGRAM_BYTE_S * finer }
+    }
+
+    /// Of a program of this length, read twice.
+    #[must_use]
+    pub fn of_program_reading(length: u64) -> Self {
+        Self { seconds: length as f64 * READ_BYTE_S }
+    }
+
+    /// How many samples of a whole machine the limit pays for.
+    #[must_use]
+    pub fn servo_samples_within(limit_s: f64) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative, saturating"
+        )]
+        let samples = (limit_s / TOOL_SAMPLE_S).max(0.0) as u64;
+        samples
     }
 
     /// Refuses work over the limit.

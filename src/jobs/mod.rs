@@ -7,17 +7,21 @@ mod cutter_contact;
 mod estimate;
 mod kinematics;
 mod opening;
+mod program_job;
 mod servo;
+mod servo_program;
 mod spool;
 
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
-    CompensateFault, CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
+    CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
 };
 pub use compute::{Compute, ComputeFault};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
+pub use program_job::{JobFault, ProgramJob};
 pub use servo::{ServoWork, ServoWorkFault};
+pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};

@@ -84,6 +84,18 @@ impl LeftOutReason {
             Self::NoFeed => "no_feed",
         }
     }
+
+    /// What it means.
+    #[must_use]
+    pub fn text(self) -> String {
+        match self {
+            Self::NotFollowed(reason) => format!("a motion that cannot be followed: {reason}"),
+            Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
+            Self::Arc => "an arc: its course is the control's".to_owned(),
+            Self::PositionUnknown => "an axis whose position is not known".to_owned(),
+            Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),
+        }
+    }
 }
 
 /// Motions that were not simulated for one reason.

@@ -158,8 +158,9 @@ impl Drive {
         pointer: &str,
         faults: &mut FaultList,
     ) -> Option<servo::Drive> {
-        let output_per_motor_rad =
-            self.transmission.to_core(axis, &format!("{pointer}/transmission"), faults)?;
+        let ratio = self.transmission.to_core(axis, &format!("{pointer}/transmission"), faults);
+        // The other constants are looked at whatever the transmission is.
+        let output_per_motor_rad = ratio.unwrap_or(1.0);
         let drive = servo::Drive {
             position_gain_per_s: self.position_gain_per_s,
             velocity_gain_a_s_per_rad: self.velocity_gain_a_s_per_rad,
@@ -191,7 +192,7 @@ impl Drive {
                 Fault::new(format!("{pointer}/{}", fault.name().replace('.', "/")), fault.to_string())
             });
         }
-        found.is_empty().then_some(drive)
+        (found.is_empty() && ratio.is_some()).then_some(drive)
     }
 
     /// The drive as a document for `axis`.

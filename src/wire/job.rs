@@ -9,6 +9,8 @@ use utoipa::ToSchema;
 pub enum JobOperation {
     /// Compensation of the CC path.
     CcCompensation,
+    /// Simulation of the servo drives along a program.
+    ServoSimulation,
 }
 
 impl JobOperation {
@@ -17,6 +19,7 @@ impl JobOperation {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::CcCompensation => "cc-compensation",
+            Self::ServoSimulation => "servo-simulation",
         }
     }
 }

@@ -15,6 +15,7 @@ mod rows;
 mod servo;
 mod servo_answer;
 mod servo_path;
+mod servo_program;
 
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
@@ -46,3 +47,4 @@ pub use servo_answer::{
     ServoSamples, SimulationAnswer, StabilityDoc, SweepAnswer, SweepColumns, SweepFault,
 };
 pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};
+pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};

@@ -102,9 +102,10 @@ macro_rules! servo_request {
 servo_request! {
     /// One path at one feed.
     SimulationRequest {
-        /// Along the path; degrees for each minute where the tip rests.
+        /// Along the path; degrees for each minute where the tip rests. Of a program: where it has none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schema(example = 1800.0)]
-        pub feed_mm_per_min: f64,
+        pub feed_mm_per_min: Option<f64>,
         /// Factors of the position gains, by axis letter.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         pub position_gain_scale: GainScales,
@@ -229,8 +230,7 @@ impl ServoOptions<'_> {
         if self.path.needs_machine() && machine.is_none() {
             faults.push(|| Fault::new("/machine_id", "this path needs the kinematics of a machine"));
         }
-        let [min, max] = PERIOD_RANGE_S;
-        faults.check_range(|| "/sample_period_s".to_owned(), self.sample_period_s, min, max);
+        check_period(self.sample_period_s, faults);
         let laps = self.laps.unwrap_or(2);
         if !LAPS_RANGE.contains(&laps) {
             faults.push(|| Fault::new("/laps", format!("{laps} is not between 1 and 100")));
@@ -238,19 +238,7 @@ impl ServoOptions<'_> {
         if self.laps.is_some() && !self.path.is_closed() {
             faults.push(|| Fault::new("/laps", "an open path has no laps"));
         }
-        if let Some(profile) = self.feed_profile {
-            let at = |name: &str| format!("/feed_profile/{name}");
-            let [min, max] = ACCELERATION_RANGE;
-            faults.check_range(|| at("acceleration_mm_per_s2"), profile.acceleration_mm_per_s2, min, max);
-            let [min, max] = JERK_RANGE;
-            faults.check_range(|| at("jerk_mm_per_s3"), profile.jerk_mm_per_s3, min, max);
-            faults.check_range(
-                || at("stop_at_corners_above_deg"),
-                profile.stop_at_corners_above_deg,
-                0.0,
-                180.0,
-            );
-        }
+        let profile = self.feed_profile.map(|profile| profile.to_core(faults));
         let setup = match machine.map(|(machine, _)| self.kinematics.to_setup(machine)) {
             Some(Ok((setup, _))) => setup,
             Some(Err(found)) => {
@@ -265,18 +253,49 @@ impl ServoOptions<'_> {
         let mut run = Run::at(Feedrate::from_mm_per_min(1.0));
         run.period_s = self.sample_period_s;
         run.laps = laps;
-        if let Some(profile) = self.feed_profile {
-            run.profile = Some(FeedProfile {
-                acceleration_mm_per_s2: profile.acceleration_mm_per_s2,
-                jerk_mm_per_s3: profile.jerk_mm_per_s3,
-            });
-            run.stop_at_corners_above_rad = profile.stop_at_corners_above_deg.to_radians();
+        if let Some((profile, corner_rad)) = profile {
+            run.profile = Some(profile);
+            run.stop_at_corners_above_rad = corner_rad;
         }
         Some(ServoTask { drives: drives?, path: path?, run, setup })
     }
 }
 
-fn check_feed(feed: f64, pointer: impl FnOnce() -> String, faults: &mut FaultList) {
+pub(super) fn check_period(sample_period_s: f64, faults: &mut FaultList) {
+    let [min, max] = PERIOD_RANGE_S;
+    faults.check_range(|| "/sample_period_s".to_owned(), sample_period_s, min, max);
+}
+
+impl FeedProfileDoc {
+    /// The profile, and the angle of corners that are exact stops \[rad\]; faults join `faults`.
+    pub(super) fn to_core(self, faults: &mut FaultList) -> (FeedProfile, f64) {
+        let at = |name: &str| format!("/feed_profile/{name}");
+        let [min, max] = ACCELERATION_RANGE;
+        faults.check_range(|| at("acceleration_mm_per_s2"), self.acceleration_mm_per_s2, min, max);
+        let [min, max] = JERK_RANGE;
+        faults.check_range(|| at("jerk_mm_per_s3"), self.jerk_mm_per_s3, min, max);
+        faults.check_range(|| at("stop_at_corners_above_deg"), self.stop_at_corners_above_deg, 0.0, 180.0);
+        let profile = FeedProfile {
+            acceleration_mm_per_s2: self.acceleration_mm_per_s2,
+            jerk_mm_per_s3: self.jerk_mm_per_s3,
+        };
+        (profile, self.stop_at_corners_above_deg.to_radians())
+    }
+}
+
+/// Scales position gains; faults join `faults`.
+pub(super) fn scale_gains(drives: &mut DriveSet, scales: &GainScales, faults: &mut FaultList) {
+    for (letter, scale) in scales {
+        let [min, max] = SCALE_RANGE;
+        faults.check_range(|| format!("/position_gain_scale/{letter}"), *scale, min, max);
+        let axis = scaled_axis(letter, drives, faults);
+        if let Some((axis, drive)) = axis.and_then(|axis| Some((axis, *drives.get(axis)?))) {
+            drives.set(axis, drive.with_position_gain_scaled(*scale));
+        }
+    }
+}
+
+pub(super) fn check_feed(feed: f64, pointer: impl FnOnce() -> String, faults: &mut FaultList) {
     let [min, max] = FEED_RANGE;
     faults.check_range(pointer, feed, min, max);
 }
@@ -294,17 +313,16 @@ fn scaled_axis(letter: &str, drives: &DriveSet, faults: &mut FaultList) -> Optio
 impl SimulationRequest {
     /// Feed and scaled drives; faults join `faults`.
     pub fn apply(&self, task: &mut ServoTask, faults: &mut FaultList) {
-        check_feed(self.feed_mm_per_min, || "/feed_mm_per_min".to_owned(), faults);
-        task.run.feed = Feedrate::from_mm_per_min(self.feed_mm_per_min);
-        let drives = task.drives;
-        for (letter, scale) in &self.position_gain_scale {
-            let [min, max] = SCALE_RANGE;
-            faults.check_range(|| format!("/position_gain_scale/{letter}"), *scale, min, max);
-            let axis = scaled_axis(letter, &drives, faults);
-            if let Some((axis, drive)) = axis.and_then(|axis| Some((axis, drives.get(axis)?))) {
-                task.drives.set(axis, drive.with_position_gain_scaled(*scale));
+        match self.feed_mm_per_min {
+            Some(feed) => {
+                check_feed(feed, || "/feed_mm_per_min".to_owned(), faults);
+                task.run.feed = Feedrate::from_mm_per_min(feed);
+            }
+            None => {
+                faults.push(|| Fault::new("/feed_mm_per_min", "missing: this path has no feed of its own"))
             }
         }
+        scale_gains(&mut task.drives, &self.position_gain_scale, faults);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::servo::{
@@ -12,7 +12,7 @@ use crate::servo::{
 use crate::units::{Feedrate, UM_PER_MM, URAD_PER_RAD};
 
 /// A pole of the closed loop (1/s).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Pole)]
 pub struct PoleDoc {
     /// Real part.
@@ -22,7 +22,7 @@ pub struct PoleDoc {
 }
 
 /// How near an axis is to its limits.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
 pub struct StabilityDoc {
     /// Commanded speed over the following error of a ramp; null where feed-forward leaves no error.
@@ -40,31 +40,31 @@ pub struct StabilityDoc {
 }
 
 /// What became of one axis: µm and mm/min of a linear, µrad and deg/min of a rotary axis.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AxisResult {
     /// Largest following error over the judged samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_following_error_um: Option<f64>,
     /// Its root mean square.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_um: Option<f64>,
     /// What a ramp at the largest commanded speed settles to.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_um: Option<f64>,
     /// Largest commanded speed.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed_mm_per_min: Option<f64>,
     /// Largest following error over the judged samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_following_error_urad: Option<f64>,
     /// Its root mean square.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_urad: Option<f64>,
     /// What a ramp at the largest commanded speed settles to.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_urad: Option<f64>,
     /// Largest commanded speed.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed_deg_per_min: Option<f64>,
     /// Margins, bandwidth, poles.
     pub stability: StabilityDoc,
@@ -74,7 +74,7 @@ pub struct AxisResult {
 pub type AxisResults = BTreeMap<String, AxisResult>;
 
 /// Second harmonic of the radius error over the commanded φ.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Oval)]
 pub struct OvalDoc {
     /// Half peak to peak.
@@ -85,7 +85,7 @@ pub struct OvalDoc {
 
 /// Contour error over the judged samples: of a circle the radius error, positive outside; of other paths the
 /// distance from the commanded path, signed where a plane is given.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ContourError)]
 pub struct ContourErrorDoc {
     /// Smallest.
@@ -97,38 +97,38 @@ pub struct ContourErrorDoc {
     /// Largest size.
     pub max_abs_um: f64,
     /// Largest angle between actual and commanded tool axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_max_urad: Option<f64>,
     /// Its root mean square.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_rms_urad: Option<f64>,
     /// When the largest size occurs.
     pub worst_at_s: f64,
     /// Line of the program where it occurs.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_line: Option<u64>,
     /// On a circle.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oval: Option<OvalDoc>,
 }
 
 /// The whole run in at most 2000 points, as columns; each point is the worst of the samples it stands for.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServoSamples {
     /// Time from the start.
     pub t_s: Vec<f64>,
     /// φ of the command, on a circle.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub phi_deg: Vec<f64>,
     /// Line of the upload, of a program.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub line: Vec<u64>,
     /// Contour error.
     pub contour_error_um: Vec<f64>,
     /// Angle between the tool axes.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub axis_error_urad: Vec<f64>,
     /// Following errors of linear axes, by letter.

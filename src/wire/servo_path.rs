@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Fault, FaultList, Fixed};
+use super::{Dialect, Fault, FaultList, Fixed, Interpolation};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, RotaryLetter};
@@ -126,6 +126,24 @@ pub enum ServoPathDoc {
         /// Words of the rotary axes, from and to; an axis not named stands at 0.
         sweep_deg: RotarySweep,
     },
+    /// A program, through its machine; kept as a job. Larger ones are posted as a file to
+    /// `/v1/machines/{machine_id}/servo-simulation`.
+    Program {
+        /// The program.
+        text: String,
+        /// Its name.
+        #[serde(default)]
+        file_name: Option<String>,
+        /// What the control interpolates; as the program switches it when absent.
+        #[serde(default)]
+        interpolation: Option<Interpolation>,
+        /// The form of the text.
+        #[serde(default)]
+        dialect: Dialect,
+        /// Plane in which the contour error gets a sign.
+        #[serde(default)]
+        plane: Option<Plane>,
+    },
     /// Straight lines of the tip; the tool axis turns along great circles.
     Polyline {
         /// At least two corners.
@@ -182,6 +200,7 @@ impl ServoPathDoc {
             }
             Self::TipHold { tip_mm: Fixed([x, y, z]), .. } => format!("Tip held at {x} {y} {z} mm"),
             Self::Polyline { points, .. } => format!("Polyline of {} points", points.len()),
+            Self::Program { file_name, .. } => file_name.clone().unwrap_or_else(|| "Program".to_owned()),
         }
     }
 
@@ -194,7 +213,7 @@ impl ServoPathDoc {
     /// Whether it can be run in laps.
     #[must_use]
     pub const fn is_closed(&self) -> bool {
-        !matches!(self, Self::Polyline { .. })
+        !matches!(self, Self::Polyline { .. } | Self::Program { .. })
     }
 
     /// Normal of the plane in which the contour error gets a sign.
@@ -247,6 +266,10 @@ impl ServoPathDoc {
                 check_point(tip_mm.0, "/path/tip_mm", faults);
                 let rotary_rad = sweep_deg.rotary_rad(machine?, faults);
                 tool(ToolPath::TipHold { tip_mm: Vec3::from(tip_mm.0), rotary_rad })
+            }
+            Self::Program { .. } => {
+                faults.push(|| Fault::new("/path/kind", "only servo-simulations take a program"));
+                return None;
             }
             Self::Polyline { points, .. } => {
                 if !(2..=MAX_POINTS).contains(&points.len()) {

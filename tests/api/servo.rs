@@ -351,3 +351,88 @@ async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
     // Axes with the Kv of another kind (162.7 and 30 1/s) do not match.
     assert!(found["contour_error"]["max_abs_um"].as_f64().unwrap() > 100.0, "{}", found["contour_error"]);
 }
+
+/// A square with one arc, in millimetres.
+const SQUARE: &str =
+    "G90 G21 G94 G17\nG43.4 H1\nG0 X0 Y0 Z0 A0 C0\nG1 X20 F1200\nY20\nG2 X0 Y0 R20\nG1 X5\nG0 Z50\nM30\n";
+const PROGRAM: &str = "/v1/machines/example-ac-table/servo-simulation";
+
+#[tokio::test]
+async fn a_program_is_simulated_and_kept_as_a_job() {
+    let app = spawn().await;
+    let response = app.post_text(&format!("{PROGRAM}?plane=xy"), "text/plain", SQUARE).await;
+    assert_eq!(response.status(), StatusCode::OK);
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    let report: Value = response.json().await.unwrap();
+    assert_eq!((&report["motions_simulated"], &report["passes"]), (&json!(3), &json!(2)));
+    assert_eq!(report["left_out"][0]["kind"], "arc");
+    assert_eq!(report["left_out"][0]["line"], 6);
+    // The corner between lines 4 and 5 is cut on the inside, to the left.
+    assert!(report["contour_error"]["min_um"].as_f64().unwrap() < -100.0, "{}", report["contour_error"]);
+    assert_eq!(report["contour_error"]["worst_line"], 5);
+    let document: Value = app.get(&job).await.json().await.unwrap();
+    assert_eq!(document["operation"], "servo-simulation");
+    assert_eq!(document["parameters"]["plane"], "xy");
+    assert_eq!(document["output_sha256"], Value::Null);
+    let kept: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+    assert_eq!(kept, report);
+    let plot = app.get(&format!("{job}/plot")).await.text().await.unwrap();
+    assert!(plot.contains("line 5: -"), "the worst line is not marked");
+    problem(app.get(&format!("{job}/program")).await, "result-not-found").await;
+    let list: Value = app.get("/v1/jobs?machine_id=example-ac-table").await.json().await.unwrap();
+    assert_eq!(list["items"].as_array().unwrap().len(), 1);
+}
+
+#[tokio::test]
+async fn a_program_in_the_path_is_the_same_program() {
+    let app = spawn().await;
+    let uploaded: Value =
+        app.post_text(&format!("{PROGRAM}?plane=xy"), "text/plain", SQUARE).await.json().await.unwrap();
+    let body = json!({"machine_id": "example-ac-table", "path": {"kind": "program", "text": SQUARE, "plane": "xy", "file_name": "square.nc"}});
+    let key = |key: &str, body: &Value| {
+        app.client.post(app.url(SIMULATE)).header("idempotency-key", key).json(body).send()
+    };
+    let first = key("a", &body).await.unwrap();
+    let job = first.headers()["location"].clone();
+    assert_eq!(first.json::<Value>().await.unwrap(), uploaded);
+    assert_eq!(key("a", &body).await.unwrap().headers()["location"], job);
+    let other = with(body.clone(), &json!({"sample_period_s": 0.002}));
+    problem(key("a", &other).await.unwrap(), "idempotency-key-reused").await;
+    for (change, pointer) in [
+        (json!({"laps": 2}), "/laps"),
+        (json!({"machine_id": null}), "/machine_id"),
+        (json!({"position_gain_scale": {"B": 1.0}}), "/position_gain_scale/B"),
+    ] {
+        let found =
+            problem(app.post_json(SIMULATE, &with(body.clone(), &change)).await, "invalid-request").await;
+        assert_eq!(pointers(&found), [pointer], "{found}");
+    }
+    let swept = with(body, &json!({"feed_mm_per_min": [900]}));
+    let found = problem(app.post_json(SWEEP, &swept).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/path/kind"]);
+}
+
+#[tokio::test]
+async fn programs_that_cannot_be_simulated_store_nothing() {
+    let app = spawn().await;
+    app.put_machine("bare", &ac_table()).await;
+    for (path, text, code) in [
+        (PROGRAM, "G1 X1\nM30\n", "program-fault"),
+        (PROGRAM, "", "program-fault"),
+        (PROGRAM, "G0 X0 Y0 Z0 A0 C0\nG93 G1 X10 F0.000001\n", "too-costly"),
+        ("/v1/machines/bare/servo-simulation", SQUARE, "invalid-request"),
+        ("/v1/machines/nobody/servo-simulation", SQUARE, "machine-not-found"),
+    ] {
+        problem(app.post_text(path, "text/plain", text).await, code).await;
+    }
+    let unstable = format!("{PROGRAM}?position_gain_scale.X=900");
+    problem(app.post_text(&unstable, "text/plain", SQUARE).await, "unstable-loop").await;
+    let negative = format!(
+        "{PROGRAM}?sample_period_s=-1&feed_profile.acceleration_mm_per_s2=0&feed_profile.jerk_mm_per_s3=1"
+    );
+    let found = problem(app.post_text(&negative, "text/plain", SQUARE).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/sample_period_s", "/feed_profile/acceleration_mm_per_s2"]);
+    let jobs: Value = app.get("/v1/jobs").await.json().await.unwrap();
+    assert_eq!(jobs["items"], json!([]));
+    assert_eq!(app.files(), (0, 0));
+}

@@ -18,7 +18,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
 
 /// Draw the plot of a job
 ///
-/// The deviation along the path, before and after.
+/// Of a compensation the deviation along the path, before and after; of a servo simulation the contour error.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/plot",

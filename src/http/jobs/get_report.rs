@@ -3,6 +3,8 @@
 use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
+use serde::Serialize;
+use utoipa::ToSchema;
 
 use super::{find, no_result};
 use crate::http::AppState;
@@ -12,9 +14,20 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::programs::answer::{self, REPORT_TYPES};
 use crate::http::refusals::refusals;
-use crate::wire::{CcReport, NoParameters};
+use crate::wire::{CcReport, NoParameters, ServoReport};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+
+/// The report of any operation.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, clippy::large_enum_variant, reason = "describes the answer")]
+enum AnyReport {
+    /// Of `cc-compensation`.
+    CcCompensation(CcReport),
+    /// Of `servo-simulation`.
+    ServoSimulation(ServoReport),
+}
 
 /// Read the report of a job
 ///
@@ -29,7 +42,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
     ),
     responses(
-        (status = 200, description = "The report", body = CcReport, headers(("ETag" = String, description = "Its tag"))),
+        (status = 200, description = "The report", body = AnyReport, headers(("ETag" = String, description = "Its tag"))),
         (status = 304, description = "It is as you know it"),
         Refusals,
     )

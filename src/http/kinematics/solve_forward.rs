@@ -5,9 +5,9 @@ use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::find;
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
+use crate::http::current_machine::{CurrentMachine, current_machine};
 use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
@@ -72,7 +72,7 @@ pub(super) async fn solve_forward_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let (revision, machine) = find(&app, &machine_id).await?;
+    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let (joints, options) = read(&app, table, request).await?;
     if options.selection.is_some() || options.start.is_some() {
         let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");

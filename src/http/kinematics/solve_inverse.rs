@@ -6,9 +6,9 @@ use http::{HeaderName, HeaderValue};
 use serde::{Serialize, Serializer};
 use utoipa::ToSchema;
 
-use super::find;
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
+use crate::http::current_machine::{CurrentMachine, current_machine};
 use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -85,7 +85,7 @@ pub(super) async fn solve_inverse_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let (revision, machine) = find(&app, &machine_id).await?;
+    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let (poses, options) = read(&app, table, request).await?;
     let limits = app.limits();
     let csv = kind == CSV;

@@ -3,13 +3,16 @@
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use http::HeaderValue;
-use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
+use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
 use tokio_util::io::ReaderStream;
 
 use crate::http::AppState;
+use crate::http::conditional::tagged;
+use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
+use crate::http::servo::program_contour_error;
 use crate::store::JobRow;
-use crate::wire::{CcParameters, CcReport};
+use crate::wire::{CcParameters, CcReport, JobOperation, JobState, ServoReport};
 
 /// Media types of a program.
 pub(in crate::http) const PROGRAM_TYPES: &[&str] = &["text/plain", "application/octet-stream", "text/csv"];
@@ -49,12 +52,40 @@ pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -
 /// The plot, drawn from the stored report.
 pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
     let report = job.report.as_deref().ok_or_else(|| without_result(job))?;
-    let report: CcReport = serde_json::from_str(report).map_err(|fault| Problem::internal(&fault))?;
-    let parameters: CcParameters =
-        serde_json::from_value(job.document.parameters.clone()).map_err(|fault| Problem::internal(&fault))?;
-    let compensator = std::sync::Arc::clone(&app.compensator);
-    let figure = app.compute.run(move |_stop| compensator.figure(&parameters, &report)).await?;
+    let figure = match job.document.operation {
+        JobOperation::CcCompensation => {
+            let report: CcReport = read(report)?;
+            let parameters: CcParameters = serde_json::from_value(job.document.parameters.clone())
+                .map_err(|fault| Problem::internal(&fault))?;
+            let compensator = std::sync::Arc::clone(&app.compensator);
+            app.compute.run(move |_stop| compensator.figure(&parameters, &report)).await?
+        }
+        JobOperation::ServoSimulation => {
+            let report: ServoReport = read(report)?;
+            let name = job.file_name.clone();
+            let drawn = app.compute.run(move |_stop| program_contour_error(&name, &report)).await?;
+            drawn.map_err(|fault| Problem::internal(&fault))?
+        }
+    };
     Ok(([(CONTENT_TYPE, SVG)], figure).into_response())
+}
+
+fn read<T: serde::de::DeserializeOwned>(report: &str) -> Result<T, Problem> {
+    serde_json::from_str(report).map_err(|fault| Problem::internal(&fault))
+}
+
+/// A job that is just done, in the form the client takes: its program, its report, or its plot.
+pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
+    let (tag, response) = match kind {
+        "application/json" => (report_tag(job, kind), json_response(job.report.clone().unwrap_or_default())),
+        SVG => (report_tag(job, kind), plot(app, job).await?),
+        _ => (program_tag(job), program(app, job, kind).await?),
+    };
+    let mut response = tagged(&tag, response);
+    if let Ok(location) = HeaderValue::try_from(format!("/v1/jobs/{}", job.document.id)) {
+        response.headers_mut().insert(LOCATION, location);
+    }
+    Ok(response)
 }
 
 /// Tag of the program.
@@ -69,7 +100,11 @@ pub(in crate::http) fn report_tag(job: &JobRow, kind: &str) -> String {
 }
 
 fn without_result(job: &JobRow) -> Problem {
-    Problem::new(ProblemType::ResultNotFound, format!("the job is {}", job.document.state.as_str()))
+    let detail = match job.document.state {
+        JobState::Succeeded => "the operation of this job makes no program".to_owned(),
+        state => format!("the job is {}", state.as_str()),
+    };
+    Problem::new(ProblemType::ResultNotFound, detail)
 }
 
 /// `blade-compensated.nc` for `blade.nc`.

@@ -2,21 +2,18 @@
 
 use axum::extract::{Request, State};
 use axum::response::Response;
-use http::HeaderValue;
-use http::header::LOCATION;
 
 use super::answer::{self, SVG};
 use super::upload::{Upload, take};
 use crate::http::AppState;
-use crate::http::conditional::tagged;
-use crate::http::extract::{Path, json_response};
-use crate::http::idempotency::{key, used};
+use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::extract::Path;
+use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::{CompensationRequest, compensate};
-use crate::store::{JobRow, Remembered};
-use crate::wire::CcParameters;
+use crate::jobs::{CompensationRequest, ProgramJob, compensate};
+use crate::wire::{CcParameters, JobOperation};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -78,68 +75,27 @@ pub(super) async fn compensate_cc_path(
     let (parts, body) = request.into_parts();
     let kind = choose(&parts.headers, OFFERS)?;
     let key = key(&parts)?;
-    let machine =
-        app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
+    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let upload: Upload<CcParameters> = take(&app, &parts, body).await?;
     let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
     let used = used(&parts, key, &[&said[0], &said[1]]);
-    if let Some(used) = &used {
-        match app.store.remembered(used).await? {
-            Some(Remembered::Same(job)) => return answered(&app, &job, kind).await,
-            Some(Remembered::Other) => {
-                let detail = "the Idempotency-Key was first used for another request";
-                return Err(Problem::new(ProblemType::KeyReused, detail));
-            }
-            None => {}
-        }
+    if let Some(job) = remembered(&app, used.as_ref()).await? {
+        return answer::job(&app, &job, kind).await;
     }
     let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
     let tool = upload.parameters.check().map_err(faulty)?;
-    let machine_revision = machine.document.revision;
-    let (_, machine) = machine
-        .document
-        .profile
-        .into_machine()
-        .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
-    let file_name = file_name(&upload);
+    let file_name = upload.name();
     let Upload { program, parameters, .. } = upload;
-    let max_cost_s = app.settings.max_cost_s;
-    let request = CompensationRequest {
+    let job = ProgramJob {
         machine_id,
-        machine_revision,
-        machine,
-        parameters,
-        tool,
+        machine_revision: revision,
+        operation: JobOperation::CcCompensation,
+        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
         program,
         file_name,
         used,
-        max_cost_s,
     };
-    let job =
-        compensate(&app.compute, &app.compensator, &app.store, &app.spool, &app.sources, request).await?;
-    answered(&app, &job, kind).await
-}
-
-async fn answered(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
-    let (tag, response) = match kind {
-        "application/json" => {
-            (answer::report_tag(job, kind), json_response(job.report.clone().unwrap_or_default()))
-        }
-        SVG => (answer::report_tag(job, kind), answer::plot(app, job).await?),
-        _ => (answer::program_tag(job), answer::program(app, job, kind).await?),
-    };
-    let mut response = tagged(&tag, response);
-    if let Ok(location) = HeaderValue::try_from(format!("/v1/jobs/{}", job.document.id)) {
-        response.headers_mut().insert(LOCATION, location);
-    }
-    Ok(response)
-}
-
-/// The upload's name, or eight digits of its digest with an extension that fits.
-fn file_name(upload: &Upload<CcParameters>) -> String {
-    upload.file_name.clone().unwrap_or_else(|| {
-        let csv = upload.media_type.as_deref() == Some("text/csv");
-        let digest = upload.program.sha256();
-        format!("{}.{}", digest.get(..8).unwrap_or(&digest), if csv { "csv" } else { "nc" })
-    })
+    let request = CompensationRequest { machine, parameters, tool, max_cost_s: app.settings.max_cost_s };
+    let job = compensate(&app.compute, &app.compensator, &app.store, &app.spool, &app.sources, job, request);
+    answer::job(&app, &job.await?, kind).await
 }

@@ -2,7 +2,8 @@
 
 pub(super) mod answer;
 mod compensate_cc_path;
-mod upload;
+pub(super) mod simulate_servo_program;
+pub(super) mod upload;
 
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -11,5 +12,7 @@ use super::AppState;
 
 /// The routes of this resource.
 pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(compensate_cc_path::compensate_cc_path))
+    OpenApiRouter::new()
+        .routes(routes!(compensate_cc_path::compensate_cc_path))
+        .routes(routes!(simulate_servo_program::simulate_servo_program))
 }

@@ -25,6 +25,17 @@ pub(super) struct Upload<P> {
     pub(super) parameters: P,
 }
 
+impl<P> Upload<P> {
+    /// The upload's name, or eight digits of its digest with an extension that fits.
+    pub(super) fn name(&self) -> String {
+        self.file_name.clone().unwrap_or_else(|| {
+            let csv = self.media_type.as_deref() == Some("text/csv");
+            let digest = self.program.sha256();
+            format!("{}.{}", digest.get(..8).unwrap_or(&digest), if csv { "csv" } else { "nc" })
+        })
+    }
+}
+
 /// Largest `parameters` field (bytes).
 const MAX_PARAMETERS_BYTES: usize = 1 << 20;
 
@@ -156,7 +167,7 @@ fn given_name(headers: &HeaderMap) -> Option<String> {
 }
 
 /// The last part of a path with only characters that are safe in a header and in a shell.
-fn clean_name(name: &str) -> Option<String> {
+pub(in crate::http) fn clean_name(name: &str) -> Option<String> {
     let last = name.rsplit(['/', '\\']).next()?;
     let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let clean: String = last.chars().take(120).map(safe).collect();

@@ -12,7 +12,7 @@ use crate::plot::{
     sweep_map,
 };
 use crate::servo::AxisLetter;
-use crate::wire::{ServoPathDoc, SimulationAnswer, SweepAnswer};
+use crate::wire::{ServoPathDoc, ServoReport, ServoSamples, SimulationAnswer, SweepAnswer};
 
 /// Media type of a figure.
 pub(super) const SVG: &str = "image/svg+xml";
@@ -122,22 +122,32 @@ impl SimulationFigure {
                 })
             }
             (SimulationPlot::Polar | SimulationPlot::ContourError, _) => {
-                let points: Vec<ContourPoint> = (0..samples.t_s.len())
-                    .map(|k| ContourPoint {
-                        time_s: samples.t_s[k],
-                        line: samples.line.get(k).copied().unwrap_or(0),
-                        contour_um: samples.contour_error_um[k],
-                        axis_urad: samples.axis_error_urad.get(k).copied(),
-                    })
-                    .collect();
-                contour_error_along(&ContourFigure {
-                    title: &title,
-                    points: &points,
-                    judged_from_s: answer.judged_from_s,
-                })
+                contour_error(&title, samples, answer.judged_from_s)
             }
         }
     }
+}
+
+fn contour_error(title: &str, samples: &ServoSamples, judged_from_s: f64) -> Result<String, PlotFault> {
+    let columns = samples.t_s.iter().zip(&samples.contour_error_um).enumerate();
+    let points: Vec<ContourPoint> = columns
+        .map(|(k, (time_s, contour_um))| ContourPoint {
+            time_s: *time_s,
+            line: samples.line.get(k).copied().unwrap_or(0),
+            contour_um: *contour_um,
+            axis_urad: samples.axis_error_urad.get(k).copied(),
+        })
+        .collect();
+    contour_error_along(&ContourFigure { title, points: &points, judged_from_s })
+}
+
+/// The contour error along a program.
+pub(in crate::http) fn program_contour_error(name: &str, report: &ServoReport) -> Result<String, PlotFault> {
+    let title = format!(
+        "{name}: {} motions, largest contour error {:.1} µm",
+        report.motions_simulated, report.contour_error.max_abs_um
+    );
+    contour_error(&title, &report.samples, 0.0)
 }
 
 impl SweepFigureChoice {

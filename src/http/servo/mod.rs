@@ -9,7 +9,10 @@ mod sweep_servo;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+pub(super) use figures::program_contour_error;
+
 use super::AppState;
+use super::current_machine::current_machine;
 use super::problem::{Problem, ProblemType};
 use crate::jobs::ServoWork;
 use crate::wire::{FaultList, ServoOptions, ServoTask};
@@ -32,23 +35,12 @@ async fn work<T>(
     options: ServoOptions<'_>,
     more: impl FnOnce(&mut ServoTask, &mut FaultList) -> T,
 ) -> Result<(Option<i64>, ServoWork, T), Problem> {
-    let found = match options.machine_id {
+    let current = match options.machine_id {
         None => None,
-        Some(id) => {
-            Some(app.store.machine(id).await?.ok_or_else(|| Problem::machine_not_found(id))?.document)
-        }
-    };
-    let revision = found.as_ref().map(|document| document.revision);
-    let drives = found.as_ref().and_then(|document| document.profile.drives.clone());
-    let machine = match found.map(|document| document.profile.into_machine()) {
-        None => None,
-        Some(Ok((_, machine))) => Some(machine),
-        Some(Err(_stored_is_sound)) => {
-            return Err(Problem::internal(&"a stored profile is no longer accepted"));
-        }
+        Some(id) => Some(current_machine(app, id).await?),
     };
     let mut faults = FaultList::default();
-    let on = machine.as_ref().map(|machine| (machine, drives.as_ref()));
+    let on = current.as_ref().map(|current| (&current.machine, current.drives.as_ref()));
     let task = options.to_core(on, &mut faults);
     // Without a task there are faults; what the operation adds can only be looked at with one.
     let Some(mut task) = task else {
@@ -57,5 +49,7 @@ async fn work<T>(
     };
     let own = more(&mut task, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let revision = current.as_ref().map(|current| current.revision);
+    let machine = current.map(|current| current.machine);
     Ok((revision, ServoWork { task, machine, max_cost_s: app.settings.max_cost_s }, own))
 }

@@ -1,27 +1,48 @@
 //! One path at one feed.
 
-use axum::extract::State;
+use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
-use http::HeaderMap;
+use http::request::Parts;
+use serde::Serialize;
+use utoipa::ToSchema;
 
 use super::figures::{SVG, SimulationFigure, respond};
 use super::{OFFERS, work};
 use crate::http::AppState;
+use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
+use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
-use crate::http::problem::Problem;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::programs::answer;
+use crate::http::programs::simulate_servo_program::store;
+use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
-use crate::wire::{SimulationAnswer, SimulationRequest};
+use crate::wire::{
+    Fault, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
+};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
-    UnsupportedMediaType, InvalidRequest, UnreachablePose, UnstableLoop, TooCostly, Busy
+    UnsupportedMediaType, InvalidRequest, KeyReused, ProgramFault, UnreachablePose, UnstableLoop, TooCostly, Busy
 );
+
+/// Of a path, or of a program.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, clippy::large_enum_variant, reason = "describes the answer")]
+enum PathOrProgram {
+    /// Of a path.
+    Path(SimulationAnswer),
+    /// Of a program.
+    Program(ServoReport),
+}
 
 /// Simulate the servo drives along a path
 ///
 /// Following error of each axis and contour error of the tool, from the loop gains and the feed; the commanded path
-/// is the reference. With `Accept: image/svg+xml` a figure.
+/// is the reference. With `Accept: image/svg+xml` a figure. A program as path is kept as a job, which `Location`
+/// names; its report is the answer.
 #[utoipa::path(
     post,
     path = "/v1/servo-simulations",
@@ -37,25 +58,63 @@ refusals!(
         }))),
     ),
     responses(
-        (status = 200, description = "What the path gets", content((SimulationAnswer = "application/json"), (String = "image/svg+xml"))),
+        (status = 200, description = "What the path gets", content((PathOrProgram = "application/json"), (String = "image/svg+xml"))),
         Refusals,
     )
 )]
 pub(super) async fn simulate_servo(
     State(app): State<AppState>,
     Query(figure): Query<SimulationFigure>,
-    headers: HeaderMap,
-    Json(request): Json<SimulationRequest>,
+    request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(&headers, OFFERS)?;
+    let (parts, body) = request.into_parts();
+    let kind = choose(&parts.headers, OFFERS)?;
+    let Json(request) =
+        Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
+    if let ServoPathDoc::Program { .. } = &request.path {
+        return program(&app, &parts, &request, kind).await;
+    }
     let (revision, work, ()) =
         work(&app, request.options(), |task, faults| request.apply(task, faults)).await?;
-    let drives = work.task.drives;
-    let axes = work.axes();
+    let (drives, axes, feed) = (work.task.drives, work.axes(), work.task.run.feed);
     let simulation = app.compute.run(move |stop| work.simulate(stop)).await??;
     let answer = SimulationAnswer::of(revision, &simulation, &drives, &axes);
     if kind == SVG {
-        return respond(figure.draw(&request.path, request.feed_mm_per_min, &answer));
+        return respond(figure.draw(&request.path, feed.mm_per_min(), &answer));
     }
     Ok(Json(answer).into_response())
+}
+
+/// A program: simulated and kept as a job.
+async fn program(
+    app: &AppState,
+    parts: &Parts,
+    request: &SimulationRequest,
+    kind: &str,
+) -> Result<Response, Problem> {
+    let ServoPathDoc::Program { text, file_name, interpolation, dialect, plane } = &request.path else {
+        return Err(Problem::internal(&"only a program is a program"));
+    };
+    let key = key(parts)?;
+    let Some(machine_id) = request.machine_id.clone().filter(|_| request.drives.is_none()) else {
+        let fault = Fault::new("/machine_id", "a program needs a machine, whose profile has the drives");
+        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+    };
+    if request.laps.is_some() {
+        let fault = Fault::new("/laps", "an open path has no laps");
+        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+    }
+    let machine = current_machine(app, &machine_id).await?;
+    let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
+    let used = used(parts, key, &[&said]);
+    if let Some(job) = remembered(app, used.as_ref()).await? {
+        return answer::job(app, &job, kind).await;
+    }
+    let mut spooling = app.spool.begin()?;
+    spooling.take(&bytes::Bytes::from(text.clone())).await?;
+    let draft = spooling.finish().await?;
+    let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
+    let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
+    let job = store(app, machine_id, machine, parameters, draft, file_name, used).await?;
+    answer::job(app, &job, kind).await
 }

@@ -1,0 +1,114 @@
+//! Simulates the servo drives along a program.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::answer::{self, SVG};
+use super::upload::{Upload, take};
+use crate::http::AppState;
+use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::extract::Path;
+use crate::http::idempotency::{key, remembered, used};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::{ProgramJob, ServoProgramRequest, simulate_program};
+use crate::store::{Draft, JobRow, KeyUse};
+use crate::wire::{JobOperation, ServoProgramParameters, ServoReport};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnreachablePose, UnstableLoop, TooCostly, Busy
+);
+
+/// What can be answered.
+const OFFERS: &[&str] = &["application/json", SVG];
+
+/// A program with its parameters in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct ServoProgramForm {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<ServoProgramParameters>,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+}
+
+/// Simulate the servo drives along a program
+///
+/// Contour error of tool tip and tool axis along the program's motions at feed, through the machine's kinematics and
+/// the drives of its profile: the report, or with `Accept: image/svg+xml` the contour error over time. Kept as a job.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/servo-simulation",
+    tag = "servo",
+    operation_id = "simulate_servo_program",
+    params(
+        ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
+        ServoProgramParameters,
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+    ),
+    request_body(
+        content(
+            (String = "text/plain", example = "G90 G21 G94\nG0 X0 Y0 Z5 A0 C0\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
+            (ServoProgramForm = "multipart/form-data"),
+        ),
+        description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "The report or its plot, by Accept",
+            content((ServoReport = "application/json"), (String = "image/svg+xml")),
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Tag of what is answered"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn simulate_servo_program(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    let kind = choose(&parts.headers, OFFERS)?;
+    let key = key(&parts)?;
+    let machine = current_machine(&app, &machine_id).await?;
+    let upload: Upload<ServoProgramParameters> = take(&app, &parts, body).await?;
+    let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
+    let used = used(&parts, key, &[&said[0], &said[1]]);
+    if let Some(job) = remembered(&app, used.as_ref()).await? {
+        return answer::job(&app, &job, kind).await;
+    }
+    let file_name = upload.name();
+    let job = store(&app, machine_id, machine, upload.parameters, upload.program, file_name, used).await?;
+    answer::job(&app, &job, kind).await
+}
+
+/// Simulates a program and stores the job.
+pub(in crate::http) async fn store(
+    app: &AppState,
+    machine_id: String,
+    current: CurrentMachine,
+    parameters: ServoProgramParameters,
+    program: Draft,
+    file_name: String,
+    used: Option<KeyUse>,
+) -> Result<JobRow, Problem> {
+    let CurrentMachine { revision, machine, drives } = current;
+    let core = parameters
+        .to_core(&machine, drives.as_ref())
+        .map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let job = ProgramJob {
+        machine_id,
+        machine_revision: revision,
+        operation: JobOperation::ServoSimulation,
+        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
+        program,
+        file_name,
+        used,
+    };
+    let request = ServoProgramRequest { machine, parameters: core, max_cost_s: app.settings.max_cost_s };
+    Ok(simulate_program(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?)
+}

@@ -1,0 +1,128 @@
+//! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
+//! nothing is stored.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::{CompensatorFault, Compute, ComputeFault, Sources, Spool, TooCostly};
+use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
+use crate::wire::{JobDocument, JobOperation, JobState};
+
+/// A program that is to be worked on.
+#[derive(Debug)]
+pub struct ProgramJob {
+    /// Slug of the machine.
+    pub machine_id: String,
+    /// Revision of the machine.
+    pub machine_revision: i64,
+    /// What is done.
+    pub operation: JobOperation,
+    /// With which parameters, defaults filled in.
+    pub parameters: serde_json::Value,
+    /// The upload.
+    pub program: Draft,
+    /// Its name.
+    pub file_name: String,
+    /// The key it was asked under.
+    pub used: Option<KeyUse>,
+}
+
+/// What the work has made.
+#[derive(Debug)]
+pub(super) struct Finished {
+    /// The report, as JSON text.
+    pub(super) report: String,
+    /// A program, where the operation makes one.
+    pub(super) output: Option<Draft>,
+}
+
+/// Why there is no job.
+#[derive(Debug, Error)]
+pub enum JobFault {
+    /// The estimate is over the limit.
+    #[error(transparent)]
+    TooCostly(#[from] TooCostly),
+    /// The pool has no place, or the computation panicked.
+    #[error(transparent)]
+    Compute(#[from] ComputeFault),
+    /// The work gave no result.
+    #[error(transparent)]
+    Compensator(#[from] CompensatorFault),
+    /// The drives cannot run the program.
+    #[error(transparent)]
+    Servo(#[from] crate::servo::ServoFault),
+    /// A file could not be kept.
+    #[error(transparent)]
+    Blob(#[from] BlobFault),
+    /// The row could not be stored.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The key is taken by another request.
+    #[error("the idempotency key was used for another request")]
+    KeyReused,
+    /// The report could not be printed.
+    #[error("printing the report: {0}")]
+    Report(#[from] serde_json::Error),
+}
+
+/// Does the work in the pool and stores what came of it.
+///
+/// # Errors
+/// Why there is no job.
+pub(super) async fn run_program_job<F>(
+    compute: &Compute,
+    store: &Store,
+    spool: &Spool,
+    sources: &Sources,
+    job: ProgramJob,
+    work: F,
+) -> Result<JobRow, JobFault>
+where
+    F: FnOnce(&Draft, &Spool, &dyn Fn() -> ControlFlow<()>) -> Result<Finished, JobFault> + Send + 'static,
+{
+    let created_at = sources.timestamp();
+    let (spool, sources) = (spool.clone(), sources.clone());
+    let (job, used) = compute
+        .run(move |stop| -> Result<_, JobFault> {
+            let started_at = sources.timestamp();
+            let Finished { report, output } = work(&job.program, &spool, stop)?;
+            if stop().is_break() {
+                return Err(CompensatorFault::Cancelled.into());
+            }
+            let document = JobDocument {
+                id: sources.ids.next().to_string(),
+                machine_id: job.machine_id,
+                machine_revision: job.machine_revision,
+                operation: job.operation,
+                parameters: job.parameters,
+                state: JobState::Succeeded,
+                progress: 1.0,
+                input_sha256: job.program.sha256(),
+                output_sha256: output.as_ref().map(Draft::sha256),
+                external_id: None,
+                problem: None,
+                software_version: env!("CARGO_PKG_VERSION").to_owned(),
+                created_at,
+                started_at: Some(started_at),
+                finished_at: Some(sources.timestamp()),
+            };
+            spool.blobs().keep(job.program)?;
+            if let Some(output) = output {
+                spool.blobs().keep(output)?;
+            }
+            let report_sha256 = sha256_hex(report.as_bytes());
+            Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
+        })
+        .await??;
+    if store.add_job(&job, used.as_ref()).await? {
+        let NewJob { document, file_name, report, report_sha256 } = job;
+        return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });
+    }
+    // The same key came twice at once, and the other request was faster.
+    let Some(used) = used else { return Err(JobFault::KeyReused) };
+    match store.remembered(&used).await? {
+        Some(Remembered::Same(job)) => Ok(*job),
+        Some(Remembered::Other) | None => Err(JobFault::KeyReused),
+    }
+}

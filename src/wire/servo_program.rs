@@ -1,0 +1,245 @@
+//! A program through the drives of its machine: parameters and report.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::servo::{check_feed, check_period, scale_gains};
+use super::{
+    AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, Fixed,
+    GainScales, Interpolation, KinematicsOptions, LocationErrors, Plane, ServoSamples, SimulationRequest,
+};
+use crate::machine::Machine;
+use crate::process::{ProgramSimulation, SimulationParameters};
+use crate::servo::DriveSet;
+use crate::units::Feedrate;
+use crate::{motion, program};
+
+/// What the simulation of a program needs to know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ServoProgramParameters {
+    /// Sample period of the command.
+    #[serde(default = "one_millisecond")]
+    #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
+    #[param(default = 0.001, minimum = 0.00001, maximum = 0.1)]
+    pub sample_period_s: f64,
+    /// What the control interpolates; as the program switches it when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub interpolation: Option<Interpolation>,
+    /// Feed where the program has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feed_mm_per_min: Option<f64>,
+    /// Factors of the position gains, one parameter for each: `position_gain_scale.C`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[param(value_type = Option<BTreeMap<String, f64>>)]
+    pub position_gain_scale: GainScales,
+    /// Jerk-limited feed, one parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without it every
+    /// block runs at its own feed and no corner is a stop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub feed_profile: Option<FeedProfileDoc>,
+    /// Plane in which the contour error gets a sign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub plane: Option<Plane>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Whether measured errors of the machine count.
+    #[serde(default)]
+    #[param(inline)]
+    pub location_errors: LocationErrors,
+    /// The form of the program text.
+    #[serde(default)]
+    #[param(inline)]
+    pub dialect: Dialect,
+}
+
+fn one_millisecond() -> f64 {
+    0.001
+}
+
+impl ServoProgramParameters {
+    /// Those of a request whose path is a program.
+    #[must_use]
+    pub fn of(
+        request: &SimulationRequest,
+        interpolation: Option<Interpolation>,
+        plane: Option<Plane>,
+        dialect: Dialect,
+    ) -> Self {
+        Self {
+            sample_period_s: request.sample_period_s,
+            interpolation,
+            feed_mm_per_min: request.feed_mm_per_min,
+            position_gain_scale: request.position_gain_scale.clone(),
+            feed_profile: request.feed_profile,
+            plane,
+            work_offset_mm: request.work_offset_mm,
+            tool_length_mm: request.tool_length_mm,
+            location_errors: request.location_errors,
+            dialect,
+        }
+    }
+
+    /// The parameters in the core's terms.
+    ///
+    /// # Errors
+    /// Every bad value, with its pointer.
+    pub fn to_core(
+        &self,
+        machine: &Machine,
+        drives: Option<&Drives>,
+    ) -> Result<SimulationParameters, Vec<Fault>> {
+        let mut faults = FaultList::default();
+        if drives.is_none() {
+            faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
+        }
+        let mut set = drives.map_or_else(DriveSet::default, |drives| drives.to_core("/drives", &mut faults));
+        scale_gains(&mut set, &self.position_gain_scale, &mut faults);
+        check_period(self.sample_period_s, &mut faults);
+        if let Some(feed) = self.feed_mm_per_min {
+            check_feed(feed, || "/feed_mm_per_min".to_owned(), &mut faults);
+        }
+        let profile = self.feed_profile.map(|profile| profile.to_core(&mut faults));
+        let options = KinematicsOptions {
+            work_offset_mm: self.work_offset_mm,
+            tool_length_mm: self.tool_length_mm,
+            selection: None,
+            start: None,
+            location_errors: self.location_errors,
+        };
+        let dialect = match self.dialect {
+            Dialect::Auto => None,
+            Dialect::Iso => Some(program::Dialect::Iso),
+            Dialect::Csv => Some(program::Dialect::Csv),
+            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
+                faults.push(|| Fault::new("/dialect", "this dialect is not read in this version"));
+                None
+            }
+        };
+        let setup = match options.to_setup(machine) {
+            Ok((setup, _)) => setup,
+            Err(found) => {
+                for fault in found {
+                    faults.push(|| fault);
+                }
+                crate::kinematics::Setup::default()
+            }
+        };
+        faults.into_result()?;
+        let plain = SimulationParameters::new(set);
+        Ok(SimulationParameters {
+            setup,
+            interpolation: self.interpolation.map(|interpolation| match interpolation {
+                Interpolation::Machine => motion::Interpolation::Machine,
+                Interpolation::Tcp => motion::Interpolation::Tcp,
+            }),
+            feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
+            period_s: self.sample_period_s,
+            profile: profile.map(|(profile, _)| profile),
+            stop_at_corners_above_rad: profile.map_or(plain.stop_at_corners_above_rad, |(_, corner)| corner),
+            plane_normal: self.plane.map(Plane::normal),
+            dialect,
+            ..plain
+        })
+    }
+}
+
+/// Motions that were not simulated for one reason.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = LeftOut)]
+pub struct LeftOutDoc {
+    /// A stable word for the reason.
+    #[schema(example = "arc")]
+    pub kind: String,
+    /// What it means.
+    pub detail: String,
+    /// How many motions.
+    pub count: u64,
+    /// First line of the upload, 1-based.
+    pub line: u64,
+}
+
+/// The report of a program's servo simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ServoReport {
+    /// Revision of the machine it was computed on.
+    pub machine_revision: i64,
+    /// Version of the service.
+    pub software_version: String,
+    /// SHA-256 of the upload.
+    pub input_sha256: String,
+    /// Form the text was read in.
+    pub dialect: Dialect,
+    /// Blocks of the upload.
+    pub blocks: u64,
+    /// Motions at feed that were simulated.
+    pub motions_simulated: u64,
+    /// Runs of motions between rapids; each starts with the axes at rest.
+    pub passes: u64,
+    /// Time of the simulated motions.
+    pub duration_s: f64,
+    /// By letter, the axes that move.
+    #[schema(value_type = BTreeMap<String, AxisResult>)]
+    pub axes: AxisResults,
+    /// What the part gets.
+    pub contour_error: ContourErrorDoc,
+    /// Samples in all.
+    pub sample_count: u64,
+    /// The run, thinned.
+    pub samples: ServoSamples,
+    /// Motions at feed that were not simulated.
+    pub left_out: Vec<LeftOutDoc>,
+}
+
+impl ServoReport {
+    /// The report of a simulation.
+    #[must_use]
+    pub fn of(
+        machine_revision: i64,
+        input_sha256: String,
+        drives: &DriveSet,
+        simulation: &ProgramSimulation,
+    ) -> Self {
+        let outcome = &simulation.outcome;
+        let axes = simulation.axes.iter().zip(&outcome.following).filter_map(|(axis, following)| {
+            Some((axis.to_string(), AxisResult::of(*axis, following.as_ref()?, drives)))
+        });
+        Self {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            input_sha256,
+            dialect: match simulation.dialect {
+                program::Dialect::Iso => Dialect::Iso,
+                program::Dialect::Csv => Dialect::Csv,
+            },
+            blocks: simulation.blocks,
+            motions_simulated: simulation.motions,
+            passes: simulation.passes,
+            duration_s: simulation.duration_s,
+            axes: axes.collect(),
+            contour_error: ContourErrorDoc::of(&outcome.contour),
+            sample_count: outcome.samples,
+            samples: ServoSamples::of(&outcome.trace, &simulation.axes, false),
+            left_out: simulation
+                .left_out
+                .iter()
+                .map(|left_out| LeftOutDoc {
+                    kind: left_out.reason.name().to_owned(),
+                    detail: left_out.reason.text(),
+                    count: left_out.count,
+                    line: left_out.first_line,
+                })
+                .collect(),
+        }
+    }
+}
