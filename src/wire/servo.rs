@@ -319,7 +319,7 @@ impl SimulationRequest {
                 task.run.feed = Feedrate::from_mm_per_min(feed);
             }
             None => {
-                faults.push(|| Fault::new("/feed_mm_per_min", "missing: this path has no feed of its own"))
+                faults.push(|| Fault::new("/feed_mm_per_min", "missing: this path has no feed of its own"));
             }
         }
         scale_gains(&mut task.drives, &self.position_gain_scale, faults);

@@ -14,3 +14,4 @@ mod real_programs;
 mod service;
 mod servo;
 mod support;
+mod upgrade;

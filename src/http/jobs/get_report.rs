@@ -21,7 +21,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
 /// The report of any operation.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(untagged)]
-#[expect(dead_code, clippy::large_enum_variant, reason = "describes the answer")]
+#[expect(dead_code, reason = "describes the answer")]
 enum AnyReport {
     /// Of `cc-compensation`.
     CcCompensation(CcReport),

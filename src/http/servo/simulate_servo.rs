@@ -30,7 +30,7 @@ refusals!(
 /// Of a path, or of a program.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(untagged)]
-#[expect(dead_code, clippy::large_enum_variant, reason = "describes the answer")]
+#[expect(dead_code, reason = "describes the answer")]
 enum PathOrProgram {
     /// Of a path.
     Path(SimulationAnswer),
