@@ -53,11 +53,11 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
     let largest_um = errors.filter(|error| error.is_finite()).fold(0.0, f64::max);
     let magnification =
         if largest_um > 0.0 { round_down(LARGEST_SHARE * radius_um / largest_um) } else { 1.0 };
-    let mut chart = ChartBuilder::on(&root)
-        .caption(figure.title, ("sans-serif", 18))
-        .margin(12)
-        .build_cartesian_2d(-EDGE..EDGE, -EDGE..EDGE)
-        .ok()?;
+    let area = root.titled(figure.title, ("sans-serif", 18)).ok()?;
+    // A circle is to look like one, whatever room the title takes.
+    let (width, height) = area.dim_in_pixel();
+    let wide = EDGE * f64::from(width.max(1)) / f64::from(height.max(1));
+    let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-wide..wide, -EDGE..EDGE).ok()?;
     let at = |phi: f64, radius: f64| (radius * phi.cos(), radius * phi.sin());
     let label_style = ("sans-serif", 14).into_font().color(&MUTED).pos(Pos::new(HPos::Center, VPos::Center));
     for eighth in 0..8_u32 {

@@ -141,14 +141,16 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     let most = cells(figure).fold(0.0, f64::max);
     let (area, bar) = root.split_horizontally(SIZE.0 - 130);
     let name_of = |place: f64, names: &dyn Fn(usize) -> Option<String>| {
-        let index = place.floor();
-        // Labels stand at the middle of their cells.
+        // Whole numbers are the middles of cells; nothing is written elsewhere.
+        if (place - place.round()).abs() > 1e-6 {
+            return String::new();
+        }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "not negative, saturating"
         )]
-        let index = index.max(0.0) as usize;
+        let index = place.round().max(0.0) as usize;
         names(index).unwrap_or_default()
     };
     let feed_name = |index: usize| figure.feeds_mm_per_min.get(index).map(|feed| plain(*feed));
@@ -158,7 +160,7 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
         .margin(16)
         .x_label_area_size(48)
         .y_label_area_size(130)
-        .build_cartesian_2d(0.0..columns, 0.0..rows)
+        .build_cartesian_2d(-0.5..columns - 0.5, -0.5..rows - 0.5)
         .ok()?;
     chart
         .configure_mesh()
@@ -179,11 +181,11 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
             let (x, y) = (column as f64, row as f64);
             let value = cell.filter(|value| value.is_finite());
             let fill = value.map_or(NOTHING, |value| ramp(if most > 0.0 { value / most } else { 0.0 }));
-            boxes.push(Rectangle::new([(x, y), (x + 1.0, y + 1.0)], fill.filled()));
+            boxes.push(Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], fill.filled()));
             if let Some(value) = value
                 && best.is_none_or(|(least, _)| value < least)
             {
-                best = Some((value, (x + 0.5, y + 0.5)));
+                best = Some((value, (x, y)));
             }
         }
     }
