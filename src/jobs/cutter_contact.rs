@@ -215,10 +215,11 @@ pub(super) fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
         process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
         process::Fault::Lines(faults) => by_lines(faults, detail),
-        // the last two only come of a simulation
-        process::Fault::NoMotion | process::Fault::NothingToSimulate { .. } | process::Fault::Servo(_) => {
-            plain(program, None, Vec::new())
+        process::Fault::NothingToSimulate { first, .. } => {
+            plain(program, first.map(|(_, line)| line), Vec::new())
         }
+        // faults of the drives only come of a simulation, which has looked at them already
+        process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
         process::Fault::NoContactInProgram { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }

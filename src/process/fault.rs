@@ -4,6 +4,8 @@ use std::io;
 
 use thiserror::Error;
 
+use super::LeftOutReason;
+
 use crate::contact::ContactFault;
 use crate::program::{Diagnostics, ReadFault, WriteFault};
 use crate::servo::ServoFault;
@@ -99,6 +101,10 @@ impl LineFaults {
     }
 }
 
+fn first_of(first: Option<(LeftOutReason, u64)>) -> String {
+    first.map_or_else(String::new, |(reason, line)| format!(", the first in line {line}: {}", reason.text()))
+}
+
 /// Why a program is refused as a whole.
 #[derive(Debug, Error)]
 pub enum Fault {
@@ -115,10 +121,12 @@ pub enum Fault {
     #[error("the program has no motion")]
     NoMotion,
     /// A program without a motion at feed whose course is known.
-    #[error("the program has no motion that can be simulated; {left_out} were left out")]
+    #[error("the program has no motion that can be simulated; {left_out} were left out{}", first_of(*first))]
     NothingToSimulate {
         /// Motions left out, rapids not counted.
         left_out: u64,
+        /// Why the first of them, and its line.
+        first: Option<(LeftOutReason, u64)>,
     },
     /// The drives cannot run it.
     #[error(transparent)]

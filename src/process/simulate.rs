@@ -233,6 +233,7 @@ struct Outlook {
     motions: u64,
     passes: u64,
     left_out: u64,
+    first_left_out: Option<(LeftOutReason, u64)>,
     under_way: bool,
 }
 
@@ -246,8 +247,9 @@ impl Outlook {
                 self.passes += u64::from(!self.under_way);
                 self.under_way = true;
             }
-            Seen::LeftOut(reason, _) => {
+            Seen::LeftOut(reason, line) => {
                 self.left_out += u64::from(reason.is_some());
+                self.first_left_out = self.first_left_out.or(reason.map(|reason| (reason, line)));
                 self.under_way = false;
             }
         }
@@ -256,7 +258,7 @@ impl Outlook {
     /// Refuses before any work what would cost too much.
     fn check(&self, parameters: &SimulationParameters) -> Result<(), Fault> {
         if self.motions == 0 {
-            return Err(Fault::NothingToSimulate { left_out: self.left_out });
+            return Err(Fault::NothingToSimulate { left_out: self.left_out, first: self.first_left_out });
         }
         let limit = parameters.max_samples;
         let period_s = parameters.period_s;

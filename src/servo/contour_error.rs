@@ -27,8 +27,6 @@ pub struct FootTracker {
     base: usize,
     /// Index in the run of the segment of the previous foot.
     foot: usize,
-    /// The longest segment so far.
-    longest: f64,
     plane_normal: Option<Vec3>,
     /// How far behind the command the foot can be \[segments\].
     longest_lag: usize,
@@ -39,6 +37,8 @@ pub struct FootTracker {
 struct Sample {
     tip_mm: Vec3,
     axis: Vec3,
+    /// Length of the path up to here, as the search counts it.
+    arc: f64,
 }
 
 /// What a radian of tool axis counts beside a millimetre of tip in the search for the foot: so little that it does
@@ -46,8 +46,13 @@ struct Sample {
 const AXIS_WEIGHT_MM: f64 = 1e-3;
 /// How far before the previous foot the search begins \[segments\].
 const BACK: usize = 4;
+/// Rounding of the length of a path of a kilometre.
+const ARC_ROUNDING_MM: f64 = 1e-8;
 /// How far beyond the command a leading tool is followed \[segments\].
 pub const LOOK_AHEAD: usize = 64;
+
+/// Where a tool is before any command.
+const NOWHERE: Sample = Sample { tip_mm: Vec3::new(0.0, 0.0, 0.0), axis: Vec3::new(0.0, 0.0, 1.0), arc: 0.0 };
 
 impl Sample {
     fn separation(&self, other: &Self) -> f64 {
@@ -70,14 +75,14 @@ impl FootTracker {
     /// further behind the command than `longest_lag` samples.
     #[must_use]
     pub fn new(plane_normal: Option<Vec3>, longest_lag: usize) -> Self {
-        Self { path: Vec::new(), base: 0, foot: 0, longest: 0.0, plane_normal, longest_lag }
+        Self { path: Vec::new(), base: 0, foot: 0, plane_normal, longest_lag }
     }
 
     /// Takes the next commanded pose.
     pub fn command(&mut self, pose: &ToolPose) {
-        let sample = Sample { tip_mm: pose.tip_mm, axis: pose.axis };
+        let mut sample = Sample { tip_mm: pose.tip_mm, axis: pose.axis, arc: 0.0 };
         if let Some(last) = self.path.last() {
-            self.longest = self.longest.max(last.separation(&sample));
+            sample.arc = last.arc + last.separation(&sample);
         }
         self.path.push(sample);
     }
@@ -85,7 +90,7 @@ impl FootTracker {
     /// The contour error of `actual` while the command stands at sample `now` of the run. Samples up to
     /// `now + LOOK_AHEAD` must have been commanded, as far as there are so many.
     pub fn judge(&mut self, actual: &ToolPose, now: usize) -> ContourError {
-        let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis };
+        let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis, arc: 0.0 };
         let first = self.foot.saturating_sub(BACK).max(now.saturating_sub(self.longest_lag)).max(self.base);
         let mut best = self.foot_on(first.min(now), &actual);
         let mut segment = first;
@@ -96,7 +101,11 @@ impl FootTracker {
                 best = foot;
             }
             // The path cannot come nearer by more than its own length.
-            segment += 1 + self.skippable(foot.separation - best.separation);
+            let reach = self.at(segment + 1).arc + foot.separation - best.separation - ARC_ROUNDING_MM;
+            segment += 1;
+            while segment < now && self.at(segment + 1).arc < reach {
+                segment += 1;
+            }
         }
         if best.segment + 1 >= now && best.fraction >= 1.0 || now == self.base {
             for segment in now..now + LOOK_AHEAD {
@@ -119,16 +128,6 @@ impl FootTracker {
         self.base += count;
     }
 
-    fn skippable(&self, margin: f64) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "not negative, saturating"
-        )]
-        let count = if self.longest > 0.0 { (margin / self.longest).max(0.0) as usize } else { 0 };
-        count
-    }
-
     /// The nearest point of a segment; beyond the end of the path its last point.
     fn foot_on(&self, segment: usize, actual: &Sample) -> Foot {
         let [from, to] = self.segment(segment);
@@ -137,17 +136,18 @@ impl FootTracker {
         let length2 = tip.norm_squared() + weight * axis.norm_squared();
         let along = (actual.tip_mm - from.tip_mm).dot(&tip) + weight * (actual.axis - from.axis).dot(&axis);
         let fraction = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 1.0 };
-        let at = Sample { tip_mm: from.tip_mm + tip * fraction, axis: from.axis + axis * fraction };
+        let at = Sample { tip_mm: from.tip_mm + tip * fraction, axis: from.axis + axis * fraction, arc: 0.0 };
         Foot { segment, fraction, separation: actual.separation(&at) }
     }
 
     fn segment(&self, segment: usize) -> [Sample; 2] {
-        let at = |index: usize| {
-            let last = self.path.len().saturating_sub(1);
-            let nowhere = Sample { tip_mm: Vec3::zeros(), axis: Vec3::z() };
-            self.path.get(index.saturating_sub(self.base).min(last)).copied().unwrap_or(nowhere)
-        };
-        [at(segment), at(segment + 1)]
+        [*self.at(segment), *self.at(segment + 1)]
+    }
+
+    /// A sample of the run; beyond the ends of what is known the nearest that is.
+    fn at(&self, index: usize) -> &Sample {
+        let last = self.path.len().saturating_sub(1);
+        self.path.get(index.saturating_sub(self.base).min(last)).unwrap_or(&NOWHERE)
     }
 
     fn error_at(&self, foot: &Foot, actual: &Sample) -> ContourError {

@@ -213,7 +213,10 @@ fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
     );
     assert!(found.outcome.following[0].is_some() && found.outcome.following[1].is_none());
     let no_feed = run_program(b"G0 X0 Y0 Z0 A0 C0\nG1 X10\n", &SimulationParameters::new(drives(30.0, 30.0)));
-    assert!(matches!(no_feed, Err(Fault::NothingToSimulate { left_out: 1 })), "{no_feed:?}");
+    assert!(
+        matches!(no_feed, Err(Fault::NothingToSimulate { left_out: 1, first: Some((_, 2)) })),
+        "{no_feed:?}"
+    );
     let long = b"G0 X0 Y0 Z0 A0 C0\nG93 G1 X10 F0.0001\n".to_vec();
     let costly = run_program(&long, &SimulationParameters::new(drives(30.0, 30.0)));
     assert!(matches!(costly, Err(Fault::TooCostly { .. })), "{costly:?}");
