@@ -5,6 +5,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
 use super::style::{GRID, MUTED, colour, plain, round_down};
+use crate::geometry::trig;
 
 /// The radius error of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +59,10 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
     let (width, height) = area.dim_in_pixel();
     let wide = EDGE * f64::from(width.max(1)) / f64::from(height.max(1));
     let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-wide..wide, -EDGE..EDGE).ok()?;
-    let at = |phi: f64, radius: f64| (radius * phi.cos(), radius * phi.sin());
+    let at = |phi: f64, radius: f64| {
+        let (sin, cos) = trig::sin_cos(phi);
+        (radius * cos, radius * sin)
+    };
     let label_style = ("sans-serif", 14).into_font().color(&MUTED).pos(Pos::new(HPos::Center, VPos::Center));
     for eighth in 0..8_u32 {
         let phi = f64::from(eighth) * std::f64::consts::FRAC_PI_4;
