@@ -282,9 +282,9 @@ impl From<QueryFault> for Problem {
 }
 
 impl From<RowFault> for Problem {
-    fn from(RowFault { line, fault, too_many }: RowFault) -> Self {
+    fn from(RowFault { line, faults, too_many }: RowFault) -> Self {
         let kind = if too_many { ProblemType::TooCostly } else { ProblemType::InvalidRequest };
-        let mut problem = Self::invalid(kind, vec![fault]);
+        let mut problem = Self::invalid(kind, faults);
         problem.0.line = Some(line);
         problem
     }

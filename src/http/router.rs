@@ -4,6 +4,7 @@ use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Router, middleware};
+use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -12,6 +13,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
+use super::negotiate::choose;
+use super::problem::Problem;
 use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service, servo};
 
 /// Every described route, and the description.
@@ -31,9 +34,12 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
 pub fn router(app: AppState) -> Router {
     let (router, document) = described();
     let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
-    let served = move || {
+    let served = move |headers: HeaderMap| {
         let text = text.clone();
-        async move { ([(CONTENT_TYPE, "application/json")], text).into_response() }
+        async move {
+            choose(&headers, &["application/json"])?;
+            Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], text).into_response())
+        }
     };
     // Without this the page asks a validator on the internet about its own document.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));

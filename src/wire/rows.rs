@@ -2,17 +2,17 @@
 
 use thiserror::Error;
 
-use super::{Fault, JointWords, Pose};
+use super::{Fault, FaultList, JointWords, Pose};
 use crate::machine::{Machine, RotaryLetter};
 
 /// Why a table cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("line {line}: {}", .fault.detail)]
+#[error("line {line}: {} values are wrong", .faults.len())]
 pub struct RowFault {
-    /// Line of the upload, 1-based.
+    /// First faulty line of the upload, 1-based.
     pub line: u64,
-    /// What is wrong; the pointer names the element that the row stands for.
-    pub fault: Fault,
+    /// What is wrong, the first hundred; the pointers name the elements that the rows stand for.
+    pub faults: Vec<Fault>,
     /// Whether the limit on the number of rows was passed.
     pub too_many: bool,
 }
@@ -65,6 +65,9 @@ struct Reader<T> {
     cells: Vec<usize>,
     line: u64,
     partial: Vec<u8>,
+    /// Bad cells so far, and the line of the first.
+    faults: Vec<Fault>,
+    first_faulty: u64,
 }
 
 /// Longest line of a table (bytes).
@@ -72,7 +75,15 @@ const MAX_LINE_BYTES: usize = 4096;
 
 impl<T: Row> Reader<T> {
     fn new(max_rows: usize) -> Self {
-        Self { rows: Vec::new(), max_rows, cells: Vec::new(), line: 0, partial: Vec::new() }
+        Self {
+            rows: Vec::new(),
+            max_rows,
+            cells: Vec::new(),
+            line: 0,
+            partial: Vec::new(),
+            faults: Vec::new(),
+            first_faulty: 0,
+        }
     }
 
     fn feed(&mut self, mut chunk: &[u8]) -> Result<(), RowFault> {
@@ -103,14 +114,33 @@ impl<T: Row> Reader<T> {
         if self.cells.is_empty() {
             return Err(self.refuse("", "there is no header row".to_owned()));
         }
-        Ok(self.rows)
+        if self.faults.is_empty() { Ok(self.rows) } else { Err(self.faulty(false)) }
     }
 
-    fn refuse(&self, name: &str, detail: String) -> RowFault {
+    /// Notes a fault and goes on, until there are more than are told.
+    fn note(&mut self, name: &str, detail: &str) -> Result<(), RowFault> {
+        if self.faults.is_empty() {
+            self.first_faulty = self.line.max(1);
+        }
+        let fault = self.fault(name, detail);
+        self.faults.push(fault);
+        if self.faults.len() < FaultList::KEPT { Ok(()) } else { Err(self.faulty(false)) }
+    }
+
+    /// A fault behind which nothing can be read, after those noted so far.
+    fn refuse(&mut self, name: &str, detail: String) -> RowFault {
+        self.note(name, &detail).err().unwrap_or_else(|| self.faulty(false))
+    }
+
+    fn faulty(&mut self, too_many: bool) -> RowFault {
+        RowFault { line: self.first_faulty, faults: std::mem::take(&mut self.faults), too_many }
+    }
+
+    fn fault(&self, name: &str, detail: &str) -> Fault {
         let row = if self.cells.is_empty() { String::new() } else { format!("/{}", self.rows.len()) };
         let slash = if name.is_empty() { "" } else { "/" };
         let pointer = format!("/{}{row}{slash}{name}", T::LIST);
-        RowFault { line: self.line.max(1), fault: Fault::new(pointer, detail), too_many: false }
+        Fault::new(pointer, format!("line {}: {detail}", self.line.max(1)))
     }
 
     fn take_line(&mut self, line: &[u8]) -> Result<(), RowFault> {
@@ -131,7 +161,7 @@ impl<T: Row> Reader<T> {
         }
         if self.rows.len() >= self.max_rows {
             let detail = format!("there are more than {} rows", self.max_rows);
-            return Err(RowFault { too_many: true, ..self.refuse("", detail) });
+            return Err(RowFault { too_many: self.faults.is_empty(), ..self.refuse("", detail) });
         }
         let mut found = [None; 8];
         let mut count = 0;
@@ -141,20 +171,24 @@ impl<T: Row> Reader<T> {
             let (name, needed) = T::COLUMNS.get(cell).copied().unwrap_or_default();
             let text = bare(text);
             let number: f64 = match text.parse() {
-                Ok(number) => number,
+                Ok(number) if f64::is_finite(number) => number,
+                Ok(_) => {
+                    self.note(name, &format!("{text:?} is not a finite number"))?;
+                    continue;
+                }
                 Err(_) if text.is_empty() && !needed => continue,
-                Err(_) => return Err(self.refuse(name, format!("{text:?} is not a number"))),
+                Err(_) => {
+                    self.note(name, &format!("{text:?} is not a number"))?;
+                    continue;
+                }
             };
-            if !number.is_finite() {
-                return Err(self.refuse(name, format!("{text:?} is not a finite number")));
-            }
             if let Some(place) = found.get_mut(cell) {
                 *place = Some(number);
             }
         }
         if count != self.cells.len() {
             let detail = format!("the row does not have the header's {} columns", self.cells.len());
-            return Err(self.refuse("", detail));
+            self.note("", &detail)?;
         }
         self.rows.push(T::from_cells(found));
         Ok(())
@@ -165,18 +199,22 @@ impl<T: Row> Reader<T> {
         for name in text.split(',').map(bare) {
             let Some(cell) = T::COLUMNS.iter().position(|(known, _)| *known == name) else {
                 let known: Vec<_> = T::COLUMNS.iter().map(|(known, _)| *known).collect();
-                let detail = format!("unknown column {name:?}; there are {}", known.join(", "));
-                return Err(self.refuse("", detail));
+                self.note("", &format!("unknown column {name:?}; there are {}", known.join(", ")))?;
+                continue;
             };
             if cells.contains(&cell) {
-                return Err(self.refuse("", format!("column {name:?} is there more than once")));
+                self.note("", &format!("column {name:?} is there more than once"))?;
             }
             cells.push(cell);
         }
         for (cell, (name, needed)) in T::COLUMNS.iter().enumerate() {
             if *needed && !cells.contains(&cell) {
-                return Err(self.refuse("", format!("column {name:?} is missing")));
+                self.note("", &format!("column {name:?} is missing"))?;
             }
+        }
+        // Without a sound header no cell means anything.
+        if !self.faults.is_empty() {
+            return Err(self.faulty(false));
         }
         self.cells = cells;
         Ok(())
@@ -204,7 +242,7 @@ macro_rules! row_reader {
             /// Takes the next bytes, cut anywhere.
             ///
             /// # Errors
-            /// The first row that cannot be read.
+            /// A fault behind which nothing can be read, or a hundred bad cells.
             pub fn feed(&mut self, chunk: &[u8]) -> Result<(), RowFault> {
                 self.0.feed(chunk)
             }
@@ -212,7 +250,7 @@ macro_rules! row_reader {
             /// All rows, the bytes being at their end.
             ///
             /// # Errors
-            /// A last row that cannot be read, or no header.
+            /// Every bad cell, or no header.
             pub fn finish(self) -> Result<Vec<$row>, RowFault> {
                 self.0.finish()
             }

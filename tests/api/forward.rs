@@ -76,7 +76,7 @@ async fn bad_tables_are_named_by_line() {
     for (text, line, pointer) in [
         ("", 1, "/joints"),
         ("X,Y,Z,A\n", 1, ""),
-        ("X,Y,Q\n", 1, "/joints"),
+        ("X,Y,Z,Q\n", 1, "/joints"),
         ("X,X,Y,Z\n", 1, "/joints"),
         ("Y,Z\n", 1, "/joints"),
         ("X,Y,Z,A,C\n1,2,3,4\n", 2, "/joints/0"),
@@ -97,6 +97,17 @@ async fn bad_tables_are_named_by_line() {
             "{text:?}"
         );
     }
+    // Every bad cell, up to a hundred; a sound row in between counts too.
+    let bad = "X,Y,Z,A,C\n1,2,x,4,inf\n1,2,3,4,5\n1,2\n,2,3,4,5\n";
+    let body = problem(app.post_text(PATH, "text/csv", bad).await, "invalid-request").await;
+    assert_eq!(pointers(&body), ["/joints/0/Z", "/joints/0/C", "/joints/2", "/joints/3/X"]);
+    assert_eq!(body["line"], 2);
+    assert!(body["errors"][3]["detail"].as_str().unwrap().starts_with("line 5: "), "{body}");
+    let many = format!("X,Y,Z,A,C\n{}", "a,b,c,d,e\n".repeat(1000));
+    assert_eq!(
+        pointers(&problem(app.post_text(PATH, "text/csv", many).await, "invalid-request").await).len(),
+        100
+    );
     let long = format!("X,Y,Z,A,C\n{}", "1".repeat(5000));
     assert_eq!(problem(app.post_text(PATH, "text/csv", long).await, "invalid-request").await["line"], 2);
 }

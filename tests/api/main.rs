@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
 mod compensation;
+mod examples;
 mod forward;
 mod inverse;
 mod jobs;

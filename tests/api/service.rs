@@ -182,3 +182,21 @@ async fn a_panic_is_an_internal_problem_and_tells_nothing() {
     assert!(pointers(&body).is_empty());
     assert_eq!(app.files(), (0, 0));
 }
+
+#[tokio::test]
+async fn the_service_resources_negotiate_like_all_others() {
+    let app = spawn().await;
+    for (path, has) in [
+        ("/healthz", "application/json"),
+        ("/readyz", "application/json"),
+        ("/v1/version", "application/json"),
+        ("/openapi.json", "application/json"),
+        ("/metrics", "text/plain"),
+    ] {
+        let ask = |accept: &'static str| app.client.get(app.url(path)).header("accept", accept).send();
+        problem(ask("image/png").await.unwrap(), "not-acceptable").await;
+        let answer = ask("image/png, */*;q=0.1").await.unwrap();
+        assert_eq!(answer.status(), 200, "{path}");
+        assert!(answer.headers()["content-type"].to_str().unwrap().starts_with(has), "{path}");
+    }
+}

@@ -29,7 +29,7 @@ refusals!(
     tag = "machines",
     operation_id = "put_machine",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", pattern = "^[a-z0-9][a-z0-9-]{0,63}$"),
+        ("machine_id" = String, Path, description = "The client's slug", example = "dmu-80-t", pattern = "^[a-z0-9][a-z0-9-]{0,63}$"),
         ("If-Match" = Option<String>, Header, description = "ETag of the revision to be replaced"),
         ("If-None-Match" = Option<String>, Header, description = "`*`: only make a new machine"),
     ),

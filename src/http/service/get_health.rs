@@ -1,12 +1,15 @@
 //! Is the process alive?
 
+use http::HeaderMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::extract::Json;
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 
-refusals!(Refusals: Busy);
+refusals!(Refusals: NotAcceptable, Busy);
 
 /// How the process is.
 #[derive(Debug, Serialize, ToSchema)]
@@ -26,6 +29,7 @@ pub(super) struct Health {
     operation_id = "get_health",
     responses((status = 200, description = "It is", body = Health, example = json!({"status": "ok"})), Refusals)
 )]
-pub(super) async fn get_health() -> Json<Health> {
-    Json(Health { status: "ok" })
+pub(super) async fn get_health(headers: HeaderMap) -> Result<Json<Health>, Problem> {
+    choose(&headers, &["application/json"])?;
+    Ok(Json(Health { status: "ok" }))
 }

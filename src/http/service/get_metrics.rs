@@ -2,12 +2,15 @@
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 
 use crate::http::AppState;
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 
-refusals!(Refusals: Busy);
+refusals!(Refusals: NotAcceptable, Busy);
 
 /// Counts and times of requests
 ///
@@ -23,7 +26,12 @@ refusals!(Refusals: Busy);
         Refusals,
     )
 )]
-pub(super) async fn get_metrics(State(app): State<AppState>) -> Response {
-    ([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.recorder.handle().render())
-        .into_response()
+pub(super) async fn get_metrics(
+    State(app): State<AppState>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    // Scrapers ask for forms of their own first, and take plain text at the end.
+    choose(&headers, &["text/plain"])?;
+    let text = app.recorder.handle().render();
+    Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }

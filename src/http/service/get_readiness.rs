@@ -1,15 +1,17 @@
 //! Can the service work?
 
 use axum::extract::State;
+use http::HeaderMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::AppState;
 use crate::http::extract::Json;
+use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 
-refusals!(Refusals: ShuttingDown);
+refusals!(Refusals: NotAcceptable, ShuttingDown);
 
 /// Whether the service can work.
 #[derive(Debug, Serialize, ToSchema)]
@@ -29,7 +31,11 @@ pub(super) struct Readiness {
     operation_id = "get_readiness",
     responses((status = 200, description = "It can", body = Readiness, example = json!({"status": "ready"})), Refusals)
 )]
-pub(super) async fn get_readiness(State(app): State<AppState>) -> Result<Json<Readiness>, Problem> {
+pub(super) async fn get_readiness(
+    State(app): State<AppState>,
+    headers: HeaderMap,
+) -> Result<Json<Readiness>, Problem> {
+    choose(&headers, &["application/json"])?;
     if app.is_draining() {
         return Err(Problem::new(ProblemType::ShuttingDown, "the service is stopping"));
     }

@@ -1,12 +1,15 @@
 //! Which version is running?
 
+use http::HeaderMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::extract::Json;
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 
-refusals!(Refusals: Busy);
+refusals!(Refusals: NotAcceptable, Busy);
 
 /// The running version.
 #[derive(Debug, Serialize, ToSchema)]
@@ -30,6 +33,7 @@ pub(super) struct Version {
         Refusals,
     )
 )]
-pub(super) async fn get_version() -> Json<Version> {
-    Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") })
+pub(super) async fn get_version(headers: HeaderMap) -> Result<Json<Version>, Problem> {
+    choose(&headers, &["application/json"])?;
+    Ok(Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") }))
 }
