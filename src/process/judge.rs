@@ -42,7 +42,7 @@ pub(super) struct Checked<'a> {
     pub(super) before: Sampled,
     /// U V W words gave the contacts, so that new blocks get U V W of the contact aimed at.
     pub(super) contact_from_words: bool,
-    /// U V W or nx ny nz of the start point, if it has them.
+    /// U V W or nx ny nz at the start: those of the point, else the last ones stated before it, which still stand.
     pub(super) start_contact: Option<[f64; 3]>,
 }
 
@@ -96,6 +96,9 @@ pub(super) struct Judge<'a> {
     parameters: &'a CcParameters,
     contact: ContactSource,
     point: Option<Point>,
+    /// The last contact words stated, and those that stood before the motion at hand.
+    stated: ContactWords,
+    stated_before: ContactWords,
     pub(super) warnings: Warnings,
     pub(super) faults: LineFaults,
     pub(super) evaluations: u64,
@@ -117,6 +120,8 @@ impl<'a> Judge<'a> {
             parameters,
             contact,
             point: None,
+            stated: ContactWords::None,
+            stated_before: ContactWords::None,
             warnings: Warnings::default(),
             faults: LineFaults::default(),
             evaluations: 0,
@@ -172,6 +177,11 @@ impl<'a> Judge<'a> {
     ) -> Option<Verdict<'a>> {
         let motion = &motions[index];
         let mode = self.mode(motion);
+        self.stated_before = self.stated;
+        if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
+            // What a call or a cycle does to them is not seen.
+            self.stated = motion.contact;
+        }
         let end = motion.end.map(|words| Point::new(self.station(mode, index, words), mode, motion));
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
@@ -294,7 +304,8 @@ impl<'a> Judge<'a> {
         if before.max_mm <= tolerance_mm {
             return Verdict::Within { path_mm: block.line.length_mm, before };
         }
-        let start_contact = match start.words {
+        let standing = if start.words == ContactWords::None { self.stated_before } else { start.words };
+        let start_contact = match standing {
             ContactWords::None => None,
             ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
         };

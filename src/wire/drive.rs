@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{Fault, FaultList};
 use crate::servo;
-use crate::servo::{AxisLetter, DriveSet};
+use crate::servo::{AxisLetter, DriveFault, DriveSet};
 
 /// Drives by axis letter.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -130,7 +130,7 @@ impl Drives {
         let mut set = DriveSet::default();
         for (letter, drive) in self.iter() {
             let Some(axis) = AxisLetter::from_char(letter) else { continue };
-            if let Some(drive) = drive.to_core(axis, &format!("{pointer}/{letter}"), faults) {
+            if let Some(drive) = drive.to_core(axis, &format!("{pointer}/{letter}"), true, faults) {
                 set.set(axis, drive);
             }
         }
@@ -151,11 +151,13 @@ impl Drives {
 }
 
 impl Drive {
-    /// The drive of `axis` for a simulation; faults join `faults` under `pointer`.
+    /// The drive of `axis` for a simulation; faults join `faults` under `pointer`. A profile may hold a drive that
+    /// cannot be simulated yet (a load inertia without the resonance it needs): this counts only `as_simulated`.
     pub(super) fn to_core(
         self,
         axis: AxisLetter,
         pointer: &str,
+        as_simulated: bool,
         faults: &mut FaultList,
     ) -> Option<servo::Drive> {
         let ratio = self.transmission.to_core(axis, &format!("{pointer}/transmission"), faults);
@@ -171,7 +173,8 @@ impl Drive {
             torque_constant_nm_per_a: self.torque_constant_nm_per_a,
             back_emf_v_s_per_rad: self.back_emf_v_s_per_rad,
             inertia_kg_m2: self.inertia_kg_m2,
-            load_inertia_kg_m2: self.load_inertia_kg_m2,
+            // none and nothing are the same load
+            load_inertia_kg_m2: self.load_inertia_kg_m2.filter(|inertia| *inertia != 0.0),
             damping_nm_s_per_rad: self.damping_nm_s_per_rad,
             load_torque_nm: self.load_torque_nm,
             output_per_motor_rad,
@@ -186,7 +189,10 @@ impl Drive {
             velocity_feedforward: self.velocity_feedforward,
             acceleration_feedforward: self.acceleration_feedforward,
         };
-        let found = drive.faults();
+        let mut found = drive.faults();
+        if !as_simulated {
+            found.retain(|fault| *fault != DriveFault::TwoMassesWithoutSpring);
+        }
         for fault in &found {
             faults.push(|| {
                 Fault::new(format!("{pointer}/{}", fault.name().replace('.', "/")), fault.to_string())

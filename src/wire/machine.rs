@@ -168,7 +168,7 @@ impl MachineProfile {
                     faults.push(|| Fault::new(&*pointer, format!("the machine has no axis {letter}")));
                 }
                 if let Some(axis) = AxisLetter::from_char(letter) {
-                    drive.to_core(axis, &pointer, &mut faults);
+                    drive.to_core(axis, &pointer, false, &mut faults);
                 }
             }
         }

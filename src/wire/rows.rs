@@ -101,7 +101,7 @@ impl<T: Row> Reader<T> {
         self.partial.extend_from_slice(chunk);
         if self.partial.len() > MAX_LINE_BYTES {
             self.line += 1;
-            return Err(self.refuse("", format!("the line is longer than {MAX_LINE_BYTES} bytes")));
+            return Err(self.refuse("", &format!("the line is longer than {MAX_LINE_BYTES} bytes")));
         }
         Ok(())
     }
@@ -112,7 +112,7 @@ impl<T: Row> Reader<T> {
             self.take_line(&last)?;
         }
         if self.cells.is_empty() {
-            return Err(self.refuse("", "there is no header row".to_owned()));
+            return Err(self.refuse("", "there is no header row"));
         }
         if self.faults.is_empty() { Ok(self.rows) } else { Err(self.faulty(false)) }
     }
@@ -128,8 +128,8 @@ impl<T: Row> Reader<T> {
     }
 
     /// A fault behind which nothing can be read, after those noted so far.
-    fn refuse(&mut self, name: &str, detail: String) -> RowFault {
-        self.note(name, &detail).err().unwrap_or_else(|| self.faulty(false))
+    fn refuse(&mut self, name: &str, detail: &str) -> RowFault {
+        self.note(name, detail).err().unwrap_or_else(|| self.faulty(false))
     }
 
     fn faulty(&mut self, too_many: bool) -> RowFault {
@@ -146,11 +146,11 @@ impl<T: Row> Reader<T> {
     fn take_line(&mut self, line: &[u8]) -> Result<(), RowFault> {
         self.line += 1;
         if line.len() > MAX_LINE_BYTES {
-            return Err(self.refuse("", format!("the line is longer than {MAX_LINE_BYTES} bytes")));
+            return Err(self.refuse("", &format!("the line is longer than {MAX_LINE_BYTES} bytes")));
         }
         let line = line.strip_suffix(b"\r").unwrap_or(line);
         let Ok(text) = std::str::from_utf8(line) else {
-            return Err(self.refuse("", "the line is not UTF-8".to_owned()));
+            return Err(self.refuse("", "the line is not UTF-8"));
         };
         if self.cells.is_empty() {
             let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -161,7 +161,7 @@ impl<T: Row> Reader<T> {
         }
         if self.rows.len() >= self.max_rows {
             let detail = format!("there are more than {} rows", self.max_rows);
-            return Err(RowFault { too_many: self.faults.is_empty(), ..self.refuse("", detail) });
+            return Err(RowFault { too_many: self.faults.is_empty(), ..self.refuse("", &detail) });
         }
         let mut found = [None; 8];
         let mut count = 0;

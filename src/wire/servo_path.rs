@@ -1,6 +1,7 @@
 //! The paths of a servo simulation, as clients name them.
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use super::{Dialect, Fault, FaultList, Fixed, Interpolation};
@@ -52,19 +53,15 @@ pub struct PolylinePoint {
     pub y: f64,
     /// Tip.
     pub z: f64,
+    /// Tool axis; i j k come together or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub i: Option<f64>,
     /// Tool axis.
-    #[serde(default)]
-    pub i: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub j: Option<f64>,
     /// Tool axis.
-    #[serde(default)]
-    pub j: f64,
-    /// Tool axis.
-    #[serde(default = "one")]
-    pub k: f64,
-}
-
-fn one() -> f64 {
-    1.0
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<f64>,
 }
 
 /// Rotary words from and to (deg).
@@ -86,8 +83,8 @@ pub struct RotarySweep {
 }
 
 /// What the axes are told to make. All but the two circles need a machine with drives.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum ServoPathDoc {
     /// X and C make a circle about `(center_x_mm, 0)` on the table.
     XcCircle {
@@ -152,6 +149,111 @@ pub enum ServoPathDoc {
         #[serde(default)]
         plane: Option<Plane>,
     },
+}
+
+impl<'de> Deserialize<'de> for ServoPathDoc {
+    /// By way of all members at once: a tagged enum would be buffered, and its faults lose their place.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Members::deserialize(deserializer)?.into_path()
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    XcCircle,
+    Circle,
+    ConeFrustum,
+    TipHold,
+    Program,
+    Polyline,
+}
+
+/// The members of every kind of path.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Members {
+    kind: Kind,
+    radius_mm: Option<f64>,
+    center_x_mm: Option<f64>,
+    axes: Option<[LinearLetter; 2]>,
+    center_mm: Option<Fixed<3>>,
+    half_apex_deg: Option<f64>,
+    tilt_deg: Option<f64>,
+    tip_mm: Option<Fixed<3>>,
+    sweep_deg: Option<RotarySweep>,
+    points: Option<Vec<PolylinePoint>>,
+    plane: Option<Plane>,
+    text: Option<String>,
+    file_name: Option<String>,
+    interpolation: Option<Interpolation>,
+    dialect: Option<Dialect>,
+}
+
+fn needed<T, E: Error>(member: &mut Option<T>, name: &'static str) -> Result<T, E> {
+    member.take().ok_or_else(|| E::missing_field(name))
+}
+
+impl Members {
+    fn into_path<E: Error>(mut self) -> Result<ServoPathDoc, E> {
+        let path = match self.kind {
+            Kind::XcCircle => ServoPathDoc::XcCircle {
+                radius_mm: needed(&mut self.radius_mm, "radius_mm")?,
+                center_x_mm: needed(&mut self.center_x_mm, "center_x_mm")?,
+            },
+            Kind::Circle => ServoPathDoc::Circle {
+                axes: needed(&mut self.axes, "axes")?,
+                radius_mm: needed(&mut self.radius_mm, "radius_mm")?,
+            },
+            Kind::ConeFrustum => ServoPathDoc::ConeFrustum {
+                center_mm: self.center_mm.take().unwrap_or_default(),
+                radius_mm: needed(&mut self.radius_mm, "radius_mm")?,
+                half_apex_deg: needed(&mut self.half_apex_deg, "half_apex_deg")?,
+                tilt_deg: self.tilt_deg.take().unwrap_or_default(),
+            },
+            Kind::TipHold => ServoPathDoc::TipHold {
+                tip_mm: needed(&mut self.tip_mm, "tip_mm")?,
+                sweep_deg: needed(&mut self.sweep_deg, "sweep_deg")?,
+            },
+            Kind::Program => ServoPathDoc::Program {
+                text: needed(&mut self.text, "text")?,
+                file_name: self.file_name.take(),
+                interpolation: self.interpolation.take(),
+                dialect: self.dialect.take().unwrap_or_default(),
+                plane: self.plane.take(),
+            },
+            Kind::Polyline => ServoPathDoc::Polyline {
+                points: needed(&mut self.points, "points")?,
+                plane: self.plane.take(),
+            },
+        };
+        // What is left belongs to another kind.
+        match self.left() {
+            Some(name) => Err(E::unknown_field(name, &[])),
+            None => Ok(path),
+        }
+    }
+
+    fn left(&self) -> Option<&'static str> {
+        [
+            ("radius_mm", self.radius_mm.is_some()),
+            ("center_x_mm", self.center_x_mm.is_some()),
+            ("axes", self.axes.is_some()),
+            ("center_mm", self.center_mm.is_some()),
+            ("half_apex_deg", self.half_apex_deg.is_some()),
+            ("tilt_deg", self.tilt_deg.is_some()),
+            ("tip_mm", self.tip_mm.is_some()),
+            ("sweep_deg", self.sweep_deg.is_some()),
+            ("points", self.points.is_some()),
+            ("plane", self.plane.is_some()),
+            ("text", self.text.is_some()),
+            ("file_name", self.file_name.is_some()),
+            ("interpolation", self.interpolation.is_some()),
+            ("dialect", self.dialect.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(name, is_there)| is_there.then_some(name))
+    }
 }
 
 /// A path in the core's terms.
@@ -295,12 +397,21 @@ impl PolylinePoint {
         for (name, value) in [("x", self.x), ("y", self.y), ("z", self.z)] {
             faults.check_range(|| format!("{pointer}/{name}"), value, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
         }
-        let axis = Vec3::new(self.i, self.j, self.k);
-        let unit = axis.try_normalize(1e-9).filter(|unit| unit.iter().all(|value| value.is_finite()));
-        if unit.is_none() {
-            faults.push(|| Fault::new(pointer.clone(), "i j k is a zero vector"));
-        }
-        ToolPose { tip_mm: Vec3::new(self.x, self.y, self.z), axis: unit.unwrap_or_else(Vec3::z) }
+        let axis = match (self.i, self.j, self.k) {
+            (None, None, None) => Vec3::z(),
+            (Some(i), Some(j), Some(k)) => {
+                let unit = Vec3::new(i, j, k).try_normalize(1e-9);
+                unit.filter(|unit| unit.iter().all(|value| value.is_finite())).unwrap_or_else(|| {
+                    faults.push(|| Fault::new(pointer.clone(), "i j k is a zero vector"));
+                    Vec3::z()
+                })
+            }
+            _ => {
+                faults.push(|| Fault::new(pointer.clone(), "i j k come together or not at all"));
+                Vec3::z()
+            }
+        };
+        ToolPose { tip_mm: Vec3::new(self.x, self.y, self.z), axis }
     }
 }
 

@@ -47,8 +47,8 @@ fn filled(path: &str, operation: &Value) -> String {
     for parameter in operation["parameters"].as_array().into_iter().flatten() {
         if parameter["in"] == "path" {
             let name = parameter["name"].as_str().unwrap();
-            let example =
-                parameter["example"].as_str().unwrap_or_else(|| panic!("{path}: {name} has no example"));
+            assert!(parameter["example"].is_string(), "{path}: {name} has no example");
+            let example = parameter["example"].as_str().unwrap();
             path = path.replace(&format!("{{{name}}}"), example);
         }
     }

@@ -286,6 +286,45 @@ async fn what_cannot_be_run_is_refused_with_its_reason() {
 }
 
 #[tokio::test]
+async fn faults_within_a_path_keep_their_place() {
+    let app = spawn().await;
+    let points = |second: Value| json!({"kind": "polyline", "points": [{"x": 0, "y": 0, "z": 0}, second]});
+    for (path, pointer) in [
+        (points(json!({"x": "a", "y": 0, "z": 0})), "/path/points/1/x"),
+        (points(json!({"x": 1, "y": 0})), "/path/points/1/z"),
+        (points(json!([1, 2, 3, 0, 0, 1])), "/path/points/1"),
+        (points(json!({"x": 1, "y": 0, "z": 0, "i": 1})), "/path/points/1"),
+        (json!({"kind": "xc-circle", "radius_mm": "a", "center_x_mm": 1}), "/path/radius_mm"),
+        (json!({"kind": "xc-circle", "radius_mm": 5}), "/path/center_x_mm"),
+        (json!({"kind": "xc-circle", "radius_mm": 5, "center_x_mm": 1, "tilt_deg": 1}), "/path/tilt_deg"),
+        (json!({"kind": "xc-circle", "radius_mm": 5, "center_x_mm": 1, "q": 1}), "/path/q"),
+        (json!({"kind": "nope"}), "/path/kind"),
+        (json!([]), "/path"),
+    ] {
+        let found = problem(
+            app.post_json(SIMULATE, &with(simulation(), &json!({"path": path}))).await,
+            "invalid-request",
+        )
+        .await;
+        assert_eq!(pointers(&found), [pointer], "{path}: {found}");
+    }
+}
+
+#[tokio::test]
+async fn a_profile_may_hold_a_drive_that_cannot_be_simulated_yet() {
+    let app = spawn().await;
+    let example: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    let mut profile = ac_table();
+    profile["drives"] = example["drives"].clone();
+    profile["drives"]["X"]["load_inertia_kg_m2"] = json!(0.001);
+    profile["drives"]["C"]["load_inertia_kg_m2"] = json!(0);
+    assert_eq!(app.put_machine("two-masses", &profile).await.status(), StatusCode::CREATED);
+    let body = with(simulation(), &json!({"machine_id": "two-masses"}));
+    let found = problem(app.post_json(SIMULATE, &body).await, "invalid-request").await;
+    assert_eq!(pointers(&found), ["/drives/X/load_inertia_kg_m2"]);
+}
+
+#[tokio::test]
 async fn sweeps_and_matchings_are_bounded_before_they_start() {
     let app = spawn_with(|settings| settings.max_cost_s = 0.5).await;
     let many: Vec<f64> = (0..200).map(|k| 900.0 + f64::from(k)).collect();

@@ -193,3 +193,25 @@ fn a_contact_that_swings_round_the_tool_is_left_alone() {
         report.warnings
     );
 }
+
+#[test]
+fn contact_words_go_on_from_the_last_ones_stated() {
+    let program = |first: &str| {
+        format!(
+            "G90 G21 G94 G17\nG1 X0.0000 Y0.0000 Z0.0000 A-30.0000 C0.0000{first} F1200\nA-31.0000\n\
+             X20.0000 Y10.0000 A-35.0000 C20.0000 U1.0000 V2.0000 W3.0000\nM30\n"
+        )
+    };
+    let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball()) };
+    let (output, report) = with(&parameters, &program(" U0.0000 V0.0000 W0.0000")).expect("a program");
+    assert!(report.blocks_out > report.blocks_in, "{report:?}");
+    let u: Vec<f64> = output
+        .lines()
+        .filter_map(|line| line.split(' ').find_map(|word| word.strip_prefix('U'))?.parse().ok())
+        .collect();
+    assert!(u.len() > 10 && u.windows(2).all(|pair| pair[0] < pair[1]), "{output}");
+    assert!((u[u.len() - 1] - 1.0).abs() < 1e-12);
+    // Stated for the first time: where they begin is not known.
+    let Err(Fault::Lines(faults)) = with(&parameters, &program("")) else { panic!("was compensated") };
+    assert_eq!((faults.kept[0].line, &faults.kept[0].kind), (4, &LineFaultKind::ContactUnknown));
+}
