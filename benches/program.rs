@@ -4,15 +4,19 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on stops")]
 
+#[path = "../tests/models/tables.rs"]
+mod tables;
+
 use std::hint::black_box;
 use std::time::Instant;
 
-use trunnion::geometry::Vec3;
-use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use trunnion::machine::RotaryLetter;
 use trunnion::motion::{Interpreter, InterpreterOptions};
 use trunnion::program::{
     Address, Batch, Diagnostics, Dialect, NewWord, ReadLimits, Reader, print_changed, print_inserted,
 };
+
+use tables::tables;
 
 const BLOCKS: usize = 400_000;
 const RUNS: usize = 7;
@@ -75,26 +79,6 @@ fn naive(text: &[u8]) -> f64 {
     sum
 }
 
-fn machine() -> Machine {
-    let axis = |letter, direction| RotaryAxis {
-        letter,
-        side: Side::Table,
-        direction,
-        point_mm: Vec3::zeros(),
-        travel_deg: None,
-        reversed: false,
-        location_error: LocationError::default(),
-    };
-    Machine::new(MachineParts {
-        name: "ac".to_owned(),
-        rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    })
-    .unwrap()
-}
-
 /// Peak resident memory [kB] of this process, where the system tells.
 fn peak_memory_kb() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -135,7 +119,7 @@ fn main() {
         worst_plain / worst_reading
     );
 
-    let machine = machine();
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
     let mut batches = Vec::new();
     read_through(&typical, |batch| batches.push(batch.clone()));

@@ -68,6 +68,8 @@ settings! {
     body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
     /// Time that requests under way get to finish when the service stops (s)
     drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
+    /// How long an Idempotency-Key is remembered (s)
+    idempotency_retention_s: f64 = 604_800.0, "TRUNNION_IDEMPOTENCY_RETENTION_S";
     /// Database connections for reading
     store_readers: u32 = 4, "TRUNNION_STORE_READERS";
     /// What is logged, as `tracing` directives
@@ -158,6 +160,7 @@ impl Settings {
         in_range("header_timeout_s", self.header_timeout_s, 0.001, 3600.0)?;
         in_range("body_pause_timeout_s", self.body_pause_timeout_s, 0.001, 3600.0)?;
         in_range("drain_timeout_s", self.drain_timeout_s, 0.0, 3600.0)?;
+        in_range("idempotency_retention_s", self.idempotency_retention_s, 1.0, 1e9)?;
         in_range("store_readers", f64::from(self.store_readers), 1.0, 256.0)
     }
 }

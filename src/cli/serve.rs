@@ -15,7 +15,7 @@ use super::logs;
 use crate::config::{ConfigFault, Settings};
 use crate::http::{AppState, connections::Cap, router};
 use crate::jobs::{Compensator, CutterContactCompensator, OpenFault, Sources};
-use crate::store::{DirectoryLock, LockFault};
+use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
 /// Why the service could not start.
 #[derive(Debug, Error)]
@@ -38,6 +38,18 @@ pub enum StartFault {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// The data directory lies on another computer.
+    #[error(
+        "the data directory {} lies on the network file system {} ({}), where the database would be damaged; \
+         name a directory on a local disk with --data-dir",
+        path.display(), mount.at.display(), mount.kind
+    )]
+    NetworkFileSystem {
+        /// The directory.
+        path: PathBuf,
+        /// What it lies on.
+        mount: NetworkMount,
     },
     /// Another process uses the data directory.
     #[error(transparent)]
@@ -81,8 +93,14 @@ pub async fn start(
     compensator: Arc<dyn Compensator>,
 ) -> Result<Running, StartFault> {
     let path = settings.data_dir.clone();
-    std::fs::create_dir_all(&path)
-        .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
+    let unusable = |source| StartFault::DataDirectory { path: path.clone(), source };
+    std::fs::create_dir_all(&path).map_err(unusable)?;
+    let whole = path.canonicalize().map_err(unusable)?;
+    // Systems without this table are not asked.
+    let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
+    if let Some(mount) = network_mount(&mounts, &whole) {
+        return Err(StartFault::NetworkFileSystem { path, mount });
+    }
     let lock = DirectoryLock::take(&path)?;
     let address = settings.listen;
     let listener = TcpListener::bind(address).map_err(|source| StartFault::Listen { address, source })?;

@@ -26,10 +26,16 @@ pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
 }
 
 /// The key with the digest of all that makes the request: method, path, query and what its body says.
-pub(super) fn used(parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
+pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
+    let key = key?;
     let uri = &parts.uri;
     let head = format!("{}\n{}\n{}\n", parts.method, uri.path(), uri.query().unwrap_or_default());
-    key.map(|key| KeyUse { key, fingerprint: sha256_hex((head + &body.join("\n")).as_bytes()) })
+    let fingerprint = sha256_hex((head + &body.join("\n")).as_bytes());
+    Some(KeyUse {
+        key,
+        fingerprint,
+        since: app.sources.timestamp_before(app.settings.idempotency_retention_s),
+    })
 }
 
 /// The job that a request under this key has already made.

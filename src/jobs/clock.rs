@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
 /// Where the time comes from.
@@ -58,6 +58,13 @@ impl Sources {
     #[must_use]
     pub fn timestamp(&self) -> String {
         timestamp(self.clock.now())
+    }
+
+    /// The time `seconds_s` ago, as it is stored.
+    #[must_use]
+    pub fn timestamp_before(&self, seconds_s: f64) -> String {
+        let ago = SignedDuration::try_from_secs_f64(seconds_s).unwrap_or(SignedDuration::ZERO);
+        timestamp(self.clock.now().checked_sub(ago).unwrap_or(Timestamp::MIN))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::codes::{Code, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, Transformation};
-use super::{ContactWords, Motion, MotionKind, Unfollowable};
+use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
 };
@@ -377,6 +377,14 @@ impl Interpreter {
         let mut motion = self.motion_shell(index, block, MotionKind::Opaque);
         motion.start = self.position.axis_words();
         motion.unfollowable = Some(reason);
+        if matches!(reason, Unfollowable::Call | Unfollowable::UnknownCode) {
+            // F may be an argument there: what is called may run at the feed that stands.
+            motion.feed.word_in_block = false;
+            if motion.feed.mode == Some(FeedMode::InverseTime) {
+                // A block's time ends with the block.
+                (motion.feed.value, motion.feed.raw, motion.feed.decimals) = (None, 0.0, 0);
+            }
+        }
         motions.push(motion);
     }
 

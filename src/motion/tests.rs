@@ -1,28 +1,14 @@
 //! Odd spellings and modes, one test a habit of programs.
 
 use super::*;
-use crate::geometry::Vec3;
-use crate::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use crate::machine::{Machine, Preset};
 use crate::program::{Address, Batch, Diagnostics, ReadLimits, Reader, Severity};
 
+/// A and C tables through the origin, no limits.
 fn machine() -> Machine {
-    let axis = |letter, direction| RotaryAxis {
-        letter,
-        side: Side::Table,
-        direction,
-        point_mm: Vec3::zeros(),
-        travel_deg: None,
-        reversed: false,
-        location_error: LocationError::default(),
-    };
-    Machine::new(MachineParts {
-        name: "ac".to_owned(),
-        rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    })
-    .unwrap()
+    let mut parts = Preset::by_id("ac-table").unwrap().parts();
+    parts.rotary_axes[0].travel_deg = None;
+    Machine::new(parts).unwrap()
 }
 
 fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {

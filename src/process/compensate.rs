@@ -11,11 +11,11 @@ use super::plan::plan;
 use super::stream::{Passage, Passages};
 use super::survey::Survey;
 use super::verify::{Expected, Group, Meaning, Verifier};
-use super::{CcParameters, CcReport, ContactSource, Fault, LineFaultKind, ProgramSource, WarningKind};
+use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
 use crate::contact::Correction;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{ContactWords, Interpolation, InterpreterOptions, Motion, MotionKind};
+use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
 use crate::program::{Batch, Dialect};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0).
@@ -189,10 +189,6 @@ impl<'a> Run<'a> {
         checked: Checked<'a>,
         copied: &mut usize,
     ) -> Result<bool, Fault> {
-        if checked.start_contact.is_none() && motion.contact != ContactWords::None {
-            self.judge.faults.add(motion.line, text, LineFaultKind::ContactUnknown);
-            return Ok(false);
-        }
         let spent = &mut self.judge.evaluations;
         let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, spent);
         let division = match planned {

@@ -5,8 +5,8 @@ use super::plan::Division;
 use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
-    Address, Batch, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_inserted,
-    round_to_decimals,
+    Address, Batch, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
+    print_inserted_without, round_to_decimals,
 };
 
 /// A written number this close to the meant one is it \[program units\].
@@ -108,10 +108,11 @@ impl Emitter {
                     modal_feed = feed.value;
                 }
             }
+            let dropped = words.dropped(k == last);
             if k == 0 {
-                print_changed(batch, index, &list, last > 0, out)?;
+                print_changed_without(batch, index, &list, dropped, last > 0, out)?;
             } else {
-                print_inserted(batch, index, &list, k == last, out)?;
+                print_inserted_without(batch, index, &list, dropped, k == last, out)?;
             }
         }
         let feed = &motion.feed;
@@ -163,9 +164,14 @@ struct Words<'a> {
     extra: Option<(f64, f64)>,
 }
 
+const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
+const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+
 /// Contact words at both ends of the source block, as far as it has them.
 enum ContactEnds {
     None,
+    /// Stated at the end alone: nothing is known to interpolate from, so only the last part has it.
+    End([Address; 3], [f64; 3], f64),
     /// U V W: the contact aimed at, by the definition of those words.
     Aimed,
     /// U V W of a program whose contacts come from elsewhere: interpolated as they stand.
@@ -184,7 +190,9 @@ impl<'a> Words<'a> {
             (Some(_), ContactWords::Point(_)) if checked.contact_from_words => ContactEnds::Aimed,
             (Some(a), ContactWords::Point(b)) => ContactEnds::Points(a, b),
             (Some(a), ContactWords::Normal(b)) => ContactEnds::Normals(a, b),
-            _ => ContactEnds::None,
+            (None, ContactWords::Point(b)) => ContactEnds::End(POINT, b, motion.mm_per_unit),
+            (None, ContactWords::Normal(b)) => ContactEnds::End(NORMAL, b, 1.0),
+            (_, ContactWords::None) => ContactEnds::None,
         };
         let extra = motion.extra.and_then(|extra| extra.start.map(|start| (start, extra.end)));
         Self {
@@ -225,9 +233,15 @@ impl<'a> Words<'a> {
         list
     }
 
+    /// Words of the source block that a part does not have.
+    fn dropped(&self, last: bool) -> &[Address] {
+        match &self.contact {
+            ContactEnds::End(addresses, ..) if !last => addresses,
+            _ => &[],
+        }
+    }
+
     fn contact_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
-        const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
-        const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
         let (addresses, values, unit) = match (&self.contact, self.motion.contact) {
             (ContactEnds::Aimed, ContactWords::Point(end)) => {
                 let value = if last { end } else { self.aimed_words(node) };
@@ -235,7 +249,8 @@ impl<'a> Words<'a> {
             }
             (ContactEnds::Points(a, b), _) => (POINT, between(a, b, node.fraction), self.motion.mm_per_unit),
             (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
-            (ContactEnds::None | ContactEnds::Aimed, _) => return,
+            (ContactEnds::End(addresses, end, unit), _) if last => (*addresses, *end, *unit),
+            (ContactEnds::None | ContactEnds::End(..) | ContactEnds::Aimed, _) => return,
         };
         for (address, value) in addresses.into_iter().zip(values) {
             let decimals = self.motion.decimals.contact;

@@ -60,11 +60,6 @@ pub enum LineFaultKind {
         /// Most accepted.
         max: f64,
     },
-    /// Contact words whose start is unknown.
-    #[error(
-        "the block states contact words for the first time, so that the parts of it would have none to begin with"
-    )]
-    ContactUnknown,
     /// An extruder word whose start is unknown.
     #[error("E counts from an unknown value, so the block cannot be divided")]
     ExtraUnknown,

@@ -280,9 +280,12 @@ impl<'a> Verifier<'a> {
         let (line, source) = (group.source.line, &group.source);
         let last = index + 1 == group.division.nodes.len();
         let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
-        if (group.checked.start_contact.is_some() && !same_kind)
-            || (last && !same_contact(read.contact, source.contact))
-        {
+        // Where the block began without a contact, only its last part may state one.
+        let fits = match group.checked.start_contact {
+            Some(_) => same_kind,
+            None => last || read.contact == ContactWords::None,
+        };
+        if !fits || (last && !same_contact(read.contact, source.contact)) {
             return Err(failed(line, "the contact words of a divided block are not carried on"));
         }
         match (read.extra, source.extra) {

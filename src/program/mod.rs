@@ -23,4 +23,6 @@ pub use dialect::{Dialect, ForeignDialect};
 pub use fault::{ReadFault, WriteFault};
 pub use number::MAX_MAGNITUDE;
 pub use reader::{ReadLimits, Reader};
-pub use writer::{NewWord, print_changed, print_feed_only, print_inserted};
+pub use writer::{
+    NewWord, print_changed, print_changed_without, print_feed_only, print_inserted, print_inserted_without,
+};

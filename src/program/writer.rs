@@ -43,11 +43,26 @@ pub fn print_changed(
     without_end_codes: bool,
     out: &mut Vec<u8>,
 ) -> Result<(), WriteFault> {
+    print_changed_without(batch, block, words, &[], without_end_codes, out)
+}
+
+/// The same, and without the words of these addresses that get no new value (in CSV: with their cells empty).
+///
+/// # Errors
+/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+pub fn print_changed_without(
+    batch: &Batch,
+    block: usize,
+    words: &[NewWord],
+    dropped: &[Address],
+    without_end_codes: bool,
+    out: &mut Vec<u8>,
+) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
     if batch.dialect == Dialect::Csv {
-        print_row(batch, source, words, out);
+        print_row(batch, source, words, dropped, out);
     } else {
-        print_body(batch, source, words, without_end_codes, out);
+        print_body(batch, source, words, dropped, without_end_codes, out);
     }
     if source.end > source.body_end || without_end_codes {
         print_line_ending(batch, source, out);
@@ -70,10 +85,25 @@ pub fn print_inserted(
     with_end_codes: bool,
     out: &mut Vec<u8>,
 ) -> Result<(), WriteFault> {
+    print_inserted_without(batch, block, words, &[], with_end_codes, out)
+}
+
+/// The same; in CSV the cells of these addresses stay empty where they get no new value.
+///
+/// # Errors
+/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+pub fn print_inserted_without(
+    batch: &Batch,
+    block: usize,
+    words: &[NewWord],
+    dropped: &[Address],
+    with_end_codes: bool,
+    out: &mut Vec<u8>,
+) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
     start_line(batch, out);
     if batch.dialect == Dialect::Csv {
-        print_row(batch, source, words, out);
+        print_row(batch, source, words, dropped, out);
     } else {
         let style = Style::new(batch, source);
         let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
@@ -155,7 +185,14 @@ fn start_line(batch: &Batch, out: &mut Vec<u8>) {
 }
 
 /// The block up to its line ending.
-fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: bool, out: &mut Vec<u8>) {
+fn print_body(
+    batch: &Batch,
+    block: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    without_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
     let style = Style::new(batch, block);
     let words = batch.words(block);
     let text = |from: u32, to: u32| batch.text.get(from as usize..to as usize).unwrap_or_default();
@@ -182,8 +219,11 @@ fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: 
             out.push(b' ');
         }
     }
+    let is_dropped = |word: &Word| {
+        dropped.contains(&word.address) && word.form != WordForm::Comma && replaces(word).is_none()
+    };
     for (index, word) in words.iter().enumerate() {
-        if without_end_codes && is_end_code(word) {
+        if is_dropped(word) || (without_end_codes && is_end_code(word)) {
             let before = text(copied, word.start);
             if index == 0 && before.trim_ascii().is_empty() {
                 // What follows stands in its place.
@@ -202,8 +242,9 @@ fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: 
             copied = word.end;
         }
         if anchor == Some(index) {
+            // A word left out at the start has taken the blanks behind it along.
             out.extend_from_slice(text(copied, word.end));
-            copied = word.end;
+            copied = copied.max(word.end);
             for word in missing() {
                 style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
             }
@@ -213,7 +254,7 @@ fn print_body(batch: &Batch, block: &Block, new: &[NewWord], without_end_codes: 
 }
 
 /// A row of a table: cells with a new word are written anew, blanks before them kept.
-fn print_row(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) {
+fn print_row(batch: &Batch, block: &Block, new: &[NewWord], dropped: &[Address], out: &mut Vec<u8>) {
     let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
     let mut cells = body.split(|&byte| byte == batch.separator);
     for (index, address) in batch.columns.iter().enumerate() {
@@ -227,6 +268,7 @@ fn print_row(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) {
                 out.extend_from_slice(cell.get(..blanks).unwrap_or_default());
                 super::print_decimal(word.value, word.decimals, out);
             }
+            None if dropped.contains(address) => {}
             None => out.extend_from_slice(cell),
         }
     }

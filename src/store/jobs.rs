@@ -43,6 +43,8 @@ pub struct KeyUse {
     pub key: String,
     /// Digest of method, path, query and body.
     pub fingerprint: String,
+    /// Uses before this time are forgotten.
+    pub since: String,
 }
 
 /// What is known of an idempotency key.
@@ -167,12 +169,15 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
-        let key = &used.key;
-        let row =
-            sqlx::query!("SELECT fingerprint, job_id FROM idempotency_keys WHERE idempotency_key = ?", key)
-                .fetch_optional(&self.readers)
-                .await
-                .doing("reading an idempotency key")?;
+        let (key, since) = (&used.key, &used.since);
+        let row = sqlx::query!(
+            "SELECT fingerprint, job_id FROM idempotency_keys WHERE idempotency_key = ? AND created_at >= ?",
+            key,
+            since
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading an idempotency key")?;
         let Some(row) = row else { return Ok(None) };
         if row.fingerprint != used.fingerprint {
             return Ok(Some(Remembered::Other));
@@ -180,8 +185,8 @@ impl Store {
         Ok(self.job(&row.job_id).await?.map(|job| Remembered::Same(Box::new(job))))
     }
 
-    /// Stores a job together with the key it was asked under. `false` when the key was used in the meantime, in
-    /// which case nothing is stored.
+    /// Stores a job together with the key it was asked under, and drops the keys that are too old. `false` when the
+    /// key was used in the meantime, in which case nothing is stored.
     ///
     /// # Errors
     /// The database failed.
@@ -218,7 +223,10 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
-                    if let Some(KeyUse { key, fingerprint }) = used {
+                    if let Some(KeyUse { key, fingerprint, since }) = used {
+                        sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
+                            .execute(&mut *connection)
+                            .await?;
                         sqlx::query!(
                             "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, created_at)
                              VALUES (?, ?, ?, ?)",

@@ -3,6 +3,7 @@
 mod blobs;
 mod database;
 mod error;
+mod filesystem;
 mod jobs;
 mod lock;
 mod machines;
@@ -11,6 +12,7 @@ mod page;
 pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
 pub use database::Store;
 pub use error::StoreError;
+pub use filesystem::{NetworkMount, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, KeyUse, NewJob, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, PutOutcome, Revision, Stale};

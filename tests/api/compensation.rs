@@ -6,8 +6,9 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 
-use crate::support::{App, pointers, problem, spawn};
+use crate::support::{App, pointers, problem, spawn, spawn_with};
 
 const PATH: &str = "/v1/machines/example-ac-table/cc-compensation";
 const GOOD: &str = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
@@ -210,6 +211,35 @@ async fn a_key_gives_the_same_answer_again() {
     places.dedup();
     assert_eq!(places.len(), 1);
     assert_eq!(jobs(&app).await.len(), 3);
+}
+
+#[tokio::test]
+async fn a_key_is_forgotten_after_its_time() {
+    // The clock of tests goes on by a second whenever it is looked at.
+    let app = spawn_with(|settings| settings.idempotency_retention_s = 10.0).await;
+    let send = |key: &str, body: &str| {
+        let request = app.client.post(app.url(GOOD)).header("idempotency-key", key).body(body.to_owned());
+        async move { request.send().await.unwrap().headers()["location"].clone() }
+    };
+    let first = send("k", "g1\n").await;
+    assert_eq!(send("k", "g1\n").await, first);
+    let mut asked = 0;
+    while send("k", "g1\n").await == first {
+        asked += 1;
+        assert!(asked < 20, "the key is never forgotten");
+    }
+    assert_eq!(jobs(&app).await.len(), 2);
+    // A forgotten key may name another request; old keys go with the next one that is stored.
+    for count in 0..30 {
+        send(&format!("k{count}"), "g2\n").await;
+    }
+    send("k", "g3\n").await;
+    let options = SqliteConnectOptions::new().filename(app.data.join("trunnion.sqlite")).read_only(true);
+    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
+    let kept: i64 =
+        sqlx::query_scalar("SELECT COUNT(*) FROM idempotency_keys").fetch_one(&pool).await.unwrap();
+    assert!((1..10).contains(&kept), "{kept} keys are kept");
+    pool.close().await;
 }
 
 async fn again_location(app: &App) -> String {

@@ -9,6 +9,7 @@ mod inverse;
 mod jobs;
 mod limits;
 mod machines;
+mod mutations;
 mod pages;
 mod process;
 mod real_programs;

@@ -80,3 +80,40 @@ async fn faults_of_programs_are_problems_with_their_line() {
     problem(fine, "tolerance-out-of-reach").await;
     assert_eq!(app.files(), (0, 0));
 }
+
+#[tokio::test]
+async fn contact_words_that_only_a_blocks_end_has_stay_at_its_end() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let iso = "G90 G21 G94\nG1 X20.000 Y5.000 Z-2.000 A25.000 C60.000 F1000\nG1 X40.000 Y0.000 Z0.000 U1 V2 W3A30.000 C95.000\nM30\n";
+    let table = "X,Y,Z,A,C,U,V,W,F\n20.000,5.000,-2.000,25.000,60.000,,,,1000\n40.000,0.000,0.000,30.000,95.000,1,2,3,1000\n";
+    for (kind, program) in [("text/plain", iso), ("text/csv", table)] {
+        let response = app.post_text(&format!("{PATH}?contact=tip"), kind, program).await;
+        let text = response.text().await.unwrap();
+        let parts: Vec<_> = text.lines().skip(2).filter(|line| *line != "M30").collect();
+        assert!(parts.len() > 2, "{text}");
+        let (last, others) = parts.split_last().unwrap();
+        let stated = |line: &str| line.contains('U') || line.contains(",1,2,3,");
+        assert!(stated(last) && !others.iter().any(|line| stated(line)), "{text}");
+        if kind == "text/plain" {
+            assert!(others[0].starts_with("G1 X") && last.contains("U1") && last.contains("W3"), "{text}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn what_is_called_with_an_f_of_its_own_finds_the_feed_that_stood() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    for call in ["G65 P9010 F12.5", "G13 X40.000 F12.5"] {
+        let program = PROGRAM.replace("M30", &format!("{call}\nM30"));
+        let text = app.post_text(&format!("{PATH}?contact=tip"), "text/plain", program).await;
+        assert_eq!(text.status(), 200, "{call}");
+        let text = text.text().await.unwrap();
+        assert!(text.contains(&format!("\nF1000.\n{call}\nM30")), "{text}");
+        // A block's own time stands for nothing behind it.
+        let program = PROGRAM.replace("G94", "G93").replace("M30", &format!("{call}\nM30"));
+        let program = program.replace("C60.000", "C60.000 F20").replace("C95.000", "C95.000 F20");
+        let text = app.post_text(&format!("{PATH}?contact=tip"), "text/plain", program).await.text().await;
+        let text = text.unwrap();
+        assert!(text.contains("\nX40.000 ") && text.ends_with(&format!("\n{call}\nM30\n%\n")), "{text}");
+    }
+}

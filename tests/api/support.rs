@@ -47,8 +47,16 @@ pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) ->
 
 /// A service in a new directory that compensates with `compensator`.
 pub(crate) async fn spawn_real(compensator: Arc<dyn Compensator>) -> App {
+    spawn_real_with(|_| {}, compensator).await
+}
+
+/// The same with changed settings.
+pub(crate) async fn spawn_real_with(
+    change: impl FnOnce(&mut Settings),
+    compensator: Arc<dyn Compensator>,
+) -> App {
     let directory = TempDir::new().unwrap();
-    let mut app = spawn_on(directory.path(), |_| {}, compensator).await;
+    let mut app = spawn_on(directory.path(), change, compensator).await;
     app.directory = Some(directory);
     app
 }

@@ -8,42 +8,21 @@ use std::ops::ControlFlow;
 
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
-use trunnion::machine::{
-    LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness, Tool,
-};
+use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{CcParameters, CcReport, ContactSource, Fault, compensate};
 use trunnion::units::Length;
 
 use crate::shared_file;
-
-fn tables(letters: [(RotaryLetter, Vec3); 2], reversed: bool) -> Machine {
-    let axis = |(letter, direction): (RotaryLetter, Vec3)| RotaryAxis {
-        letter,
-        side: Side::Table,
-        direction,
-        point_mm: Vec3::zeros(),
-        travel_deg: None,
-        reversed,
-        location_error: LocationError::default(),
-    };
-    Machine::new(MachineParts {
-        name: "tables".into(),
-        rotary_axes: letters.map(axis).to_vec(),
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    })
-    .expect("a plain machine")
-}
+use crate::tables::tables;
 
 fn ac() -> Machine {
-    tables([(RotaryLetter::A, Vec3::x()), (RotaryLetter::C, Vec3::z())], false)
+    tables([RotaryLetter::A, RotaryLetter::C], false)
 }
 
 /// The printer of cross-check 1: B and C tables that count opposite to ISO 841.
 fn printer() -> Machine {
-    tables([(RotaryLetter::B, Vec3::y()), (RotaryLetter::C, Vec3::z())], true)
+    tables([RotaryLetter::B, RotaryLetter::C], true)
 }
 
 fn ball(radius_mm: f64) -> Tool {
@@ -175,7 +154,7 @@ fn the_printed_layers_keep_their_tolerance_with_the_way_points_normals() {
 #[test]
 fn every_iso_program_is_compensated_or_refused_by_line_and_never_miswritten() {
     let Some(folder) = shared_file("programs") else { return };
-    let machines = [ac(), tables([(RotaryLetter::B, Vec3::y()), (RotaryLetter::C, Vec3::z())], false)];
+    let machines = [ac(), tables([RotaryLetter::B, RotaryLetter::C], false)];
     let mut seen = 0;
     let mut folders = vec![folder];
     while let Some(folder) = folders.pop() {

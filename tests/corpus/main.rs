@@ -3,6 +3,8 @@
 mod compensation;
 mod kinematics;
 mod program;
+#[path = "../models/tables.rs"]
+mod tables;
 
 use std::path::PathBuf;
 

@@ -4,14 +4,15 @@
 
 use std::path::{Path, PathBuf};
 
-use trunnion::geometry::Vec3;
-use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+use trunnion::machine::{Machine, RotaryLetter};
 use trunnion::motion::{
     FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
 };
 use trunnion::program::{
     Address, Batch, Diagnostics, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader, Severity, WordForm,
 };
+
+use crate::tables::tables;
 
 /// The folder of real programs, or a line that says why the test does nothing.
 fn programs() -> Option<PathBuf> {
@@ -181,30 +182,6 @@ fn foreign_dialects_are_named_and_not_misread() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-fn table_machine(first: RotaryLetter, second: RotaryLetter) -> Machine {
-    let axis = |letter| RotaryAxis {
-        letter,
-        side: Side::Table,
-        direction: match letter {
-            RotaryLetter::A => Vec3::x(),
-            RotaryLetter::B => Vec3::y(),
-            RotaryLetter::C => Vec3::z(),
-        },
-        point_mm: Vec3::zeros(),
-        travel_deg: None,
-        reversed: false,
-        location_error: LocationError::default(),
-    };
-    Machine::new(MachineParts {
-        name: "table".to_owned(),
-        rotary_axes: vec![axis(first), axis(second)],
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    })
-    .unwrap()
-}
-
 fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
     follow_with(text, machine, InterpreterOptions::default())
 }
@@ -223,7 +200,8 @@ fn the_impeller_is_followed_from_end_to_end() {
     let Some(folder) = programs() else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
     let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::default() };
-    let (motions, diagnostics) = follow_with(&text, &table_machine(RotaryLetter::A, RotaryLetter::C), stated);
+    let (motions, diagnostics) =
+        follow_with(&text, &tables([RotaryLetter::A, RotaryLetter::C], false), stated);
     assert_eq!(diagnostics.kept(), []);
     assert!(motions.len() >= 4491);
     let complete: Vec<_> =
@@ -246,7 +224,7 @@ fn the_impeller_is_followed_from_end_to_end() {
 fn the_impeller_is_left_alone_where_nobody_says_what_its_user_codes_switch() {
     let Some(folder) = programs() else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
-    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::A, RotaryLetter::C));
+    let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::A, RotaryLetter::C], false));
     assert_eq!(diagnostics.kept(), []);
     assert!(motions.len() >= 4491);
     // M428 stands in line 4.
@@ -259,7 +237,7 @@ fn the_impeller_is_left_alone_where_nobody_says_what_its_user_codes_switch() {
 fn the_printed_curve_is_followed_in_machine_coordinates() {
     let Some(folder) = programs() else { return };
     let text = std::fs::read(folder.join("5axis/zhangty_simple_curve_bc_machine.gcode")).unwrap();
-    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::B, RotaryLetter::C], false));
     assert_eq!(diagnostics.count(Severity::Refusal), 0);
     let cuts: Vec<_> = motions
         .iter()
@@ -280,7 +258,7 @@ fn the_printed_curve_is_followed_in_machine_coordinates() {
 fn tool_centre_point_is_on_where_the_mori_program_says_so() {
     let Some(folder) = programs() else { return };
     let text = std::fs::read(folder.join("5axis/nx_mori_nmv5000_bc_g43.4.txt")).unwrap();
-    let (motions, diagnostics) = follow(&text, &table_machine(RotaryLetter::B, RotaryLetter::C));
+    let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::B, RotaryLetter::C], false));
     for diagnostic in diagnostics.kept() {
         println!("{diagnostic}");
     }
@@ -296,7 +274,7 @@ fn tool_centre_point_is_on_where_the_mori_program_says_so() {
 #[test]
 fn templates_and_control_flow_are_refused_with_their_lines() {
     let Some(folder) = programs() else { return };
-    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     for (name, line) in [
         ("other/gcws_macro7.nc", 4),
         ("5axis/linuxcnc_twp_circular_pocket.ngc", 1),
@@ -312,7 +290,7 @@ fn templates_and_control_flow_are_refused_with_their_lines() {
 #[test]
 fn readable_programs_are_not_refused() {
     let Some(folder) = programs() else { return };
-    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let mut refused = Vec::new();
     for (name, _, _) in COUNTS {
         if matches!(name, "other/gcws_macro7.nc" | "5axis/linuxcnc_twp_circular_pocket.ngc") {
@@ -369,7 +347,7 @@ fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
 #[test]
 fn ends_agree_with_the_reference_interpreter() {
     let Some(folder) = programs() else { return };
-    let machine = table_machine(RotaryLetter::A, RotaryLetter::C);
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let arcs = ["small", "medium", "big"].into_iter().flat_map(|size| {
         ["metric", "imperial"].map(|units| {
             let name = format!("good/good-arc.{size}.{units}.center-format.ngc");

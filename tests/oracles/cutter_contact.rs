@@ -6,31 +6,15 @@ use trunnion::contact::{
 };
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
-use trunnion::machine::{
-    LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness, Tool,
-};
+use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::{AxisWords, FeedMode, Interpolation};
 use trunnion::units::Length;
 
+use crate::tables::tables;
+
 /// A and C tables through the machine's origin, no limits.
 pub(crate) fn ac_table() -> Machine {
-    let axis = |letter, direction| RotaryAxis {
-        letter,
-        side: Side::Table,
-        direction,
-        point_mm: Vec3::zeros(),
-        travel_deg: None,
-        reversed: false,
-        location_error: LocationError::default(),
-    };
-    Machine::new(MachineParts {
-        name: "AC".into(),
-        rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    })
-    .expect("a plain machine")
+    tables([RotaryLetter::A, RotaryLetter::C], false)
 }
 
 fn words(linear_mm: [f64; 3], rotary_deg: [f64; 2]) -> AxisWords {

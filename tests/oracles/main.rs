@@ -5,3 +5,5 @@ mod kinematics;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;
+#[path = "../models/tables.rs"]
+mod tables;

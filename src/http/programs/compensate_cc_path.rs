@@ -52,7 +52,10 @@ struct ProgramForm {
     request_body(
         content(
             (String = "text/plain", example = "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
-            (ProgramForm = "multipart/form-data"),
+            (ProgramForm = "multipart/form-data", example = json!({
+                "parameters": {"tool_radius_mm": 5.0, "contact": "tip"},
+                "program": "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+            })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
@@ -78,7 +81,7 @@ pub(super) async fn compensate_cc_path(
     let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let upload: Upload<CcParameters> = take(&app, &parts, body).await?;
     let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
-    let used = used(&parts, key, &[&said[0], &said[1]]);
+    let used = used(&app, &parts, key, &[&said[0], &said[1]]);
     if let Some(job) = remembered(&app, used.as_ref()).await? {
         return answer::job(&app, &job, kind).await;
     }

@@ -52,7 +52,9 @@ struct ServoProgramForm {
     request_body(
         content(
             (String = "text/plain", example = "G90 G21 G94\nG0 X0 Y0 Z5 A0 C0\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
-            (ServoProgramForm = "multipart/form-data"),
+            (ServoProgramForm = "multipart/form-data", example = json!({
+                "program": "G90 G21 G94\nG0 X0 Y0 Z5 A0 C0\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+            })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
@@ -77,7 +79,7 @@ pub(super) async fn simulate_servo_program(
     let machine = current_machine(&app, &machine_id).await?;
     let upload: Upload<ServoProgramParameters> = take(&app, &parts, body).await?;
     let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
-    let used = used(&parts, key, &[&said[0], &said[1]]);
+    let used = used(&app, &parts, key, &[&said[0], &said[1]]);
     if let Some(job) = remembered(&app, used.as_ref()).await? {
         return answer::job(&app, &job, kind).await;
     }

@@ -106,7 +106,7 @@ async fn program(
     }
     let machine = current_machine(app, &machine_id).await?;
     let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
-    let used = used(parts, key, &[&said]);
+    let used = used(app, parts, key, &[&said]);
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return answer::job(app, &job, kind).await;
     }

@@ -1,0 +1,133 @@
+//! Which file system a directory lies on. `SQLite`'s write-ahead log needs shared memory and locks that network file
+//! systems do not give: on one of them a database is lost sooner or later.
+
+use std::path::{Path, PathBuf};
+
+/// A mount of a file system that lies on another computer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NetworkMount {
+    /// Where it is mounted.
+    pub at: PathBuf,
+    /// Its kind, as the system names it.
+    pub kind: String,
+}
+
+/// Kinds whose files lie on another computer. Shares of a host with its virtual machines (9p, virtiofs) are left out:
+/// containers have their own root on them.
+const NETWORK: &[&str] = &[
+    "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "gpfs", "lustre", "ncpfs", "nfs", "nfs4", "orangefs",
+    "pvfs2", "smb3", "smbfs",
+];
+
+/// The same where a process of the user's stands between: `fuse.<kind>`.
+const NETWORK_FUSE: &[&str] = &[
+    "ceph",
+    "curlftpfs",
+    "davfs",
+    "davfs2",
+    "gcsfuse",
+    "glusterfs",
+    "goofys",
+    "juicefs",
+    "moosefs",
+    "rclone",
+    "s3fs",
+    "smbnetfs",
+    "sshfs",
+];
+
+/// The network mount that `directory` (absolute, links followed) lies on, if it does; `mounts` is the text of
+/// `/proc/mounts`. Of several mounts the innermost counts, of two in one place the later.
+#[must_use]
+pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
+    let mut innermost: Option<(PathBuf, &str)> = None;
+    for line in mounts.lines() {
+        let mut fields = line.split(' ');
+        let (Some(_device), Some(at), Some(kind)) = (fields.next(), fields.next(), fields.next()) else {
+            continue;
+        };
+        let at = PathBuf::from(unescaped(at));
+        let depth = |path: &Path| path.components().count();
+        if directory.starts_with(&at)
+            && innermost.as_ref().is_none_or(|(inner, _)| depth(&at) >= depth(inner))
+        {
+            innermost = Some((at, kind));
+        }
+    }
+    let (at, kind) = innermost?;
+    let remote = match kind.strip_prefix("fuse.") {
+        Some(program) => NETWORK_FUSE.contains(&program),
+        None => NETWORK.contains(&kind),
+    };
+    remote.then(|| NetworkMount { at, kind: kind.to_owned() })
+}
+
+/// A path as it is: the table writes blanks, tabs, line ends and backslashes as three octal digits.
+fn unescaped(text: &str) -> String {
+    let mut path = String::with_capacity(text.len());
+    let mut parts = text.split('\\');
+    path.push_str(parts.next().unwrap_or_default());
+    for part in parts {
+        let digits = part.get(..3).and_then(|digits| u8::from_str_radix(digits, 8).ok());
+        match (digits, part.get(3..)) {
+            (Some(byte), Some(rest)) if byte.is_ascii() => {
+                path.push(char::from(byte));
+                path.push_str(rest);
+            }
+            _ => {
+                path.push('\\');
+                path.push_str(part);
+            }
+        }
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOUNTS: &str = "\
+proc /proc proc rw,relatime 0 0
+/dev/vda / ext4 rw,relatime 0 0
+server:/export /srv nfs4 rw,vers=4.2 0 0
+/dev/sdb1 /srv/local xfs rw 0 0
+//nas/share /mnt/my\\040programs cifs rw 0 0
+host /mnt/back\\134slash nfs rw 0 0
+user@host:/ /home/user/remote fuse.sshfs rw 0 0
+/dev/sdc1 /home/user/ntfs fuseblk rw 0 0
+portal /home/user/portal fuse.portal rw 0 0
+tmpfs /covered tmpfs rw 0 0
+nas:/x /covered nfs rw 0 0
+nas:/y /uncovered nfs rw 0 0
+tmpfs /uncovered tmpfs rw 0 0
+a line of something else
+";
+
+    fn kind(directory: &str) -> Option<String> {
+        network_mount(MOUNTS, Path::new(directory)).map(|mount| mount.kind)
+    }
+
+    #[test]
+    fn the_innermost_mount_counts_and_of_two_in_one_place_the_later() {
+        for (directory, expected) in [
+            ("/data", None),
+            ("/srv", Some("nfs4")),
+            ("/srv/trunnion/data", Some("nfs4")),
+            ("/srvdata", None),
+            ("/srv/local/data", None),
+            ("/mnt/my programs/data", Some("cifs")),
+            ("/mnt/back\\slash", Some("nfs")),
+            ("/home/user/remote/data", Some("fuse.sshfs")),
+            ("/home/user/ntfs", None),
+            ("/home/user/portal", None),
+            ("/covered/data", Some("nfs")),
+            ("/uncovered/data", None),
+        ] {
+            assert_eq!(kind(directory).as_deref(), expected, "{directory}");
+        }
+        let mount = network_mount(MOUNTS, Path::new("/srv/a")).unwrap();
+        assert_eq!(mount.at, Path::new("/srv"));
+        assert_eq!(network_mount("", Path::new("/srv")), None);
+    }
+}
