@@ -9,7 +9,7 @@ use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::servo::{
     AxisLetter, Detail, DriveSet, Matching, MatchingOptions, Run, ServoFault, ServoPath, Simulation,
-    letters_of, match_gains, matching_runs, simulate, sweep_at_feed,
+    letters_of, match_gains, matching_samples, simulate, sweep_at_feed,
 };
 use crate::units::Feedrate;
 use crate::wire::{CorePath, ServoTask, SweepColumns};
@@ -93,10 +93,7 @@ impl ServoWork {
     ) -> Result<Matching, ServoWorkFault> {
         let ServoTask { drives, run, .. } = &self.task;
         self.with_path(|path| {
-            let slowest = Run { feed: Feedrate::from_mm_per_min(options.feeds_mm_per_min[0]), ..*run };
-            let samples =
-                path.samples(run).max(path.samples(&slowest)).min(crate::servo::MAX_MATCHING_SAMPLES as f64);
-            self.check_cost(samples * matching_runs(targets_mm.len()) as f64)?;
+            self.check_cost(matching_samples(path, run, targets_mm.len(), options))?;
             Ok(match_gains(path, run, drives, targets_mm, options, stop)?)
         })?
     }

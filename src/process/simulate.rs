@@ -237,6 +237,9 @@ struct Outlook {
     under_way: bool,
 }
 
+/// Most samples that the averages of a profile may hold: bounds their memory.
+const MAX_AVERAGED: u64 = 1_000_000;
+
 impl Outlook {
     fn see(&mut self, seen: Seen<'_>) {
         match seen {
@@ -264,6 +267,12 @@ impl Outlook {
         let period_s = parameters.period_s;
         let averages = parameters.profile.map_or([0; 2], |profile| profile.averages(self.fastest, period_s));
         let rest = SETTLING_S / period_s + averages[0] as f64 + averages[1] as f64;
+        if averages[0].saturating_add(averages[1]) as u64 > MAX_AVERAGED {
+            return Err(Fault::TooCostly {
+                what: "samples that the feed profile averages",
+                limit: MAX_AVERAGED,
+            });
+        }
         let samples = self.duration_s / period_s + self.passes as f64 * rest;
         if samples <= limit as f64 {
             return Ok(());

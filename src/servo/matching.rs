@@ -78,11 +78,19 @@ pub const MAX_MATCHING_SAMPLES: usize = 400_000;
 /// Halvings of that range on a logarithmic scale.
 const GAIN_HALVINGS: u32 = 40;
 
-/// How many runs [`match_gains`] makes at most for so many targets.
+/// How many samples [`match_gains`] takes at most, roughly: for estimates before the work starts.
 #[must_use]
-pub fn matching_runs(targets: usize) -> usize {
-    let feeds = (FEEDS_TRIED + 1) as usize + HALVINGS as usize * targets;
-    2 + (GAINS_TRIED + 1 + HALVINGS) as usize + 2 * feeds
+pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options: &MatchingOptions) -> f64 {
+    let at_feed = path.samples(run);
+    let [slowest, fastest] = options.feeds_mm_per_min;
+    let at = |feed: f64| (at_feed * run.feed.mm_per_min() / feed).min(MAX_MATCHING_SAMPLES as f64);
+    let ratio = (fastest / slowest).max(1.0);
+    let grid: f64 =
+        (0..=FEEDS_TRIED).map(|k| at(slowest * ratio.powf(f64::from(k) / f64::from(FEEDS_TRIED)))).sum();
+    // The last intervals lie somewhere between.
+    let closing_in = f64::from(HALVINGS) * targets as f64 * at((slowest * fastest).sqrt());
+    let gains = f64::from(GAINS_TRIED + HALVINGS + 3) * at_feed;
+    gains + 2.0 * (grid + closing_in)
 }
 
 /// Answers both questions of matching (P2 §5: unequal gains make the oval, and raising both cannot replace

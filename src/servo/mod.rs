@@ -28,7 +28,7 @@ pub use drive_model::{AxisLetter, Drive, DriveFault, Feedback, Resonance};
 pub use fault::ServoFault;
 pub use feed_profile::{FeedProfile, MovingAverage};
 pub use matching::{
-    FeedLimit, MAX_MATCHING_SAMPLES, MatchedGains, Matching, MatchingOptions, match_gains, matching_runs,
+    FeedLimit, MAX_MATCHING_SAMPLES, MatchedGains, Matching, MatchingOptions, match_gains, matching_samples,
 };
 pub use path::{Circle, ToolPath};
 pub use presets::{DRIVE_PRESETS, DrivePreset};

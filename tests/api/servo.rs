@@ -451,6 +451,9 @@ async fn a_program_in_the_path_is_the_same_program() {
     assert_eq!(pointers(&found), ["/path/kind"]);
 }
 
+/// An acceleration that takes millions of samples.
+const LAZY: &str = "/v1/machines/example-ac-table/servo-simulation?feed_profile.acceleration_mm_per_s2=1&feed_profile.jerk_mm_per_s3=1&sample_period_s=0.00001";
+
 #[tokio::test]
 async fn programs_that_cannot_be_simulated_store_nothing() {
     let app = spawn().await;
@@ -459,6 +462,7 @@ async fn programs_that_cannot_be_simulated_store_nothing() {
         (PROGRAM, "G1 X1\nM30\n", "program-fault"),
         (PROGRAM, "", "program-fault"),
         (PROGRAM, "G0 X0 Y0 Z0 A0 C0\nG93 G1 X10 F0.000001\n", "too-costly"),
+        (LAZY, SQUARE, "too-costly"),
         ("/v1/machines/bare/servo-simulation", SQUARE, "invalid-request"),
         ("/v1/machines/nobody/servo-simulation", SQUARE, "machine-not-found"),
     ] {
