@@ -1,7 +1,7 @@
 //! Exact discretisation: matrix exponential, first-order hold on the command.
 
 use nalgebra::linalg::balancing;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use thiserror::Error;
 
 use super::StateSpace;
@@ -59,7 +59,10 @@ impl Step {
         augmented.view_mut((0, 0), (states, states)).copy_from(&balanced);
         augmented.view_mut((0, states), (states, 1)).copy_from(&input);
         augmented[(states, states + 1)] = 1.0;
-        let exponential = augmented.exp();
+        let exponential = match states {
+            4 => exponential::<6>(&augmented, |matrix| matrix.exp()),
+            _ => exponential::<8>(&augmented, |matrix| matrix.exp()),
+        };
         if !exponential.iter().all(|value| value.is_finite()) {
             return Err(TooStiff { exponent: norm, period_s, max: MAX_NORM });
         }
@@ -78,6 +81,16 @@ impl Step {
     pub fn advance(&self, state: &DVector<f64>, old: f64, new: f64) -> DVector<f64> {
         &self.transition * state + &self.from_old * old + &self.from_new * new
     }
+}
+
+/// The exponential by way of a matrix of fixed size: products of the others may use fused multiply-add where the
+/// processor has it, and the digits are to be the same everywhere.
+fn exponential<const N: usize>(
+    matrix: &DMatrix<f64>,
+    exp: impl Fn(SMatrix<f64, N, N>) -> SMatrix<f64, N, N>,
+) -> DMatrix<f64> {
+    let fixed = exp(SMatrix::from_fn(|row, column| matrix[(row, column)]));
+    DMatrix::from_fn(N, N, |row, column| fixed[(row, column)])
 }
 
 /// 2ⁿ near a positive number, so that scaling by it is exact.

@@ -1,7 +1,7 @@
 //! One axis stepped through its command, eight samples at a time.
 
 use multiversion::multiversion;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DVector, SMatrix, SVector};
 
 use super::{Drive, StateSpace, Step, TooStiff};
 use crate::kinematics::InstructionSet;
@@ -88,13 +88,18 @@ impl<const STATES: usize, const LANES: usize> Block<STATES, LANES> {
         let mut of_commands = [[0.0; LANES]; COMMANDS];
         let mut of_states = [[0.0; LANES]; STATES];
         // What each state and each command has become after one step, two, … eight.
-        let mut from_states = DMatrix::identity(STATES, STATES);
-        let mut from_commands = DMatrix::zeros(STATES, COMMANDS);
+        // Of fixed size, so that no product depends on the processor.
+        let transition =
+            SMatrix::<f64, STATES, STATES>::from_fn(|row, column| step.transition[(row, column)]);
+        let from_old = SVector::<f64, STATES>::from_fn(|row, _| step.from_old[row]);
+        let from_new = SVector::<f64, STATES>::from_fn(|row, _| step.from_new[row]);
+        let mut from_states = SMatrix::<f64, STATES, STATES>::identity();
+        let mut from_commands = SMatrix::<f64, STATES, COMMANDS>::zeros();
         for k in 0..BLOCK {
-            from_states = &step.transition * from_states;
-            from_commands = &step.transition * from_commands;
-            from_commands.column_mut(k).axpy(1.0, &step.from_old, 1.0);
-            from_commands.column_mut(k + 1).axpy(1.0, &step.from_new, 1.0);
+            from_states = transition * from_states;
+            from_commands = transition * from_commands;
+            from_commands.column_mut(k).axpy(1.0, &from_old, 1.0);
+            from_commands.column_mut(k + 1).axpy(1.0, &from_new, 1.0);
             for (column, lanes) in of_states.iter_mut().enumerate() {
                 lanes[k] = from_states[(step.output, column)];
             }

@@ -26,7 +26,7 @@ refusals!(
 #[expect(dead_code, reason = "describes what the operation takes of the options of both directions")]
 struct ForwardOptions {
     /// Origin of the workpiece in machine coordinates at zero pose.
-    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    #[param(value_type = [f64], required = false, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     work_offset_mm: Option<Vec<f64>>,
     /// Tool length, added along the zero-pose tool axis; matters to head axes only.
     tool_length_mm: Option<f64>,
