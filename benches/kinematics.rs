@@ -8,10 +8,12 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
+use trunnion::jobs::{InverseAnswer, InverseOptions, Limits, inverse};
 use trunnion::kinematics::{
     InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
 use trunnion::machine::{LocationError, Machine, Preset, Travel};
+use trunnion::wire::{InverseRequest, SolvedPoses, read_json};
 
 const POSES: usize = 16_384;
 const GO_ON: &dyn Fn() -> ControlFlow<()> = &|| ControlFlow::Continue(());
@@ -53,6 +55,18 @@ fn poses() -> (Vec<ToolPose>, PoseLanes) {
         }
     }
     (list, lanes)
+}
+
+/// A path that winds twice as far as a travel of so many turns to either side: it cannot do without a rewind.
+fn wound(turns: f64) -> PoseLanes {
+    let mut lanes = PoseLanes::default();
+    for n in 0..POSES {
+        let azimuth = std::f64::consts::TAU * 4.0 * turns * n as f64 / POSES as f64;
+        let (sin, cos) = 0.4_f64.sin_cos();
+        let axis = Vec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
+        lanes.push(ToolPose { tip_mm: Vec3::new(10.0, 20.0, 30.0), axis });
+    }
+    lanes
 }
 
 /// Millions a second, the best of 99 runs: other work on the machine only ever slows a run down.
@@ -170,19 +184,73 @@ fn main() {
         let mut parts = Preset::by_id("ac-table").map(Preset::parts);
         if let Some(parts) = &mut parts {
             parts.rotary_axes = machine.rotary_axes().to_vec();
-            for turns in [2.0, 10.0, 100.0, 1000.0] {
+            for turns in [2.0, 10.0, 100.0] {
                 parts.rotary_axes[1].travel_deg = Some(Travel { min: -360.0 * turns, max: 360.0 * turns });
                 let Ok(machine) = Machine::new(parts.clone()) else { continue };
                 let kinematics = Kinematics::new(&machine, &Setup::default());
                 let fast = rate(|| {
                     black_box(kinematics.path_lanes(&lanes, &PathOptions::default(), GO_ON).is_ok());
                 });
-                println!("ac-table, C limited to ±{turns} turns, Cheapest Fastest: {fast:.1}");
+                let wound = wound(turns + 1.0);
+                let too_long = rate(|| {
+                    black_box(kinematics.path_lanes(&wound, &PathOptions::default(), GO_ON).is_ok());
+                });
+                println!(
+                    "ac-table, C limited to ±{turns} turns, Cheapest Fastest: {fast:.1}; wound too far: {too_long:.2}"
+                );
             }
         }
     }
+    json(&list);
     let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     if let Some(line) = peak.lines().find(|line| line.starts_with("VmHWM")) {
         println!("{line}");
+    }
+}
+
+/// The JSON route without HTTP: text in, text out.
+#[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
+fn json(list: &[ToolPose]) {
+    let Some(machine) = calibrated("ac-table") else { return };
+    let limits = Limits { max_poses: POSES, max_cost_s: f64::INFINITY };
+    for (name, decimals) in [("6 decimals", Some(6)), ("all digits", None)] {
+        let mut text = String::from("{\"poses\": [");
+        for (n, pose) in list.iter().enumerate() {
+            let separator = if n == 0 { "" } else { ", " };
+            text += separator;
+            for (key, value) in ["{\"x\": ", ", \"y\": ", ", \"z\": ", ", \"i\": ", ", \"j\": ", ", \"k\": "]
+                .into_iter()
+                .zip([pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z, pose.axis.x, pose.axis.y, pose.axis.z])
+            {
+                text += key;
+                text += &decimals.map_or_else(|| value.to_string(), |decimals| format!("{value:.decimals$}"));
+            }
+            text += "}";
+        }
+        text += "], \"work_offset_mm\": [70, -40, 95]}";
+        let read = || read_json::<InverseRequest>(text.as_bytes()).ok();
+        let Some(document) = read() else { continue };
+        let solve = |document: &InverseRequest| {
+            let options = document.options();
+            let (setup, start_words_deg) = options.to_setup(&machine).ok()?;
+            let options = InverseOptions { setup, selection: document.selection, start_words_deg };
+            inverse(&machine, &options, &document.poses, limits, GO_ON).ok()
+        };
+        let Some(answer) = solve(&document) else { continue };
+        let print = |answer: InverseAnswer| {
+            SolvedPoses::new(1, answer.joints, answer.ends, answer.warnings).to_json()
+        };
+        let parse = rate(|| drop(black_box(read())));
+        let solved = rate(|| drop(black_box(solve(&document))));
+        let document_out = SolvedPoses::new(1, answer.joints.clone(), None, answer.warnings.clone());
+        let printed = rate(|| drop(black_box(document_out.to_json())));
+        let total = rate(|| {
+            black_box(read().and_then(|document| solve(&document)).map(print));
+        });
+        println!(
+            "JSON, {name}, {} bytes a pose in, {} out: parse {parse:.2}, solve {solved:.2}, print {printed:.2}, total {total:.2}",
+            text.len() / POSES,
+            print(answer.clone()).map_or(0, |text| text.len()) / POSES
+        );
     }
 }

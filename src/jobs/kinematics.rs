@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use thiserror::Error;
 
 use super::{Cost, TooCostly};
-use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, Setup, ToolPose, WarningKind};
+use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, WarningKind};
 use crate::machine::{Machine, Motion};
 use crate::units::Angle;
 use crate::wire::{Fault, FaultList, JointWords, Pose, PoseWarning, PoseWarningKind, Selection};
@@ -151,16 +151,20 @@ fn path(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<InverseAnswer, KinematicsFault> {
     let mut faults = FaultList::default();
-    let poses: Vec<ToolPose> =
-        poses.iter().enumerate().filter_map(|(index, pose)| pose.to_core(index, &mut faults)).collect();
+    let mut lanes = PoseLanes::with_capacity(poses.len());
+    for (index, pose) in poses.iter().enumerate() {
+        if let Some(pose) = pose.to_core(index, &mut faults) {
+            lanes.push(pose);
+        }
+    }
     faults.into_result().map_err(KinematicsFault::Values)?;
     let chosen = PathOptions { start_words_deg: options.start_words_deg, ..PathOptions::default() };
-    let solved = kinematics.path(&poses, &chosen, stop).map_err(|error| refused(machine, error))?;
-    let joints = (0..poses.len()).filter_map(|pose| {
-        let conditioning = solved.conditioning.get(pose).copied();
-        Some(JointWords::from_core(machine, &solved.get(pose)?, conditioning))
-    });
-    let joints = joints.collect();
+    let solved = kinematics.path_lanes(&lanes, &chosen, stop).map_err(|error| refused(machine, error))?;
+    let mut joints = Vec::with_capacity(lanes.len());
+    for (pose, conditioning) in solved.conditioning.iter().enumerate() {
+        let found = solved.get(pose);
+        joints.extend(found.map(|found| JointWords::from_core(machine, &found, Some(*conditioning))));
+    }
     Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
 }
 

@@ -6,7 +6,7 @@
 use multiversion::multiversion;
 
 use super::lanes::{difference, sum, turn};
-use super::{InstructionSet, Kinematics};
+use super::{InstructionSet, Kinematics, ToolPose};
 use crate::geometry::trig;
 use crate::machine::Machine;
 
@@ -89,8 +89,32 @@ impl PoseLanes {
         self.len() == 0
     }
 
+    /// No lanes, memory for `count`.
+    #[must_use]
+    pub fn with_capacity(count: usize) -> Self {
+        let mut lanes = Self::default();
+        for lane in lanes.each_mut() {
+            lane.reserve_exact(count);
+        }
+        lanes
+    }
+
+    /// One more lane.
+    pub fn push(&mut self, pose: ToolPose) {
+        let ToolPose { tip_mm, axis } = pose;
+        for (lane, value) in
+            self.each_mut().into_iter().zip([tip_mm.x, tip_mm.y, tip_mm.z, axis.x, axis.y, axis.z])
+        {
+            lane.push(value);
+        }
+    }
+
+    fn each_mut(&mut self) -> [&mut Vec<f64>; 6] {
+        [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.i, &mut self.j, &mut self.k]
+    }
+
     fn resize(&mut self, count: usize) {
-        for lane in [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.i, &mut self.j, &mut self.k] {
+        for lane in self.each_mut() {
             lane.resize(count, 0.0);
         }
     }

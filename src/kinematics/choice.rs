@@ -2,131 +2,32 @@
 //!
 //! Cost is lexicographic: rewinds, then travel Σ(|Δu| + |Δv|), then Σ(|u| + |v|) where travels tie. A state is a
 //! branch with a whole turn of each limited axis; an unlimited axis takes the nearest turn and needs no state.
-//! Few states are compared pair by pair; many through prefix minima along each axis, so that a step costs as
-//! many operations as there are states, never their square.
+//! A step costs as many operations as there are states, never their square: see [`super::turns`].
 
+use super::cost::{Cost, NO_WAY, in_steps};
 use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
 use super::two_way::Weights;
 
-/// Travels closer than this tie \[deg\].
-pub(super) const TIE_DEG: f64 = 1e-6;
-/// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
-pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
-/// Up to this many states are compared pair by pair.
-const PAIRWISE: usize = 12;
 /// From this travel on a common part is taken off all states: sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
-
-impl Grid {
-    /// The branch and its words \[deg\] nearest to `previous_deg` at a stage (without it: nearest to zero), or `None` if all are
-    /// out of travel. Same order of costs as the dynamic programming, one step far.
-    #[inline]
-    pub(super) fn nearest(
-        &self,
-        stage: &Stage,
-        previous_deg: Option<[f64; 2]>,
-        threshold_deg: f64,
-    ) -> Option<(usize, [f64; 2])> {
-        let from = previous_deg.unwrap_or([0.0; 2]);
-        let mut best = NO_WAY;
-        let mut chosen = None;
-        for branch in 0..2 {
-            if !stage.alive[branch] {
-                continue;
-            }
-            let mut words = [0.0; 2];
-            let mut reachable = true;
-            for k in 0..2 {
-                let principal = stage.words_deg[branch][k];
-                if k == 0 && stage.held && previous_deg.is_some() {
-                    words[k] = from[k];
-                    continue;
-                }
-                words[k] = if previous_deg.is_none() && self.period[k] > 0.0 {
-                    principal
-                } else {
-                    principal + 360.0 * nearest_integer((from[k] - principal) * (1.0 / 360.0))
-                };
-                if self.within(k, words[k]) {
-                    continue;
-                }
-                let turns = super::inverse::turn_range(principal, self.travel[k]);
-                let nearest = turns
-                    .map(|turn| principal + 360.0 * f64::from(turn))
-                    .min_by(|a, b| (a - from[k]).abs().total_cmp(&(b - from[k]).abs()));
-                match nearest {
-                    Some(word) => words[k] = word,
-                    None => reachable = false,
-                }
-            }
-            if !reachable {
-                continue;
-            }
-            let [du, dv]: [f64; 2] = std::array::from_fn(|k| (in_steps(words[k]) - in_steps(from[k])).abs());
-            let rewind = previous_deg.is_some() && (du > threshold_deg || dv > threshold_deg);
-            let cost = Cost {
-                rewinds: f64::from(u8::from(rewind)),
-                travel: if previous_deg.is_some() { du + dv } else { 0.0 },
-                sum: words[0].abs() + words[1].abs(),
-                from: 0,
-            };
-            if cost.beats(&best) {
-                best = cost;
-                chosen = Some((branch, words));
-            }
-        }
-        chosen
-    }
-}
-
-/// What a way to a state has cost so far; infinite rewinds: there is none.
-#[derive(Debug, Clone, Copy)]
-struct Cost {
-    rewinds: f64,
-    travel: f64,
-    sum: f64,
-    from: u32,
-}
-
-const NO_WAY: Cost = Cost { rewinds: f64::INFINITY, travel: 0.0, sum: 0.0, from: 0 };
-
-impl Cost {
-    #[inline]
-    fn beats(&self, other: &Self) -> bool {
-        let travel = self.travel - other.travel;
-        self.rewinds < other.rewinds
-            || (self.rewinds <= other.rewinds
-                && (travel < -TIE_DEG || (travel <= TIE_DEG && self.sum < other.sum)))
-    }
-    #[inline]
-    fn keep_better(&mut self, other: Self) {
-        if other.beats(self) {
-            *self = other;
-        }
-    }
-    fn plus_travel(self, travel: f64) -> Self {
-        Self { travel: self.travel + travel, ..self }
-    }
-}
 
 /// The running choice: costs of all states at the latest pose and where every state came from.
 pub(super) struct Choice {
     pub(super) grid: Grid,
-    threshold_deg: f64,
-    costs: Vec<Cost>,
-    next: Vec<Cost>,
+    pub(super) threshold_deg: f64,
+    pub(super) costs: Vec<Cost>,
+    pub(super) next: Vec<Cost>,
     /// Words of u, v of every state, in steps of 2⁻³⁰°.
-    words: Vec<[f64; 2]>,
-    next_words: Vec<[f64; 2]>,
-    latest: Stage,
+    pub(super) words: Vec<[f64; 2]>,
+    pub(super) next_words: Vec<[f64; 2]>,
+    pub(super) latest: Stage,
     predecessors: Vec<u16>,
-    scratch: Vec<Cost>,
+    /// For one branch.
+    pub(super) scratch: Vec<Cost>,
+    /// For one row and one column.
+    pub(super) row: Vec<Cost>,
     pairwise: bool,
-}
-
-fn in_steps(word_deg: f64) -> f64 {
-    nearest_integer(word_deg * STEPS_PER_DEG) * (1.0 / STEPS_PER_DEG)
 }
 
 impl Choice {
@@ -141,8 +42,10 @@ impl Choice {
             next_words: vec![[0.0; 2]; states],
             latest: Stage { words_deg: [[0.0; 2]; 2], alive: [false; 2], held: false },
             predecessors: Vec::with_capacity(states * poses),
-            scratch: vec![NO_WAY; states],
-            pairwise: states <= PAIRWISE,
+            scratch: vec![NO_WAY; states / 2],
+            row: vec![NO_WAY; (2 * grid.count[0]).max(grid.count[1])],
+            // from half a turn on, more than one turn may be a step without a rewind
+            pairwise: threshold_deg.is_nan() || threshold_deg >= 180.0,
         }
     }
 
@@ -157,7 +60,7 @@ impl Choice {
             if !stage.alive[branch] || !(0..2).all(|k| self.grid.within(k, words[k])) {
                 continue;
             }
-            let mut cost = Cost { rewinds: 0.0, travel: 0.0, sum: words[0].abs() + words[1].abs(), from: 0 };
+            let mut cost = Cost { rewinds: 0.0, sum: words[0].abs() + words[1].abs(), ..NO_WAY };
             self.words[state] = words.map(in_steps);
             if let Some(start) = start_deg {
                 // a held axis keeps the start's word: only the state that has this very turn
@@ -181,7 +84,7 @@ impl Choice {
         if self.pairwise {
             self.advance_pairwise(stage);
         } else {
-            self.advance_by_minima(stage);
+            self.advance_by_turns(stage);
         }
         let mut any = false;
         let mut least = f64::INFINITY;
@@ -207,8 +110,8 @@ impl Choice {
     }
 
     /// Several poses on, all with both branches alive and not held, by weights made in lanes. Returns how many
-    /// poses were reached: fewer than asked for if the next one has no way.
-    pub(super) fn advance_lanes(
+    /// poses were reached: fewer than asked for if the next one has no way. `TIES`: whether ties are marked.
+    pub(super) fn advance_lanes<const TIES: bool>(
         &mut self,
         weights: &Weights,
         lanes: std::ops::Range<usize>,
@@ -239,6 +142,9 @@ impl Choice {
                 let (from_first, from_second) = (step(0, to), step(1, to));
                 let from = usize::from(from_second.beats(&from_first));
                 next[to] = if from == 1 { from_second } else { from_first };
+                if TIES {
+                    next[to].tied |= from_first.ties(&from_second);
+                }
                 let index = 2 * from + to;
                 next_turns[to] = [
                     turns[from][0] + weights.turns_u[index][lane],
@@ -280,6 +186,7 @@ impl Choice {
         (0..2).all(|k| self.grid.within(k, words[k])).then(|| words.map(in_steps))
     }
 
+    /// Every state from every other: for any threshold, and to prove the rest by.
     fn advance_pairwise(&mut self, stage: &Stage) {
         let grid = self.grid;
         for state in 0..grid.states() {
@@ -298,218 +205,52 @@ impl Choice {
                 let dv = grid.step(1, self.words[from][1], target[1]);
                 let (au, av) = (du.abs(), dv.abs());
                 let rewind = f64::from(u8::from(au > self.threshold_deg || av > self.threshold_deg));
-                #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
-                let cost = Cost {
-                    rewinds: source.rewinds + rewind,
-                    travel: source.travel + (au + av),
-                    from: from as u32,
-                    ..source
-                };
-                if cost.beats(&self.next[state]) {
-                    self.next[state] = cost;
+                let cost = source.plus_travel(au + av).coming_from(from);
+                let cost = Cost { rewinds: cost.rewinds + rewind, ..cost };
+                let better = cost.beats(&self.next[state]);
+                self.next[state].keep_better(cost);
+                if better {
                     self.next_words[state] = [self.words[from][0] + du, self.words[from][1] + dv];
                 }
             }
         }
     }
 
-    /// Every target by its one predecessor without a rewind, or by the cheapest one with a rewind: the minimum of
-    /// cost + |Δu| + |Δv| over all sources, found along v, then along u.
-    fn advance_by_minima(&mut self, stage: &Stage) {
-        let grid = self.grid;
-        let [rows, columns] = grid.count;
-        self.next.fill(NO_WAY);
-        for (from_branch, to_branch) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
-            if !stage.alive[to_branch] || (stage.held && from_branch != to_branch) {
-                continue;
-            }
-            let (base, to_base) = (from_branch * rows * columns, to_branch * rows * columns);
-            let to = stage.words_deg[to_branch].map(in_steps);
-            let to_word = |k: usize, turn: usize| to[k] + grid.turn_deg(k, turn);
-            for row in 0..rows {
-                let states = base + row * columns..base + (row + 1) * columns;
-                let words = &self.words[states.clone()];
-                let sources: Vec<Cost> = states
-                    .clone()
-                    .map(|state| {
-                        #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
-                        let from = state as u32;
-                        Cost { from, ..self.costs[state] }
-                    })
-                    .collect();
-                let out = &mut self.scratch[row * columns..(row + 1) * columns];
-                spread(&grid, 1, &sources, |j| words[j][1], |j| to_word(1, j), out);
-            }
-            for column in 0..columns {
-                let mut reached = vec![NO_WAY; rows];
-                if stage.held {
-                    for (row, cost) in reached.iter_mut().enumerate() {
-                        *cost = self.scratch[row * columns + column];
-                    }
-                } else {
-                    let sources: Vec<Cost> =
-                        (0..rows).map(|row| self.scratch[row * columns + column]).collect();
-                    let from_word = |row: usize| self.words[sources[row].from as usize][0];
-                    spread(&grid, 0, &sources, from_word, |row| to_word(0, row), &mut reached);
-                }
-                for (row, cost) in reached.into_iter().enumerate() {
-                    self.next[to_base + row * columns + column]
-                        .keep_better(Cost { rewinds: cost.rewinds + 1.0, ..cost });
-                }
-            }
-            for row in 0..rows {
-                for column in 0..columns {
-                    self.step_without_rewind(
-                        stage,
-                        to_base + row * columns + column,
-                        base,
-                        [row, column],
-                        to,
-                    );
-                }
+    /// The state in which the cheapest way ends, if there is a way.
+    pub(super) fn best(&self) -> Option<usize> {
+        let mut best = NO_WAY;
+        let mut state = None;
+        for (n, cost) in self.costs.iter().enumerate() {
+            if cost.rewinds.is_finite() && cost.beats(&best) {
+                best = *cost;
+                state = Some(n);
             }
         }
-        for state in 0..grid.states() {
-            let (branch, turns) = grid.parts(state);
-            match self.target(stage, branch, turns) {
-                Some(target) if self.next[state].rewinds.is_finite() => {
-                    let from = self.words[self.next[state].from as usize];
-                    let du = if stage.held { 0.0 } else { grid.step(0, from[0], target[0]) };
-                    self.next_words[state] = [from[0] + du, from[1] + grid.step(1, from[1], target[1])];
-                }
-                _ => self.next[state] = NO_WAY,
-            }
-        }
+        state
     }
 
-    fn step_without_rewind(
-        &mut self,
-        stage: &Stage,
-        state: usize,
-        base: usize,
-        turns: [usize; 2],
-        to: [f64; 2],
-    ) {
-        let grid = self.grid;
-        let Some(any) = self.words.get(base) else { return };
-        let mut source_turns = [0; 2];
-        for k in 0..2 {
-            let target = to[k] + grid.turn_deg(k, turns[k]);
-            // words of a row differ by whole turns from those of the first state
-            let principal = self.latest.words_deg[usize::from(base > 0)][k];
-            let origin =
-                if grid.period[k] > 0.0 { any[k] } else { in_steps(principal) + grid.turn_deg(k, 0) };
-            source_turns[k] = if k == 0 && stage.held {
-                turns[0]
-            } else if grid.period[k] > 0.0 {
-                0
-            } else {
-                let turn = ((target - origin) / 360.0).round();
-                if turn < 0.0 {
-                    return;
-                }
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked below")]
-                let turn = turn as usize;
-                if turn >= grid.count[k] {
-                    return;
-                }
-                turn
-            };
-        }
-        let from = base + source_turns[0] * grid.count[1] + source_turns[1];
-        let source = self.costs[from];
-        if source.rewinds.is_infinite() {
-            return;
-        }
-        let words = self.words[from];
-        let steps: [f64; 2] = std::array::from_fn(|k| {
-            if k == 0 && stage.held {
-                0.0
-            } else {
-                grid.step(k, words[k], to[k] + grid.turn_deg(k, turns[k])).abs()
-            }
-        });
-        if steps[0] <= self.threshold_deg && steps[1] <= self.threshold_deg {
-            #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
-            let from = from as u32;
-            let cost = Cost { travel: source.travel + (steps[0] + steps[1]), from, ..source };
-            self.next[state].keep_better(cost);
-        }
+    /// Whether the ways that end in these states cost the same, but for Σ|word|.
+    pub(super) fn ties(&self, state: usize, other: usize) -> bool {
+        self.costs[state].ties(&self.costs[other])
     }
 
-    /// The states of the cheapest way, first pose first. Empty if there is no way.
-    pub(super) fn finish(mut self) -> Vec<u16> {
+    /// Whether the way to this state is the only one of its cost.
+    pub(super) fn is_only(&self, state: usize) -> bool {
+        !self.costs[state].tied
+    }
+
+    /// The states of the way that ends in `state`, first pose first.
+    pub(super) fn way(&self, mut state: usize) -> Vec<u16> {
         let states = self.grid.states();
         let poses = self.predecessors.len() / states;
-        let mut best = NO_WAY;
-        let mut state = 0;
-        for (n, cost) in self.costs.iter().enumerate() {
-            if cost.beats(&best) {
-                best = *cost;
-                state = n;
-            }
-        }
-        if best.rewinds.is_infinite() {
-            return Vec::new();
-        }
-        // the chosen states take the place of the predecessors read
-        for pose in (0..poses).rev() {
-            let came_from = usize::from(self.predecessors[pose * states + state]);
+        let mut way = vec![0; poses];
+        for (here, from) in way.iter_mut().zip(self.predecessors.chunks_exact(states)).rev() {
             #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
             let chosen = state as u16;
-            self.predecessors[pose * states] = chosen;
-            state = came_from;
+            *here = chosen;
+            state = usize::from(from[state]);
         }
-        for pose in 0..poses {
-            self.predecessors[pose] = self.predecessors[pose * states];
-        }
-        self.predecessors.truncate(poses);
-        self.predecessors
-    }
-}
-
-/// `out[t] = min over s of sources\[s\] + |to(t) − from(s)|`: prefix and suffix minima on a limited axis; on an
-/// axis without end there is one source and one target.
-fn spread(
-    grid: &Grid,
-    k: usize,
-    sources: &[Cost],
-    from: impl Fn(usize) -> f64,
-    to: impl Fn(usize) -> f64,
-    out: &mut [Cost],
-) {
-    out.fill(NO_WAY);
-    if grid.period[k] > 0.0 {
-        if sources[0].rewinds.is_finite() {
-            out[0] = sources[0].plus_travel(grid.step(k, from(0), to(0)).abs());
-        }
-        return;
-    }
-    let count = sources.len();
-    let usable = |s: usize| sources[s].rewinds.is_finite();
-    let (mut best, mut s) = (NO_WAY, 0);
-    for (t, out) in out.iter_mut().enumerate() {
-        while s < count && (!usable(s) || from(s) <= to(t)) {
-            if usable(s) {
-                best.keep_better(sources[s].plus_travel(-from(s)));
-            }
-            s += 1;
-        }
-        if best.rewinds.is_finite() {
-            *out = best.plus_travel(to(t));
-        }
-    }
-    let (mut best, mut s) = (NO_WAY, count);
-    for (t, out) in out.iter_mut().enumerate().rev() {
-        while s > 0 && (!usable(s - 1) || from(s - 1) >= to(t)) {
-            if usable(s - 1) {
-                best.keep_better(sources[s - 1].plus_travel(from(s - 1)));
-            }
-            s -= 1;
-        }
-        if best.rewinds.is_finite() {
-            out.keep_better(best.plus_travel(-to(t)));
-        }
+        way
     }
 }
 
@@ -540,7 +281,9 @@ mod tests {
             }
         }
         let (mut rewinds, mut travel, mut sum, mut previous) = (0.0, 0.0, 0.0, start);
-        for (stage, state) in stages.iter().zip(choice.finish()) {
+        for (stage, state) in
+            stages.iter().zip(choice.best().map(|state| choice.way(state)).unwrap_or_default())
+        {
             let (_, words) = grid.words_deg(usize::from(state), stage, previous);
             if let Some(previous) = previous {
                 let (du, dv) = ((words[0] - previous[0]).abs(), (words[1] - previous[1]).abs());

@@ -88,8 +88,31 @@ impl Grid {
         step - self.period[k] * nearest_integer(step * (1.0 / 360.0))
     }
 
+    /// The word of axis k where it has one turn or no end: then the turn nearest to `previous_deg`.
+    #[inline]
+    pub(super) fn nearest_turn(&self, k: usize, principal_deg: f64, previous_deg: f64) -> f64 {
+        if self.period[k] > 0.0 {
+            principal_deg + 360.0 * nearest_integer((previous_deg - principal_deg) * (1.0 / 360.0))
+        } else {
+            principal_deg + 360.0 * f64::from(self.lowest[k])
+        }
+    }
+
     pub(super) fn within(&self, k: usize, word_deg: f64) -> bool {
         self.travel[k].is_none_or(|travel| travel.contains(word_deg, TRAVEL_SLACK))
+    }
+
+    /// The turns of a principal word that are within travel.
+    pub(super) fn live(&self, k: usize, word_deg: f64) -> std::ops::Range<usize> {
+        let within = |turn: usize| self.within(k, word_deg + self.turn_deg(k, turn));
+        let mut live = 0..self.count[k];
+        while live.start < live.end && !within(live.start) {
+            live.start += 1;
+        }
+        while live.start < live.end && !within(live.end - 1) {
+            live.end -= 1;
+        }
+        live
     }
 
     /// The branch of `state` and its words at a stage: `previous_deg` decides the turn of axes without end.
@@ -104,9 +127,7 @@ impl Grid {
             let principal = stage.words_deg[branch][k];
             match previous_deg {
                 Some(previous) if k == 0 && stage.held => previous[0],
-                Some(previous) if self.period[k] > 0.0 => {
-                    principal + 360.0 * nearest_integer((previous[k] - principal) * (1.0 / 360.0))
-                }
+                Some(previous) if self.period[k] > 0.0 => self.nearest_turn(k, principal, previous[k]),
                 _ if self.period[k] > 0.0 => principal,
                 _ => principal + self.turn_deg(k, turns[k]),
             }

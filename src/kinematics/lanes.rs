@@ -15,8 +15,15 @@ pub(super) type Lane = [f64; BLOCK];
 pub(super) trait PoseSource {
     fn count(&self) -> usize;
     fn pose(&self, index: usize) -> ToolPose;
-    /// Loads up to a block of poses from `start` on.
-    fn load(&self, start: usize, block: &mut PoseBlock) -> usize;
+    /// Up to a block of poses from `start` on, and how many: where they stand, or copied into `copy`.
+    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>);
+}
+
+/// A block of poses where it stands: x y z, i j k.
+#[derive(Clone, Copy)]
+pub(super) struct Poses<'a> {
+    pub(super) tip_mm: [&'a Lane; 3],
+    pub(super) axis: [&'a Lane; 3],
 }
 
 /// A block of poses: x y z, i j k.
@@ -29,6 +36,10 @@ impl PoseBlock {
     pub(super) fn new() -> Self {
         Self { tip_mm: [[0.0; BLOCK]; 3], axis: [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]] }
     }
+
+    fn poses(&self) -> Poses<'_> {
+        Poses { tip_mm: self.tip_mm.each_ref(), axis: self.axis.each_ref() }
+    }
 }
 
 impl PoseSource for [ToolPose] {
@@ -38,15 +49,15 @@ impl PoseSource for [ToolPose] {
     fn pose(&self, index: usize) -> ToolPose {
         self[index]
     }
-    fn load(&self, start: usize, block: &mut PoseBlock) -> usize {
+    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
         let poses = &self[start..self.len().min(start + BLOCK)];
         for (lane, pose) in poses.iter().enumerate() {
             for k in 0..3 {
-                block.tip_mm[k][lane] = pose.tip_mm[k];
-                block.axis[k][lane] = pose.axis[k];
+                copy.tip_mm[k][lane] = pose.tip_mm[k];
+                copy.axis[k][lane] = pose.axis[k];
             }
         }
-        poses.len()
+        (poses.len(), copy.poses())
     }
 }
 
@@ -60,16 +71,26 @@ impl PoseSource for PoseLanes {
             axis: [self.i[index], self.j[index], self.k[index]].into(),
         }
     }
-    fn load(&self, start: usize, block: &mut PoseBlock) -> usize {
+    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
         let end = self.len().min(start + BLOCK);
-        let [x, y, z] = &mut block.tip_mm;
-        let [i, j, k] = &mut block.axis;
+        let whole = |lane: &'a Vec<f64>| lane.get(start..end)?.as_array::<BLOCK>();
+        let here = || {
+            Some(Poses {
+                tip_mm: [whole(&self.x_mm)?, whole(&self.y_mm)?, whole(&self.z_mm)?],
+                axis: [whole(&self.i)?, whole(&self.j)?, whole(&self.k)?],
+            })
+        };
+        if let Some(poses) = here() {
+            return (BLOCK, poses);
+        }
+        let [x, y, z] = &mut copy.tip_mm;
+        let [i, j, k] = &mut copy.axis;
         let pairs =
             [(x, &self.x_mm), (y, &self.y_mm), (z, &self.z_mm), (i, &self.i), (j, &self.j), (k, &self.k)];
         for (lane, from) in pairs {
             lane[..end - start].copy_from_slice(&from[start..end]);
         }
-        end - start
+        (end - start, copy.poses())
     }
 }
 
@@ -77,6 +98,8 @@ impl PoseSource for PoseLanes {
 pub(super) struct PointedBlock {
     /// Words of u, v \[deg\] of the first branch, then of the second.
     pub(super) words_deg: [Lane; 4],
+    /// y and x of the three angles that the words come from; then y holds the angle \[rad\].
+    sides: [Lane; 6],
     pub(super) conditioning: Lane,
     /// Not positive where the lane needs care: near pole or reach limit, or no direction.
     pub(super) margin: Lane,
@@ -84,7 +107,8 @@ pub(super) struct PointedBlock {
 
 impl PointedBlock {
     pub(super) fn new() -> Self {
-        Self { words_deg: [[0.0; BLOCK]; 4], conditioning: [0.0; BLOCK], margin: [0.0; BLOCK] }
+        let lane = [0.0; BLOCK];
+        Self { words_deg: [lane; 4], sides: [lane; 6], conditioning: lane, margin: lane }
     }
 }
 
@@ -94,13 +118,24 @@ pub(super) struct JointBlock {
     pub(super) words_deg: [Lane; 2],
     /// θ of u, v \[rad\].
     pub(super) rotary_rad: [Lane; 2],
+    sin: [Lane; 2],
+    cos: [Lane; 2],
+    from_tool_mm: [Lane; 3],
     /// X Y Z \[mm\].
     pub(super) linear_mm: [Lane; 3],
 }
 
 impl JointBlock {
     pub(super) fn new() -> Self {
-        Self { words_deg: [[0.0; BLOCK]; 2], rotary_rad: [[0.0; BLOCK]; 2], linear_mm: [[0.0; BLOCK]; 3] }
+        let lane = [0.0; BLOCK];
+        Self {
+            words_deg: [lane; 2],
+            rotary_rad: [lane; 2],
+            sin: [lane; 2],
+            cos: [lane; 2],
+            from_tool_mm: [lane; 3],
+            linear_mm: [lane; 3],
+        }
     }
 }
 
@@ -112,50 +147,64 @@ pub(super) fn point(
     set: InstructionSet,
     pointing: &Pointing,
     cone_sin2: f64,
-    poses: &PoseBlock,
+    axis: [&Lane; 3],
     out: &mut PointedBlock,
 ) {
     match set {
-        InstructionSet::Baseline => point_loop(pointing, cone_sin2, &poses.axis, out),
-        InstructionSet::Avx2 => point_avx2(pointing, cone_sin2, &poses.axis, out),
+        InstructionSet::Baseline => point_loop(pointing, cone_sin2, axis, out),
+        InstructionSet::Avx2 => point_avx2(pointing, cone_sin2, axis, out),
         InstructionSet::Avx512 | InstructionSet::Fastest => {
-            point_avx512(pointing, cone_sin2, &poses.axis, out);
+            point_avx512(pointing, cone_sin2, axis, out);
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn point_avx2(pointing: &Pointing, cone_sin2: f64, axis: &[Lane; 3], out: &mut PointedBlock) {
+fn point_avx2(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
     point_loop(pointing, cone_sin2, axis, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn point_avx512(pointing: &Pointing, cone_sin2: f64, axis: &[Lane; 3], out: &mut PointedBlock) {
+fn point_avx512(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
     point_loop(pointing, cone_sin2, axis, out);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: &[Lane; 3], out: &mut PointedBlock) {
+fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
     let pointing = *pointing;
+    // several short loops: the processor then works on many lanes at a time instead of waiting for one
     #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = (i * i + j * j + k * k).sqrt();
-        let pointed = pointing.solve([i / length, j / length, k / length]);
-        out.words_deg[0][lane] = pointed.words_deg[0][0];
-        out.words_deg[1][lane] = pointed.words_deg[0][1];
-        out.words_deg[2][lane] = pointed.words_deg[1][0];
-        out.words_deg[3][lane] = pointed.words_deg[1][1];
-        out.conditioning[lane] = pointed.conditioning;
-        let [sin2, cos2] = pointed.half_tilt;
+        let aimed = pointing.aim([i / length, j / length, k / length]);
+        for (k, [y, x]) in aimed.sides.into_iter().enumerate() {
+            out.sides[2 * k][lane] = y;
+            out.sides[2 * k + 1][lane] = x;
+        }
+        out.conditioning[lane] = aimed.conditioning;
+        let [sin2, cos2] = aimed.half_tilt;
         let polar = 4.0 * sin2 * cos2 - cone_sin2;
-        let reach = if pointed.reach[0] < pointed.reach[1] { pointed.reach[0] } else { pointed.reach[1] };
+        let reach = if aimed.reach[0] < aimed.reach[1] { aimed.reach[0] } else { aimed.reach[1] };
         let reach = reach - REACH_MARGIN;
         let least = if polar < reach { polar } else { reach };
         // lengths that cannot be squared lose the margin, as does what is not a number
         let sound = length > 1e-100 && length < 1e100;
         out.margin[lane] = if sound { least } else { -1.0 };
+    }
+    let [by, bx, ey, ex, gy, gx] = &mut out.sides;
+    for (y, x) in [(by, bx), (ey, ex), (gy, gx)] {
+        for lane in 0..BLOCK {
+            y[lane] = trig::atan2(y[lane], x[lane]);
+        }
+    }
+    for lane in 0..BLOCK {
+        let words = pointing.words_deg([out.sides[0][lane], out.sides[2][lane], out.sides[4][lane]]);
+        out.words_deg[0][lane] = words[0][0];
+        out.words_deg[1][lane] = words[0][1];
+        out.words_deg[2][lane] = words[1][0];
+        out.words_deg[3][lane] = words[1][1];
     }
 }
 
@@ -185,7 +234,7 @@ impl Kinematics {
 }
 
 /// Angles and linear words for chosen words and the tips of a block.
-pub(super) fn join(set: InstructionSet, chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
+pub(super) fn join(set: InstructionSet, chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
     match set {
         InstructionSet::Baseline => join_any(chain, tip_mm, block),
         InstructionSet::Avx2 => join_avx2(chain, tip_mm, block),
@@ -194,18 +243,18 @@ pub(super) fn join(set: InstructionSet, chain: &LinearChain, tip_mm: &[Lane; 3],
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn join_avx2(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
+fn join_avx2(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
     join_any(chain, tip_mm, block);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn join_avx512(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
+fn join_avx512(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
     join_any(chain, tip_mm, block);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn join_any(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
+fn join_any(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
     match chain.head_axes {
         0 => join_loop::<0>(chain, tip_mm, block),
         1 => join_loop::<1>(chain, tip_mm, block),
@@ -215,39 +264,54 @@ fn join_any(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn join_loop<const HEAD_AXES: usize>(chain: &LinearChain, tip_mm: &[Lane; 3], block: &mut JointBlock) {
+fn join_loop<const HEAD_AXES: usize>(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
     let chain = *chain;
-    #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
-    for lane in 0..BLOCK {
-        let (mut sin, mut cos) = ([0.0; 2], [0.0; 2]);
-        for k in 0..2 {
+    for k in 0..2 {
+        for lane in 0..BLOCK {
             let angle = chain.sense[k] * block.words_deg[k][lane].to_radians();
             block.rotary_rad[k][lane] = angle;
-            (sin[k], cos[k]) = trig::sin_cos(angle);
+            (block.sin[k][lane], block.cos[k][lane]) = trig::sin_cos(angle);
         }
-        let mut from_workpiece = sum([tip_mm[0][lane], tip_mm[1][lane], tip_mm[2][lane]], chain.offset);
-        let mut from_tool = [0.0; 3];
-        for (count, k) in [1, 0].into_iter().enumerate() {
-            if count < HEAD_AXES {
-                from_tool = carry(&chain, k, sin[k], cos[k], from_tool);
+    }
+    let JointBlock { sin, cos, linear_mm, from_tool_mm, .. } = block;
+    for k in 0..3 {
+        for lane in 0..BLOCK {
+            linear_mm[k][lane] = tip_mm[k][lane] + chain.offset[k];
+            from_tool_mm[k][lane] = 0.0;
+        }
+    }
+    for (count, k) in [1, 0].into_iter().enumerate() {
+        if count < HEAD_AXES {
+            for lane in 0..BLOCK {
+                carry(&chain, k, sin[k][lane], cos[k][lane], from_tool_mm, lane);
             }
         }
-        for k in 0..2 - HEAD_AXES {
-            from_workpiece = carry(&chain, k, -sin[k], cos[k], from_workpiece);
+    }
+    for k in 0..2 - HEAD_AXES {
+        for lane in 0..BLOCK {
+            carry(&chain, k, -sin[k][lane], cos[k][lane], linear_mm, lane);
         }
+    }
+    for lane in 0..BLOCK {
+        let from_workpiece = [linear_mm[0][lane], linear_mm[1][lane], linear_mm[2][lane]];
+        let from_tool = [from_tool_mm[0][lane], from_tool_mm[1][lane], from_tool_mm[2][lane]];
         let p = difference(difference(from_workpiece, chain.offset), from_tool);
         let [cx, cy, cz] = chain.columns;
         for k in 0..3 {
-            block.linear_mm[k][lane] = cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2];
+            linear_mm[k][lane] = cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2];
         }
     }
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn carry(chain: &LinearChain, k: usize, sin: f64, cos: f64, p: [f64; 3]) -> [f64; 3] {
+fn carry(chain: &LinearChain, k: usize, sin: f64, cos: f64, points: &mut [Lane; 3], lane: usize) {
+    let p = [points[0][lane], points[1][lane], points[2][lane]];
     let turned = turn(chain.direction[k], sin, cos, difference(p, chain.point[k]));
-    sum(turned, chain.point[k])
+    let carried = sum(turned, chain.point[k]);
+    for (point, carried) in points.iter_mut().zip(carried) {
+        point[lane] = carried;
+    }
 }
 
 /// The vector `v` turned about the unit direction `d` (Rodrigues), as the scalar screw does it.

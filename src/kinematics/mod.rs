@@ -3,15 +3,19 @@
 mod batch;
 mod chain;
 mod choice;
+mod cost;
 mod curvature;
 mod error;
 mod grid;
 mod instruction_set;
 mod inverse;
 mod lanes;
+mod nearest;
 mod path;
 mod pointing;
+mod relaxed;
 mod singularity;
+mod turns;
 mod two_way;
 mod walk;
 

@@ -12,7 +12,7 @@ use crate::machine::{Motion, Travel};
 pub const REWIND_DEG: f64 = 120.0;
 /// Largest number of poses times combinations of branch and turn that one path may have: bounds its memory.
 pub const MAX_CELLS: usize = 1 << 26;
-/// With more states than this the travels are first left out: if the way found then fits, it is the best.
+/// With more states than this a way that fits is taken even where ties were decided without the travels.
 pub(super) const RELAX_ABOVE: usize = 64;
 
 /// How one candidate of each pose is chosen.

@@ -40,6 +40,19 @@ pub(super) struct Pointed {
     pub(super) reach: [f64; 2],
 }
 
+/// A direction before the arc tangents.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Aimed {
+    /// y and x of the angles B, η (of t′ across u) and γ (of t across u).
+    pub(super) sides: [[f64; 2]; 3],
+    /// As in [`Pointed`].
+    pub(super) conditioning: f64,
+    /// As in [`Pointed`].
+    pub(super) half_tilt: [f64; 2],
+    /// As in [`Pointed`].
+    pub(super) reach: [f64; 2],
+}
+
 impl Pointing {
     /// For the unit directions `u`, `v`, the tool axis `t0` and the senses in which the control counts (±1).
     pub(super) fn new(u: Vec3, v: Vec3, t0: Vec3, senses: [f64; 2]) -> Self {
@@ -70,9 +83,16 @@ impl Pointing {
 
     /// Both solutions for the unit direction `t`. Beyond reach the nearest: N or D is then negative. At the pole
     /// the u-words mean nothing.
+    pub(super) fn solve(&self, t: [f64; 3]) -> Pointed {
+        let Aimed { sides, conditioning, half_tilt, reach } = self.aim(t);
+        let angles_rad = sides.map(|[y, x]| trig::atan2(y, x));
+        Pointed { words_deg: self.words_deg(angles_rad), conditioning, half_tilt, reach }
+    }
+
+    /// What of [`Pointing::solve`] needs no trigonometry.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
-    pub(super) fn solve(&self, t: [f64; 3]) -> Pointed {
+    pub(super) fn aim(&self, t: [f64; 3]) -> Aimed {
         let [u, w, n] = &self.frame;
         let below = [t[0] - u[0], t[1] - u[1], t[2] - u[2]];
         let above = [t[0] + u[0], t[1] + u[1], t[2] + u[2]];
@@ -85,20 +105,22 @@ impl Pointing {
         let double_root = 2.0 * (num * den).sqrt();
         let sin_b = double_root * self.inverse_product;
         let cos_b = (den - num) * self.inverse_product;
-        let b = trig::atan2(double_root, den - num);
         // t′ = exp(β v) t0 across u: the same for both solutions but for the sign along u × v
-        let eta = trig::atan2(self.sin_tau * sin_b, self.sin_sigma_cos_tau - self.cos_sigma_sin_tau * cos_b);
-        let gamma = trig::atan2(dot(&t, n), dot(&t, w));
-        let word = |angle_rad: f64, k: usize| principal_deg(angle_rad * self.word_per_rad[k]);
-        Pointed {
-            words_deg: [
-                [word(gamma + eta, 0), word(self.b0_rad + b, 1)],
-                [word(gamma - eta, 0), word(self.b0_rad - b, 1)],
-            ],
+        let across = [self.sin_tau * sin_b, self.sin_sigma_cos_tau - self.cos_sigma_sin_tau * cos_b];
+        Aimed {
+            sides: [[double_root, den - num], across, [dot(&t, n), dot(&t, w)]],
             conditioning: self.product * sin_b,
             half_tilt: [sin2, cos2],
             reach: [numerator, denominator],
         }
+    }
+
+    /// The words of both solutions for the angles of [`Aimed::sides`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+    pub(super) fn words_deg(&self, [b, eta, gamma]: [f64; 3]) -> [[f64; 2]; 2] {
+        let word = |angle_rad: f64, k: usize| principal_deg(angle_rad * self.word_per_rad[k]);
+        [[word(gamma + eta, 0), word(self.b0_rad + b, 1)], [word(gamma - eta, 0), word(self.b0_rad - b, 1)]]
     }
 
     /// The one solution where both meet: the nearer (`far` false: B = 0) or farther (B = π) reach limit.

@@ -7,7 +7,7 @@
 use multiversion::multiversion;
 
 use super::InstructionSet;
-use super::choice::{STEPS_PER_DEG, TIE_DEG};
+use super::cost::{TIE_DEG, in_steps};
 use super::lanes::{BLOCK, Lane};
 use super::pointing::nearest_integer;
 
@@ -143,10 +143,4 @@ fn weigh_loop<const ALL: bool>(rules: &Rules, previous: [f64; 4], words: &[Lane;
             out.nearest[from][lane] = if fewest > 1.5 { 0.5 } else { nearest };
         }
     }
-}
-
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn in_steps(word_deg: f64) -> f64 {
-    nearest_integer(word_deg * STEPS_PER_DEG) * (1.0 / STEPS_PER_DEG)
 }

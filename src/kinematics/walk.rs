@@ -6,14 +6,13 @@ use super::choice::Choice;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::{BLOCK, JointBlock, Lane, PointedBlock, PoseBlock, PoseSource, join, point};
-use super::path::RELAX_ABOVE;
 use super::pointing::{nearest_integer, principal_deg};
 use super::two_way::{Rules, Weights, weigh};
 use super::{
     InverseError, Kinematics, MAX_CELLS, Path, PathOptions, PathWarning, REACH_SLACK_RAD, Selection,
     WarningKind,
 };
-use crate::machine::{Motion, Travel};
+use crate::machine::Motion;
 
 const ALIVE: [u8; 2] = [1, 2];
 /// Both branches, nothing to watch.
@@ -37,7 +36,7 @@ pub(super) struct Walk<'a, P: ?Sized> {
 }
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
-    fn go_on(&self) -> Result<(), InverseError> {
+    pub(super) fn go_on(&self) -> Result<(), InverseError> {
         match (self.stop)() {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(InverseError::Stopped),
@@ -71,19 +70,23 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let mut waiting = 0;
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
-            let size = self.poses.load(begin, &mut block);
-            point(self.options.instructions, &kinematics.pointing, cone_sin2, &block, &mut pointed);
+            let (size, poses) = self.poses.block(begin, &mut block);
+            point(self.options.instructions, &kinematics.pointing, cone_sin2, poses.axis, &mut pointed);
             let joints = &mut self.out.joints;
             joints.x_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[0][..size]);
             joints.y_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[1][..size]);
             joints.z_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[2][..size]);
             joints.first_rad[begin..begin + size].copy_from_slice(&pointed.words_deg[3][..size]);
             self.out.conditioning[begin..begin + size].copy_from_slice(&pointed.conditioning[..size]);
-            for (lane, margin) in pointed.margin[..size].iter().enumerate() {
-                let tip_ok = (0..3).all(|k| block.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-                let sound = *margin > 0.0;
-                let careful = !sound || !tip_ok || linear_limited || self.options.singly;
-                if !careful {
+            let sound = |lane: usize| {
+                let tip_ok = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
+                u8::from(pointed.margin[lane] > 0.0) & tip_ok(0) & tip_ok(1) & tip_ok(2)
+            };
+            let all_singly = linear_limited || self.options.singly;
+            // without a branch in the loop
+            let none_singly = !all_singly && (0..size).fold(1, |all, lane| all & sound(lane)) == 1;
+            for lane in 0..if none_singly { 0 } else { size } {
+                if !all_singly && sound(lane) == 1 {
                     continue;
                 }
                 let pose = begin + lane;
@@ -227,6 +230,16 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     pub(super) fn choose_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
+        let choice = self.costs::<false>(grid)?;
+        let way = choice.best().map(|state| choice.way(state)).unwrap_or_default();
+        let mut words = [Vec::with_capacity(way.len()), Vec::with_capacity(way.len())];
+        self.follow(&grid, &way, &mut words);
+        self.choose_all(&words);
+        Ok(())
+    }
+
+    /// The costs of all ways; `TIES`: whether ties are marked.
+    pub(super) fn costs<const TIES: bool>(&mut self, grid: Grid) -> Result<Choice, InverseError> {
         let poses = self.poses.count();
         let states = grid.states();
         if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
@@ -248,7 +261,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
                 if rules.is_some() && pose > 0 && plain > 0 {
                     let last = self.stage(pose + plain - 1);
-                    let reached = choice.advance_lanes(&weights, pose - begin..pose - begin + plain, &last);
+                    let lanes = pose - begin..pose - begin + plain;
+                    let reached = choice.advance_lanes::<TIES>(&weights, lanes, &last);
                     if reached < plain {
                         return Err(self.no_way(pose + reached));
                     }
@@ -264,9 +278,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 pose += 1;
             }
         }
-        let states = choice.finish();
-        self.follow(&grid, &states);
-        Ok(())
+        Ok(choice)
     }
 
     /// The weights of the steps into the poses `begin..end`, from the words `before` on.
@@ -288,12 +300,22 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         weigh(self.options.instructions, rules, before, words, all, weights);
     }
 
-    /// The words along the chosen states; those of axes without end by the nearest turn.
-    fn follow(&mut self, grid: &Grid, states: &[u16]) {
+    /// The words of u and of v along the states of a way; those of axes without end by the nearest turn.
+    pub(super) fn follow(&self, grid: &Grid, way: &[u16], words_deg: &mut [Vec<f64>; 2]) {
         let mut previous = self.start;
-        for (pose, state) in states.iter().enumerate() {
-            let (_, words) = grid.words_deg(usize::from(*state), &self.stage(pose), previous);
-            self.choose(pose, words);
+        let joints = &self.out.joints;
+        let branches = [(&joints.x_mm, &joints.y_mm), (&joints.z_mm, &joints.first_rad)];
+        let plain = grid.count == [1, 1];
+        for (pose, state) in way.iter().enumerate() {
+            let words = match previous {
+                Some([u, v]) if plain && self.marks[pose] & HELD == 0 => {
+                    let (us, vs) = branches[usize::from(*state) & 1];
+                    [grid.nearest_turn(0, us[pose], u), grid.nearest_turn(1, vs[pose], v)]
+                }
+                _ => grid.words_deg(usize::from(*state), &self.stage(pose), previous).1,
+            };
+            words_deg[0].push(words[0]);
+            words_deg[1].push(words[1]);
             previous = Some(words);
         }
     }
@@ -303,36 +325,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         self.out.joints.y_mm[pose] = words_deg[1];
     }
 
-    /// With many turns: the way as if those axes had no end. No way within travels is cheaper, so if it fits after
-    /// a shift by whole turns it is the answer. False if it does not fit; the words of both branches then stand again.
-    pub(super) fn choose_relaxed(&mut self, grid: Grid) -> Result<bool, InverseError> {
-        if grid.states() <= RELAX_ABOVE {
-            return Ok(false);
-        }
-        let travel = self.kinematics.travel_deg;
-        let one_turn = |k: usize| {
-            let mut alone = [None; 2];
-            alone[k] = travel[k];
-            Grid::new(alone).states() > 2
-        };
-        let relaxed: [Option<Travel>; 2] =
-            std::array::from_fn(|k| if one_turn(k) { None } else { travel[k] });
-        if self.choose_cheapest(Grid::new(relaxed)).is_err() {
-            self.go_on()?;
-            return Ok(false);
-        }
-        for k in 0..2 {
-            let (Some(travel), None) = (travel[k], relaxed[k]) else { continue };
-            let words = if k == 0 { &mut self.out.joints.x_mm } else { &mut self.out.joints.y_mm };
-            let Some(shift) = best_shift(words, travel, self.start.is_some()) else {
-                self.examine()?;
-                return Ok(false);
-            };
-            for word in words {
-                *word += shift;
-            }
-        }
-        Ok(true)
+    pub(super) fn choose_all(&mut self, words_deg: &[Vec<f64>; 2]) {
+        self.out.joints.x_mm.copy_from_slice(&words_deg[0]);
+        self.out.joints.y_mm.copy_from_slice(&words_deg[1]);
     }
 
     pub(super) fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
@@ -394,11 +389,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let mut previous = self.start;
         for begin in (0..self.poses.count()).step_by(BLOCK) {
             self.go_on()?;
-            let size = self.poses.load(begin, &mut block);
+            let (size, poses) = self.poses.block(begin, &mut block);
             let end = begin + size;
             joined.words_deg[0][..size].copy_from_slice(&self.out.joints.x_mm[begin..end]);
             joined.words_deg[1][..size].copy_from_slice(&self.out.joints.y_mm[begin..end]);
-            join(self.options.instructions, &chain, &block.tip_mm, &mut joined);
+            join(self.options.instructions, &chain, poses.tip_mm, &mut joined);
             let (first, second) = if swapped { (1, 0) } else { (0, 1) };
             let joints = &mut self.out.joints;
             joints.x_mm[begin..end].copy_from_slice(&joined.linear_mm[0][..size]);
@@ -406,6 +401,15 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             joints.z_mm[begin..end].copy_from_slice(&joined.linear_mm[2][..size]);
             joints.first_rad[begin..end].copy_from_slice(&joined.rotary_rad[first][..size]);
             joints.second_rad[begin..end].copy_from_slice(&joined.rotary_rad[second][..size]);
+            let entered = previous.unwrap_or([joined.words_deg[0][0], joined.words_deg[1][0]]);
+            previous = Some([joined.words_deg[0][size - 1], joined.words_deg[1][size - 1]]);
+            let marked = self.marks[begin..end].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
+            let wide = (0..2)
+                .any(|k| has_step_over(self.options.rewind_deg, entered[k], &joined.words_deg[k][..size]));
+            if !marked && !wide {
+                continue;
+            }
+            let mut previous = Some(entered);
             for lane in 0..size {
                 let words = [joined.words_deg[0][lane], joined.words_deg[1][lane]];
                 let step = previous.map_or(0.0, |p: [f64; 2]| {
@@ -448,31 +452,13 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 }
 
-/// The shift by whole turns that brings all words into the travel with the smallest Σ|word|; with a start given
-/// only no shift.
-fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
-    let (low, high) = words_deg
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), word| (low.min(*word), high.max(*word)));
-    let slack = super::TRAVEL_SLACK;
-    let first = ((travel.min - slack - low) / 360.0).ceil();
-    let last = ((travel.max + slack - high) / 360.0).floor();
-    if first > last || (fixed && !(first..=last).contains(&0.0)) {
-        return None;
-    }
-    if fixed {
-        return Some(0.0);
-    }
-    // Σ|word + 360 k| is least where the median word comes nearest to zero
-    let mut sorted = words_deg.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = (-sorted[sorted.len() / 2] / 360.0).round();
-    let sum = |turns: f64| words_deg.iter().map(|word| (word + 360.0 * turns).abs()).sum::<f64>();
-    [middle - 1.0, middle, middle + 1.0]
-        .map(|turns| turns.clamp(first, last))
-        .into_iter()
-        .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
-        .map(|turns| 360.0 * turns)
+/// Whether a step between neighbours is over the threshold: no branch in the loop.
+fn has_step_over(threshold_deg: f64, entered_deg: f64, words_deg: &[f64]) -> bool {
+    let over = |from: f64, to: f64| u8::from((to - from).abs() > threshold_deg);
+    let first = words_deg.first().map_or(0, |word| over(entered_deg, *word));
+    let before = words_deg.iter();
+    before.zip(words_deg.get(1..).unwrap_or_default()).fold(first, |any, (from, to)| any | over(*from, *to))
+        != 0
 }
 
 /// Follows the nearest branches along lanes as far as nothing ties and nothing is out of travel. Returns how many

@@ -16,6 +16,7 @@ mod servo;
 mod servo_answer;
 mod servo_path;
 mod servo_program;
+mod solved_poses;
 
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
@@ -48,3 +49,4 @@ pub use servo_answer::{
 };
 pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
+pub use solved_poses::SolvedPoses;

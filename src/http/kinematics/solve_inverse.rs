@@ -3,8 +3,6 @@
 use axum::extract::{FromRequest, Request, State};
 use axum::response::Response;
 use http::{HeaderName, HeaderValue};
-use serde::{Serialize, Serializer};
-use utoipa::ToSchema;
 
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
@@ -15,46 +13,13 @@ use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::{InverseAnswer, InverseOptions, KinematicsFault, inverse};
 use crate::wire::{
-    InverseRequest, JointColumns, JointWords, KinematicsOptions, NoParameters, Pose, PoseRows, PoseWarning,
-    read_query,
+    InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
 };
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
     UnsupportedMediaType, InvalidRequest, UnreachablePose, TooCostly, Busy
 );
-
-/// Axis words of poses.
-#[derive(Debug, Serialize, ToSchema)]
-struct SolvedPoses {
-    /// Revision it was computed on.
-    machine_revision: i64,
-    /// Selection `path`: one solution for each pose.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    joints: Option<Vec<JointWords>>,
-    /// Selection `all`: every solution of each pose.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<Vec<JointWords>>>)]
-    candidates: Option<Candidates>,
-    /// What is particular about some poses.
-    warnings: Vec<PoseWarning>,
-}
-
-/// The solutions of each pose, kept one after the other.
-#[derive(Debug)]
-struct Candidates {
-    joints: Vec<JointWords>,
-    ends: Vec<usize>,
-}
-
-impl Serialize for Candidates {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let begins = std::iter::once(&0).chain(&self.ends);
-        let slices =
-            begins.zip(&self.ends).map(|(&begin, &end)| self.joints.get(begin..end).unwrap_or_default());
-        serializer.collect_seq(slices)
-    }
-}
 
 /// Turn tool poses into axis words
 ///
@@ -105,11 +70,7 @@ pub(super) async fn solve_inverse_kinematics(
 
 fn print(machine_revision: i64, answer: InverseAnswer) -> Result<Vec<u8>, serde_json::Error> {
     let InverseAnswer { joints, ends, warnings } = answer;
-    let (joints, candidates) = match ends {
-        None => (Some(joints), None),
-        Some(ends) => (None, Some(Candidates { joints, ends })),
-    };
-    serde_json::to_vec(&SolvedPoses { machine_revision, joints, candidates, warnings })
+    SolvedPoses::new(machine_revision, joints, ends, warnings).to_json()
 }
 
 fn rows(revision: i64, answer: InverseAnswer, columns: JointColumns) -> Response {

@@ -1,0 +1,66 @@
+//! What a way has cost so far, and how ways compare.
+
+use super::pointing::nearest_integer;
+
+/// Travels closer than this tie \[deg\].
+pub(super) const TIE_DEG: f64 = 1e-6;
+/// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
+pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
+
+/// What a way to a state has cost so far; infinite rewinds: there is none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cost {
+    pub(super) rewinds: f64,
+    /// \[deg\].
+    pub(super) travel: f64,
+    /// Σ|word| \[deg\].
+    pub(super) sum: f64,
+    /// The state come from.
+    pub(super) from: u32,
+    /// Another way as cheap, but for Σ|word|, was left aside.
+    pub(super) tied: bool,
+}
+
+pub(super) const NO_WAY: Cost = Cost { rewinds: f64::INFINITY, travel: 0.0, sum: 0.0, from: 0, tied: false };
+
+impl Cost {
+    #[inline]
+    pub(super) fn beats(&self, other: &Self) -> bool {
+        let travel = self.travel - other.travel;
+        self.rewinds < other.rewinds
+            || (self.rewinds <= other.rewinds
+                && (travel < -TIE_DEG || (travel <= TIE_DEG && self.sum < other.sum)))
+    }
+    /// Equally many rewinds and as much travel.
+    #[inline]
+    pub(super) fn ties(&self, other: &Self) -> bool {
+        self.rewinds.is_finite()
+            && self.rewinds.total_cmp(&other.rewinds).is_eq()
+            && (self.travel - other.travel).abs() <= TIE_DEG
+    }
+    #[inline]
+    pub(super) fn keep_better(&mut self, other: Self) {
+        let tied = self.ties(&other);
+        if other.beats(self) {
+            *self = other;
+        }
+        self.tied |= tied;
+    }
+    #[inline]
+    pub(super) fn coming_from(self, state: usize) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
+        let from = state as u32;
+        Self { from, ..self }
+    }
+    #[inline]
+    pub(super) fn plus_travel(self, travel: f64) -> Self {
+        Self { travel: self.travel + travel, ..self }
+    }
+}
+
+/// The word in steps of 2⁻³⁰°.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+pub(super) fn in_steps(word_deg: f64) -> f64 {
+    nearest_integer(word_deg * STEPS_PER_DEG) * (1.0 / STEPS_PER_DEG)
+}

@@ -1,0 +1,109 @@
+//! The answer of the inverse, printed without a detour: a row of joints is the bulk of what leaves the service.
+
+use serde::{Serialize, Serializer};
+use utoipa::ToSchema;
+
+use super::{JointWords, PoseWarning};
+
+/// Bytes of a printed row of joints, about.
+const ROW_BYTES: usize = 160;
+
+/// Axis words of poses.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct SolvedPoses {
+    /// Revision it was computed on.
+    machine_revision: i64,
+    /// Selection `path`: one solution for each pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints: Option<Vec<JointWords>>,
+    /// Selection `all`: every solution of each pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<Vec<JointWords>>>)]
+    candidates: Option<Candidates>,
+    /// What is particular about some poses.
+    warnings: Vec<PoseWarning>,
+}
+
+/// The solutions of each pose, kept one after the other.
+#[derive(Debug)]
+struct Candidates {
+    joints: Vec<JointWords>,
+    ends: Vec<usize>,
+}
+
+impl Serialize for Candidates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let begins = std::iter::once(&0).chain(&self.ends);
+        let slices =
+            begins.zip(&self.ends).map(|(&begin, &end)| self.joints.get(begin..end).unwrap_or_default());
+        serializer.collect_seq(slices)
+    }
+}
+
+impl SolvedPoses {
+    /// One solution for each pose, or, with `ends`, all of them: where in `joints` those of each pose end.
+    #[must_use]
+    pub fn new(
+        machine_revision: i64,
+        joints: Vec<JointWords>,
+        ends: Option<Vec<usize>>,
+        warnings: Vec<PoseWarning>,
+    ) -> Self {
+        let (joints, candidates) = match ends {
+            None => (Some(joints), None),
+            Some(ends) => (None, Some(Candidates { joints, ends })),
+        };
+        Self { machine_revision, joints, candidates, warnings }
+    }
+
+    /// The document as JSON text: the same bytes as through serde, in a third of the time for one solution each.
+    ///
+    /// # Errors
+    /// As serde's printer.
+    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let Some(joints) = &self.joints else { return serde_json::to_vec(self) };
+        let mut out = Vec::with_capacity(joints.len() * ROW_BYTES + 64);
+        out.extend_from_slice(b"{\"machine_revision\":");
+        serde_json::to_writer(&mut out, &self.machine_revision)?;
+        out.extend_from_slice(b",\"joints\":[");
+        for (index, words) in joints.iter().enumerate() {
+            if index > 0 {
+                out.push(b',');
+            }
+            words.write_json(&mut out)?;
+        }
+        out.extend_from_slice(b"],\"warnings\":");
+        serde_json::to_writer(&mut out, &self.warnings)?;
+        out.push(b'}');
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::PoseWarningKind;
+
+    #[test]
+    fn printing_by_hand_gives_the_bytes_of_serde() {
+        let plain = JointWords {
+            X: 1.0,
+            Y: -0.0,
+            Z: 1e-7,
+            A: None,
+            B: Some(-33.25),
+            C: Some(1e21),
+            conditioning: Some(0.1 + 0.2),
+        };
+        let bare = JointWords { X: f64::NAN, B: None, C: None, A: Some(5e-324), conditioning: None, ..plain };
+        let warnings =
+            vec![PoseWarning { pose: 1, kind: PoseWarningKind::PoleHold, axis_residual_urad: Some(0.5) }];
+        for joints in [vec![], vec![plain], vec![plain, bare, plain]] {
+            for ends in [None, Some((1..=joints.len()).collect())] {
+                let document = SolvedPoses::new(7, joints.clone(), ends, warnings.clone());
+                let by_serde = serde_json::to_string(&document).unwrap();
+                assert_eq!(String::from_utf8(document.to_json().unwrap()).unwrap(), by_serde);
+            }
+        }
+    }
+}
