@@ -1,87 +1,284 @@
-//! Every request example of the description, posted as it stands to a fresh service, is taken.
+//! The description is true: every example of a request is sent as it stands to a new service with the real
+//! compensator, every representation of the answer is asked for, and every JSON answer fits its schema. An operation
+//! that cannot be tried this way fails the test.
 
 use std::sync::Arc;
 
-use reqwest::Method;
+use reqwest::multipart::{Form, Part};
+use reqwest::{Method, RequestBuilder, Response};
 use serde_json::Value;
 use trunnion::jobs::CutterContactCompensator;
 
 use crate::support::{App, spawn_real};
 
-/// An operation with the example of one media type of its body.
-struct Example {
-    method: Method,
-    path: String,
-    kind: String,
-    body: Vec<u8>,
+/// One way to send an operation's request.
+#[derive(Debug)]
+struct Sample<'a> {
+    /// Media type of the body; none without a body.
+    kind: Option<&'a str>,
+    body: &'a Value,
+    schema: &'a Value,
 }
 
-/// The examples of all operations that take a body. A multipart form needs none: its fields have those of the others.
-fn examples(document: &Value) -> Vec<Example> {
-    let mut examples = Vec::new();
-    for (path, item) in document["paths"].as_object().unwrap() {
-        for (method, operation) in item.as_object().unwrap() {
-            let content = operation["requestBody"]["content"].as_object();
-            for (kind, media) in
-                content.into_iter().flatten().filter(|(kind, _)| *kind != "multipart/form-data")
-            {
-                let example = &media["example"];
-                assert!(!example.is_null(), "{method} {path} has no example of {kind}");
-                let body = match example {
-                    Value::String(text) if kind != "application/json" => text.clone().into_bytes(),
-                    other => other.to_string().into_bytes(),
-                };
-                let method = Method::from_bytes(method.to_uppercase().as_bytes()).unwrap();
-                let mut path = filled(path, operation);
-                path += &required_query(operation);
-                examples.push(Example { method, path, kind: kind.clone(), body });
+struct Described {
+    document: Value,
+}
+
+impl Described {
+    fn operation(&self, method: &str, path: &str) -> Option<&Value> {
+        self.document["paths"].get(path)?.get(method)
+    }
+
+    /// Every example of the operation's request; one without a body where it takes none.
+    fn samples<'a>(&'a self, name: &str, operation: &'a Value) -> Vec<Sample<'a>> {
+        let Some(contents) = operation["requestBody"]["content"].as_object() else {
+            return vec![Sample { kind: None, body: &Value::Null, schema: &Value::Null }];
+        };
+        let mut samples = Vec::new();
+        for (kind, content) in contents {
+            let named = content["examples"].as_object().into_iter().flat_map(|all| all.values());
+            let bodies: Vec<_> =
+                content.get("example").into_iter().chain(named.map(|one| &one["value"])).collect();
+            assert!(!bodies.is_empty(), "{name} has no example of a request as {kind}");
+            let schema = self.resolved(&content["schema"]);
+            samples.extend(bodies.into_iter().map(|body| Sample { kind: Some(kind), body, schema }));
+        }
+        samples
+    }
+
+    fn resolved<'a>(&'a self, schema: &'a Value) -> &'a Value {
+        match schema["$ref"].as_str() {
+            Some(reference) => {
+                self.resolved(self.document.pointer(reference.trim_start_matches('#')).unwrap())
+            }
+            None => schema,
+        }
+    }
+
+    /// The address of the operation with everything there that it names.
+    async fn address(&self, app: &App, method: &str, path: &str, operation: &Value) -> String {
+        let mut address = String::new();
+        for segment in path.split('/').skip(1) {
+            let parameter = segment.strip_prefix('{').and_then(|rest| rest.strip_suffix('}'));
+            let value = match parameter {
+                None => segment.to_owned(),
+                Some("id") => self.made(app, &address, path).await,
+                Some(name) => {
+                    let found = parameters(operation, "path").find(|one| one["name"] == name);
+                    let example = found.map_or(&Value::Null, |one| &one["example"]);
+                    assert!(!example.is_null(), "{method} {path}: no example of {name}");
+                    let value = plain(example);
+                    let new = method == "put" && path.ends_with("{machine_id}");
+                    if name == "machine_id" && !new {
+                        self.provide_machine(app, &value).await;
+                    }
+                    value
+                }
+            };
+            address = format!("{address}/{value}");
+        }
+        address
+    }
+
+    /// A machine with this id: the example of the operation that makes machines, where it is not there.
+    async fn provide_machine(&self, app: &App, id: &str) {
+        let path = "/v1/machines/{machine_id}";
+        if app.get(&format!("/v1/machines/{id}")).await.status() == 404 {
+            let put = self.operation("put", path).unwrap();
+            let body = self.samples("put", put).pop().unwrap().body;
+            assert_eq!(app.put_machine(id, body).await.status(), 201);
+        }
+    }
+
+    /// The id of a new thing in the collection at `address`.
+    async fn made(&self, app: &App, address: &str, path: &str) -> String {
+        let collection = path.split("/{id}").next().unwrap();
+        let (maker, at) = match self.operation("post", collection) {
+            Some(maker) => (maker, address.to_owned()),
+            None if collection == "/v1/jobs" => {
+                let path = "/v1/machines/{machine_id}/cc-compensation";
+                (self.operation("post", path).unwrap(), path.replace("{machine_id}", "example-ac-table"))
+            }
+            None => unreachable!("{path}: nothing in the description makes one"),
+        };
+        let sample = self.samples(collection, maker).pop().unwrap();
+        let made = sent(request(app, Method::POST, &at, maker, &sample)).await;
+        let status = made.status();
+        let location = made.headers().get("location").map(|value| value.to_str().unwrap().to_owned());
+        let text = made.text().await.unwrap();
+        assert!(status.is_success(), "{at}: {status} {text}");
+        location.map_or_else(
+            || serde_json::from_str::<Value>(&text).unwrap()["id"].as_str().unwrap().to_owned(),
+            |location| location.rsplit('/').next().unwrap().to_owned(),
+        )
+    }
+
+    /// Whether a document fits a schema: types, names, and what is needed.
+    fn misfit(&self, schema: &Value, value: &Value, at: &str) -> Option<String> {
+        let schema = self.resolved(schema);
+        for part in schema["allOf"].as_array().into_iter().flatten() {
+            if let Some(misfit) = self.misfit(part, value, at) {
+                return Some(misfit);
             }
         }
+        for choice in ["oneOf", "anyOf"] {
+            if let Some(parts) = schema[choice].as_array() {
+                let misfits: Vec<_> = parts.iter().map(|part| self.misfit(part, value, at)).collect();
+                if misfits.iter().all(Option::is_some) {
+                    return Some(format!("{at} fits none: {misfits:?}"));
+                }
+            }
+        }
+        let kinds = match &schema["type"] {
+            Value::String(one) => vec![one.as_str()],
+            Value::Array(all) => all.iter().filter_map(Value::as_str).collect(),
+            _ => Vec::new(),
+        };
+        let fits = |kind: &&str| match *kind {
+            "null" => value.is_null(),
+            "number" => value.is_number(),
+            "integer" => value.is_i64() || value.is_u64(),
+            "string" => value.is_string(),
+            "boolean" => value.is_boolean(),
+            "array" => value.is_array(),
+            _ => value.is_object(),
+        };
+        if !kinds.is_empty() && !kinds.iter().any(fits) {
+            return Some(format!("{at}: {value} is not {kinds:?}"));
+        }
+        if let Some(words) = schema["enum"].as_array()
+            && !words.contains(value)
+        {
+            return Some(format!("{at}: {value} is not one of {words:?}"));
+        }
+        if let Some(members) = value.as_object() {
+            for name in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+                if !members.contains_key(name) {
+                    return Some(format!("{at} has no {name}"));
+                }
+            }
+            for (name, member) in members {
+                if let Some(part) = schema["properties"].get(name)
+                    && let Some(misfit) = self.misfit(part, member, &format!("{at}/{name}"))
+                {
+                    return Some(misfit);
+                }
+            }
+        }
+        let items = value.as_array().into_iter().flatten().enumerate();
+        let inner = schema.get("items")?;
+        items.into_iter().find_map(|(index, item)| self.misfit(inner, item, &format!("{at}/{index}")))
     }
-    examples
 }
 
-/// The path with the examples of its parameters.
-fn filled(path: &str, operation: &Value) -> String {
-    let mut path = path.to_owned();
-    for parameter in operation["parameters"].as_array().into_iter().flatten() {
-        if parameter["in"] == "path" {
-            let name = parameter["name"].as_str().unwrap();
-            assert!(parameter["example"].is_string(), "{path}: {name} has no example");
-            let example = parameter["example"].as_str().unwrap();
-            path = path.replace(&format!("{{{name}}}"), example);
+/// Media types of the answers that are no refusals; one empty one where there is no body.
+fn representations(operation: &Value) -> Vec<(&str, &Value)> {
+    let good = operation["responses"].as_object().unwrap().iter().find(|(status, _)| status.starts_with('2'));
+    let contents = good.and_then(|(_, response)| response["content"].as_object());
+    match contents {
+        Some(all) => all.iter().map(|(kind, content)| (kind.as_str(), &content["schema"])).collect(),
+        None => vec![("*/*", &Value::Null)],
+    }
+}
+
+fn parameters<'a>(operation: &'a Value, place: &'a str) -> impl Iterator<Item = &'a Value> {
+    operation["parameters"].as_array().into_iter().flatten().filter(move |parameter| parameter["in"] == place)
+}
+
+/// A value as it stands in an address.
+fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join(","),
+        other => other.to_string(),
+    }
+}
+
+/// The request of a sample. Query parameters go with bodies that have no place for them.
+fn request(app: &App, method: Method, address: &str, operation: &Value, sample: &Sample) -> RequestBuilder {
+    let mut request = app.client.request(method, app.url(address));
+    let elsewhere = matches!(sample.kind, Some("application/json" | "multipart/form-data"));
+    for parameter in parameters(operation, "query") {
+        let (name, needed) = (parameter["name"].as_str().unwrap(), parameter["required"] == true);
+        assert!(!needed || !parameter["example"].is_null(), "{address}: no example of {name}");
+        if !parameter["example"].is_null() && (needed || !elsewhere) {
+            request = request.query(&[(name, plain(&parameter["example"]))]);
         }
     }
-    assert!(!path.contains('{'), "{path} has a parameter without an example");
-    path
+    match sample.kind {
+        None => request,
+        Some("multipart/form-data") => {
+            let mut form = Form::new();
+            for (name, value) in sample.body.as_object().unwrap() {
+                let is_file = sample.schema["properties"][name]["format"] == "binary";
+                let part = Part::text(plain(value));
+                form = form.part(name.clone(), if is_file { part.file_name("blade.nc") } else { part });
+            }
+            request.multipart(form)
+        }
+        Some("application/json") => request.json(sample.body),
+        Some(kind) => request.header("content-type", kind).body(sample.body.as_str().unwrap().to_owned()),
+    }
 }
 
-/// The query parameters that have an example and no default: those an operation cannot do without.
-fn required_query(operation: &Value) -> String {
-    let parameters = operation["parameters"].as_array().into_iter().flatten();
-    let wanted: Vec<String> = parameters
-        .filter(|parameter| parameter["in"] == "query" && parameter["example"].is_number())
-        .map(|parameter| format!("{}={}", parameter["name"].as_str().unwrap(), parameter["example"]))
-        .collect();
-    if wanted.is_empty() { String::new() } else { format!("?{}", wanted.join("&")) }
-}
-
-async fn send(app: &App, example: &Example) -> (u16, String) {
-    let mut request = app.client.request(example.method.clone(), app.url(&example.path));
-    request = request.header("content-type", &example.kind).body(example.body.clone());
-    let response = request.send().await.unwrap();
-    (response.status().as_u16(), response.text().await.unwrap())
+async fn sent(request: RequestBuilder) -> Response {
+    request.send().await.unwrap()
 }
 
 #[tokio::test]
-async fn every_request_example_of_the_description_is_taken() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
-    let document: Value = app.get("/openapi.json").await.json().await.unwrap();
-    let examples = examples(&document);
-    assert!(examples.len() >= 9, "only {} examples", examples.len());
-    for example in &examples {
-        let (status, body) = send(&app, example).await;
-        let (method, path) = (&example.method, &example.path);
-        assert!((200..300).contains(&status), "{method} {path} answers {status}: {body}");
+async fn every_example_of_the_description_is_answered_as_described() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let mut tried = 0;
+    for (path, item) in described.document["paths"].as_object().unwrap() {
+        for (method, operation) in item.as_object().unwrap() {
+            let name = format!("{method} {path}");
+            for sample in described.samples(&name, operation) {
+                for (kind, schema) in representations(operation) {
+                    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+                    let address = described.address(&app, method, path, operation).await;
+                    let verb = method.to_uppercase().parse().unwrap();
+                    let mut request =
+                        request(&app, verb, &address, operation, &sample).header("accept", kind);
+                    for header in parameters(operation, "header").filter(|one| one["required"] == true) {
+                        assert_eq!(header["name"], "If-Match", "{name}: how is this header made?");
+                        let tag = app.get(&address).await.headers()["etag"].clone();
+                        request = request.header("if-match", tag);
+                    }
+                    let response = sent(request).await;
+                    let status = response.status();
+                    let headers = response.headers().clone();
+                    let text = response.text().await.unwrap();
+                    let said = format!("{name} with {:?} as {kind}: {status} {text}", sample.kind);
+                    assert!(status.is_success(), "{said}");
+                    assert!(operation["responses"].get(status.as_str()).is_some(), "{said}");
+                    if kind != "*/*" {
+                        let found = headers["content-type"].to_str().unwrap();
+                        assert_eq!(found.split(';').next().unwrap().trim(), kind, "{said}");
+                    }
+                    if kind == "application/json" {
+                        let answer: Value = serde_json::from_str(&text).unwrap();
+                        assert_eq!(described.misfit(schema, &answer, ""), None, "{said}");
+                    }
+                    tried += 1;
+                    app.stop().await;
+                }
+            }
+        }
+    }
+    assert!(tried >= 35, "only {tried} requests");
+}
+
+#[test]
+fn the_check_of_answers_finds_what_does_not_fit() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let schema = serde_json::json!({
+        "type": "object", "required": ["a"],
+        "properties": {"a": {"oneOf": [{"type": "null"}, {"type": "array", "items": {"type": "integer"}}]}}
+    });
+    for good in ["{\"a\": null}", "{\"a\": [1, 2]}"] {
+        assert_eq!(described.misfit(&schema, &serde_json::from_str(good).unwrap(), ""), None, "{good}");
+    }
+    for bad in ["{}", "[]", "{\"a\": 1}", "{\"a\": [1, 0.5]}"] {
+        assert!(described.misfit(&schema, &serde_json::from_str(bad).unwrap(), "").is_some(), "{bad}");
     }
 }
