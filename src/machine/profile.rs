@@ -1,6 +1,6 @@
 //! A complete, checked machine.
 
-use super::{AxisField, MachineFault, Motion, ProfileField, RotaryAxis, Squareness, Travel};
+use super::{AxisField, LocationError, MachineFault, Motion, ProfileField, RotaryAxis, Squareness, Travel};
 use crate::geometry::{RigidMotion, Screw, Vec3, angle_between};
 
 /// The unchecked parts of a profile, in any number and of any value.
@@ -143,16 +143,22 @@ impl Machine {
     /// nominal lines. Head lines are still relative to the gauge point.
     #[must_use]
     pub fn screws(&self, apply_errors: bool) -> [Screw; 2] {
+        if apply_errors {
+            self.screws_with(&self.rotary_axes.each_ref().map(|axis| axis.location_error))
+        } else {
+            self.rotary_axes.each_ref().map(RotaryAxis::nominal_screw)
+        }
+    }
+
+    /// The lines as [`Machine::screws`] gives them, with these location errors in place of the profile's.
+    #[must_use]
+    pub fn screws_with(&self, errors: &[LocationError; 2]) -> [Screw; 2] {
         let mut chain = [RigidMotion::identity(), RigidMotion::identity()];
         std::array::from_fn(|index| {
             let axis = &self.rotary_axes[index];
-            let nominal = axis.nominal_screw();
-            if !apply_errors {
-                return nominal;
-            }
             let side = axis.side as usize;
-            chain[side] = chain[side].after(&axis.location_error.displacement(axis.point_mm));
-            nominal.displaced(&chain[side].rotation, chain[side].shift_mm)
+            chain[side] = chain[side].after(&errors[index].displacement(axis.point_mm));
+            axis.nominal_screw().displaced(&chain[side].rotation, chain[side].shift_mm)
         })
     }
 

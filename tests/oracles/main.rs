@@ -1,5 +1,8 @@
 //! Oracles: numbers and formulas from outside (tables, closed forms, second methods), compared within named tolerances.
 
+mod ballbar;
+#[path = "../models/bar_machine.rs"]
+mod bar_machine;
 mod cutter_contact;
 mod kinematics;
 mod servo;

@@ -1,0 +1,434 @@
+//! Location errors from ball-bar readings: weighted, robust least squares on the full rigid-body model.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::absolute::{AbsoluteError, absolute_errors};
+use super::blind::{Blind, blind_combinations};
+use super::decomposition::{Decomposition, product};
+use super::eccentricity::{Harmonic, HarmonicFit};
+use super::observations::Observations;
+use super::robust::{Outliers, keep};
+use super::warnings::{RunWarning, warnings};
+use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters};
+use crate::machine::{LocationError, Machine};
+
+/// Something that is not known before the fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Unknown {
+    /// A component of a location error \[mm or rad\].
+    Error(ErrorParameter),
+    /// A component of the set-up error \[mm\]: 0 `e_xs`, 1 `e_ys`.
+    SetupError(usize),
+}
+
+/// Eccentricities of one test \[mm\]; `None` where the angles do not determine them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eccentricities {
+    /// As measured, with nominal kinematics in the control.
+    pub before_mm: Option<[f64; 2]>,
+    /// As they will be when the control knows the four translations alone.
+    pub after_linear_mm: Option<[f64; 2]>,
+    /// As they will be when it knows all errors.
+    pub after_all_mm: Option<[f64; 2]>,
+}
+
+/// A reading that the fit leaves out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outlier {
+    /// The test.
+    pub test: usize,
+    /// The reading.
+    pub reading: usize,
+    /// Measured minus fitted \[mm\].
+    pub residual_mm: f64,
+}
+
+/// What a run says about a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identified {
+    /// The location errors, cascaded as in the profile; components that are not sought are zero.
+    pub errors: [LocationError; 2],
+    /// The set-up error used or found \[mm\].
+    pub setup_error_mm: [f64; 2],
+    /// What was sought, in the order of `covariance`.
+    pub unknowns: Vec<Unknown>,
+    /// Covariance of the unknowns \[mm², mm·rad, rad²\]; `None` where nothing is left over to judge by.
+    pub covariance: Option<DMatrix<f64>>,
+    /// Whether the readings leave the unknown open, so that its value is only the smallest that fits.
+    pub undetermined: Vec<bool>,
+    /// The errors against the machine's frame, with ISO 230-7 symbols.
+    pub absolute: Vec<AbsoluteError>,
+    /// What the readings cannot tell apart.
+    pub blind: Vec<Blind>,
+    /// How many of the `counted` unknowns the readings determine; offsets not counted.
+    pub rank: usize,
+    /// The location errors, and the two set-up errors where these were not given.
+    pub counted: usize,
+    /// Largest singular value over the smallest, of what was solved for, columns at unit length.
+    pub condition_number: f64,
+    /// Observations less unknowns and offsets.
+    pub degrees_of_freedom: usize,
+    /// Root of the mean square of the residuals of what was kept \[mm\].
+    pub residual_rms_mm: f64,
+    /// Measured minus fitted, by test \[mm\]: two where eccentricities alone were given.
+    pub residuals_mm: Vec<Vec<f64>>,
+    /// The offset of each test \[mm\], `None` where none was fitted.
+    pub offsets_mm: Vec<Option<f64>>,
+    /// What was left out.
+    pub outliers: Vec<Outlier>,
+    /// By test.
+    pub eccentricities: Vec<Eccentricities>,
+    /// What a metrologist would ask about.
+    pub warnings: Vec<RunWarning>,
+}
+
+/// Most steps of the fit; it takes three or four.
+const MAX_STEPS: usize = 30;
+/// A step that moves the model by less than this in the mean of the rows ends the fit \[mm\]: a thousandth of what
+/// answers are compared to (1e-6 µm), ten times the rounding of coordinates of a few hundred mm.
+const STEP_END_MM: f64 = 1e-12;
+/// Steps below this that no longer shrink are rounding \[mm\]: coordinates of metres, summed over many rows.
+const ROUNDING_MM: f64 = 1e-9;
+
+/// Identifies the location errors of both rotary axes of `machine` (its own location errors are not used: the
+/// control turned the axes by the nominal lines).
+///
+/// The model is the rigid-body one of shared notation §1 and §5, nothing linearised; unknowns are
+/// [`placing_parameters`], the set-up error where it is measured, and one offset per test where asked for. Readings far
+/// from all others are left out and listed. Combinations that the tests cannot see are kept at zero and listed.
+/// Covariance: Type A from the residuals; a given instrument uncertainty adds an unknown first harmonic of that size in
+/// every test, which more readings do not average away.
+///
+/// # Errors
+/// Everything wrong with the run's numbers; or no errors of a machine's size explain them.
+pub fn identify(machine: &Machine, run: &BallBarRun) -> Result<Identified, Vec<RunFault>> {
+    run.check(machine)?;
+    Fit::new(machine, run).and_then(|fit| fit.run()).map_err(|fault| vec![fault])
+}
+
+/// What the bar would read \[mm\] at the angles of each test of `run` (its own values do not count) on a machine with
+/// these errors and this set-up error, under nominal kinematics; two eccentricities for a test that has no readings.
+///
+/// # Errors
+/// Everything wrong with the run's numbers.
+pub fn expected_readings(
+    machine: &Machine,
+    run: &BallBarRun,
+    errors: &[LocationError; 2],
+    setup_error_mm: [f64; 2],
+) -> Result<Vec<Vec<f64>>, Vec<RunFault>> {
+    run.check(machine)?;
+    let observations = Observations::new(machine, run);
+    let control = machine.screws(false);
+    let values_mm = observations.predict(machine, &control, &[], errors, setup_error_mm).values_mm;
+    let mut readings = vec![Vec::new(); run.tests.len()];
+    for block in &observations.blocks {
+        if let Some(test) = block.test {
+            readings[test] = values_mm.rows(block.first, block.rows).iter().copied().collect();
+        }
+    }
+    Ok(readings)
+}
+
+/// The problem with what stays the same from step to step.
+pub(super) struct Fit<'a> {
+    machine: &'a Machine,
+    run: &'a BallBarRun,
+    pub(super) parameters: Vec<ErrorParameter>,
+    unknowns: Vec<Unknown>,
+    pub(super) observations: Observations,
+    solved: Decomposition,
+    counted: Decomposition,
+    /// From the determined combinations to the unknowns in their units.
+    directions: DMatrix<f64>,
+}
+
+/// Where a fit stands.
+#[derive(Debug, Clone)]
+pub(super) struct Solution {
+    errors: [LocationError; 2],
+    setup_error_mm: [f64; 2],
+    /// Measured minus model, offsets not taken out \[mm\].
+    pub(super) residuals_mm: DVector<f64>,
+    slopes: DMatrix<f64>,
+}
+
+impl<'a> Fit<'a> {
+    fn new(machine: &'a Machine, run: &'a BallBarRun) -> Result<Self, RunFault> {
+        let parameters = placing_parameters(machine);
+        let observations = Observations::new(machine, run);
+        // At zero of everything: what only the product of two small numbers shows does not count as seen.
+        let nominal = machine.screws(false);
+        let at_zero =
+            observations.predict(machine, &nominal, &parameters, &[LocationError::default(); 2], [0.0; 2]);
+        let every: Vec<Unknown> =
+            parameters.iter().copied().map(Unknown::Error).chain([0, 1].map(Unknown::SetupError)).collect();
+        let decomposed = |columns: usize| {
+            let mut slopes = at_zero.slopes.columns(0, columns).into_owned();
+            for mut column in slopes.column_iter_mut() {
+                observations.project(&observations.weights, column.as_mut_slice());
+            }
+            Decomposition::new(slopes).filter(|found| found.rank() > 0).ok_or(RunFault::NothingDetermined)
+        };
+        let with_setup = matches!(run.setup_error, SetupError::Spindle(_));
+        let counts_setup = !matches!(run.setup_error, SetupError::Known(_));
+        let solved_columns = parameters.len() + if with_setup { 2 } else { 0 };
+        let solved = decomposed(solved_columns)?;
+        let counted = decomposed(parameters.len() + if counts_setup { 2 } else { 0 })?;
+        let directions = solved.unscaled_seen();
+        let unknowns = every.into_iter().take(solved_columns).collect();
+        Ok(Self { machine, run, parameters, unknowns, observations, solved, counted, directions })
+    }
+
+    fn run(&self) -> Result<Identified, RunFault> {
+        let known = match self.run.setup_error {
+            SetupError::Known(known) => known,
+            SetupError::Spindle(_) | SetupError::Unknown => [0.0; 2],
+        };
+        let start = self.at([LocationError::default(); 2], known);
+        let Outliers { solution, weights, left_out } = keep(self, start)?;
+        Ok(self.answer(&solution, &weights, &left_out))
+    }
+
+    fn at(&self, errors: [LocationError; 2], setup_error_mm: [f64; 2]) -> Solution {
+        let nominal = self.machine.screws(false);
+        let predicted =
+            self.observations.predict(self.machine, &nominal, &self.parameters, &errors, setup_error_mm);
+        Solution {
+            errors,
+            setup_error_mm,
+            residuals_mm: &self.observations.values_mm - predicted.values_mm,
+            slopes: predicted.slopes,
+        }
+    }
+
+    /// Gauss–Newton from `solution` with these rows' weights, among the combinations that are determined.
+    pub(super) fn descend(&self, mut solution: Solution, weights: &[f64]) -> Result<Solution, RunFault> {
+        let mut before_mm = f64::INFINITY;
+        for _ in 0..MAX_STEPS {
+            let moved_mm;
+            (solution, moved_mm) = self.step(&solution, weights)?;
+            let only_rounding = moved_mm < ROUNDING_MM && moved_mm > 0.5 * before_mm;
+            if moved_mm <= STEP_END_MM || only_rounding {
+                return Ok(solution);
+            }
+            before_mm = moved_mm;
+        }
+        Err(Self::OUT_OF_BOUNDS)
+    }
+
+    const OUT_OF_BOUNDS: RunFault =
+        RunFault::NoFit { max_mm: Machine::MAX_ERROR_MM, max_rad: Machine::MAX_ERROR_RAD };
+
+    /// One step, and how far it moves the model in the mean of the rows \[mm\].
+    pub(super) fn step(&self, solution: &Solution, weights: &[f64]) -> Result<(Solution, f64), RunFault> {
+        let factors = self.design(solution, weights).qr();
+        let mut residuals = solution.residuals_mm.clone();
+        self.observations.project(weights, residuals.as_mut_slice());
+        factors.q_tr_mul(&mut residuals);
+        let top = residuals.rows(0, self.directions.ncols()).into_owned();
+        let moved_mm = top.norm() / (self.observations.values_mm.len() as f64).sqrt();
+        let step = factors.r().solve_upper_triangular(&top).ok_or(Self::OUT_OF_BOUNDS)?;
+        let (mut errors, mut setup_error_mm) = (solution.errors, solution.setup_error_mm);
+        for (unknown, row) in self.unknowns.iter().zip(self.directions.row_iter()) {
+            let change: f64 = row.iter().zip(step.iter()).map(|(part, step)| part * step).sum();
+            match unknown {
+                Unknown::Error(parameter) => {
+                    let value = parameter.value(&errors) + change;
+                    parameter.set(&mut errors, value);
+                }
+                Unknown::SetupError(component) => setup_error_mm[*component] += change,
+            }
+        }
+        let within = |values: &[f64], max: f64| values.iter().all(|value| value.abs() <= max);
+        let sound = within(&setup_error_mm, Machine::MAX_ERROR_MM)
+            && errors.iter().all(|error| {
+                within(error.translation_mm.as_slice(), Machine::MAX_ERROR_MM)
+                    && within(error.rotation_rad.as_slice(), Machine::MAX_ERROR_RAD)
+            });
+        if sound { Ok((self.at(errors, setup_error_mm), moved_mm)) } else { Err(Self::OUT_OF_BOUNDS) }
+    }
+
+    /// The slopes along the determined combinations, projected and weighted.
+    fn design(&self, solution: &Solution, weights: &[f64]) -> DMatrix<f64> {
+        let slopes = solution.slopes.columns(0, self.unknowns.len()).into_owned();
+        let mut design = product(&slopes, &self.directions);
+        for mut column in design.column_iter_mut() {
+            self.observations.project(weights, column.as_mut_slice());
+        }
+        design
+    }
+
+    /// Observations kept, less what was fitted to them.
+    pub(super) fn degrees_of_freedom(&self, weights: &[f64]) -> usize {
+        let kept = weights.iter().filter(|weight| **weight > 0.0).count();
+        let offsets = self.observations.blocks.iter().filter(|block| block.offset).count();
+        kept.saturating_sub(self.solved.rank() + offsets)
+    }
+
+    fn answer(&self, solution: &Solution, weights: &[f64], left_out: &[usize]) -> Identified {
+        let observations = &self.observations;
+        let mut weighted = solution.residuals_mm.clone();
+        observations.project(weights, weighted.as_mut_slice());
+        let degrees_of_freedom = self.degrees_of_freedom(weights);
+        let offsets = observations.offsets(weights, solution.residuals_mm.as_slice());
+        let tests = self.run.tests.len();
+        let (mut residuals_mm, mut offsets_mm) = (vec![Vec::new(); tests], vec![None; tests]);
+        let (mut outliers, mut squares, mut kept) = (Vec::new(), 0.0, 0.0);
+        for (block, offset) in observations.blocks.iter().zip(offsets) {
+            for reading in 0..block.rows {
+                let row = block.first + reading;
+                let residual_mm = solution.residuals_mm[row] - offset;
+                let is_out = left_out.binary_search(&row).is_ok();
+                if !is_out {
+                    squares += residual_mm * residual_mm;
+                    kept += 1.0;
+                }
+                if let Some(test) = block.test {
+                    residuals_mm[test].push(residual_mm);
+                    if is_out {
+                        outliers.push(Outlier { test, reading, residual_mm });
+                    }
+                }
+            }
+            if let Some(test) = block.test.filter(|_| block.offset) {
+                offsets_mm[test] = Some(offset);
+            }
+        }
+        let covariance = self.covariance(solution, weights, weighted.norm_squared(), degrees_of_freedom);
+        let touched = self.counted.touched();
+        let every: Vec<Unknown> = self
+            .parameters
+            .iter()
+            .copied()
+            .map(Unknown::Error)
+            .chain([0, 1].map(Unknown::SetupError))
+            .take(touched.len())
+            .collect();
+        let blind = blind_combinations(self.machine, self.run, &every, &self.counted);
+        let undetermined = self.solved.touched();
+        let absolute = absolute_errors(
+            self.machine,
+            &solution.errors,
+            &self.unknowns,
+            covariance.as_ref(),
+            &undetermined,
+            &blind,
+        );
+        Identified {
+            errors: solution.errors,
+            setup_error_mm: solution.setup_error_mm,
+            unknowns: self.unknowns.clone(),
+            covariance,
+            undetermined,
+            absolute,
+            blind,
+            rank: self.counted.rank(),
+            counted: every.len(),
+            condition_number: self.solved.condition,
+            degrees_of_freedom,
+            residual_rms_mm: if kept > 0.0 { f64::sqrt(squares / kept) } else { 0.0 },
+            residuals_mm,
+            offsets_mm,
+            warnings: warnings(self.machine, self.run, &outliers, self.solved.condition),
+            outliers,
+            eccentricities: self.eccentricities(solution, weights),
+        }
+    }
+
+    fn covariance(
+        &self,
+        solution: &Solution,
+        weights: &[f64],
+        squares: f64,
+        degrees_of_freedom: usize,
+    ) -> Option<DMatrix<f64>> {
+        let instrument_mm = self.run.instrument_uncertainty_mm.filter(|value| *value > 0.0);
+        if degrees_of_freedom == 0 && instrument_mm.is_none() {
+            return None;
+        }
+        let factors = self.design(solution, weights).qr();
+        let count = self.directions.ncols();
+        let inverse = factors.r().solve_upper_triangular(&DMatrix::identity(count, count))?;
+        // unknowns = spread · Qᵀ rows
+        let spread = product(&self.directions, &inverse);
+        let mut covariance = if degrees_of_freedom > 0 {
+            product(&spread, &spread.transpose()) * (squares / degrees_of_freedom as f64)
+        } else {
+            DMatrix::zeros(self.unknowns.len(), self.unknowns.len())
+        };
+        if let Some(instrument_mm) = instrument_mm {
+            let rows = self.observations.values_mm.len();
+            for (block, component) in
+                self.observations.blocks.iter().flat_map(|block| [(block, 0), (block, 1)])
+            {
+                let mut shape = DVector::zeros(rows);
+                for row in 0..block.rows {
+                    shape[block.first + row] = match block.test.map(|test| &self.run.tests[test]) {
+                        // Two eccentricities alone: each is its own row.
+                        Some(test) if test.readings().is_empty() => f64::from(u8::from(row == component)),
+                        Some(test) => {
+                            let axis = &self.machine.rotary_axes()[test.axis];
+                            Harmonic::new(axis, test.bar).at(block.turns[row])[component]
+                        }
+                        None if component == 0 => block.turns[row].0,
+                        None => block.turns[row].1,
+                    };
+                }
+                self.observations.project(weights, shape.as_mut_slice());
+                factors.q_tr_mul(&mut shape);
+                let shifts =
+                    product(&spread, &DMatrix::from_column_slice(count, 1, &shape.as_slice()[..count]));
+                covariance += product(&shifts, &shifts.transpose()) * (instrument_mm * instrument_mm);
+            }
+        }
+        Some(covariance)
+    }
+
+    /// Measured eccentricities, and what the model says that compensation takes away from them: the part that no
+    /// location error explains stays.
+    fn eccentricities(&self, solution: &Solution, weights: &[f64]) -> Vec<Eccentricities> {
+        let linear = solution
+            .errors
+            .map(|error| LocationError { translation_mm: error.translation_mm, ..LocationError::default() });
+        let controls = [
+            self.machine.screws(false),
+            self.machine.screws_with(&linear),
+            self.machine.screws_with(&solution.errors),
+        ];
+        let models = controls.map(|control| {
+            let (errors, setup_error_mm) = (&solution.errors, solution.setup_error_mm);
+            self.observations.predict(self.machine, &control, &[], errors, setup_error_mm).values_mm
+        });
+        let none = Eccentricities { before_mm: None, after_linear_mm: None, after_all_mm: None };
+        let mut eccentricities = vec![none; self.run.tests.len()];
+        for block in &self.observations.blocks {
+            let Some(test) = block.test else { continue };
+            let described = &self.run.tests[test];
+            let rows = block.first..block.first + block.rows;
+            // Of readings, those kept; of two eccentricities alone, themselves.
+            let fitted = if described.readings().is_empty() {
+                None
+            } else {
+                let harmonic = Harmonic::new(&self.machine.rotary_axes()[described.axis], described.bar);
+                let kept: Vec<usize> = rows.filter(|row| weights[*row] > 0.0).collect();
+                let turns: Vec<_> = kept.iter().map(|row| block.turns[row - block.first]).collect();
+                let Some(fit) = HarmonicFit::new(&harmonic, &turns) else { continue };
+                Some((kept, fit))
+            };
+            let of = |values: &DVector<f64>| match &fitted {
+                Some((kept, fit)) => fit.of(&kept.iter().map(|row| values[*row]).collect::<Vec<_>>()),
+                None => [values[block.first], values[block.first + 1]],
+            };
+            let measured = of(&self.observations.values_mm);
+            let [before, linear, all] = models.each_ref().map(of);
+            let after = |model: [f64; 2]| Some([0, 1].map(|k| measured[k] - before[k] + model[k]));
+            eccentricities[test] = Eccentricities {
+                before_mm: Some(measured),
+                after_linear_mm: after(linear),
+                after_all_mm: after(all),
+            };
+        }
+        eccentricities
+    }
+}

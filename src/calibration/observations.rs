@@ -1,0 +1,203 @@
+//! The rows of the least-squares problem: what was read, what the model says there, and how it changes.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::eccentricity::{Harmonic, HarmonicFit, full_turn};
+use super::parameters::MovedLines;
+use super::prediction::{Control, TestModel, spindle_reading};
+use super::{BallBarRun, ErrorParameter, Observed, Reading, SetupError, SpindleStep};
+use crate::geometry::{Vec3, trig};
+use crate::machine::{LocationError, Machine};
+
+/// Weight of an eccentricity given alone against a reading: P4 takes it as half the difference of two readings,
+/// whose variance is half a reading's.
+const ECCENTRICITY_WEIGHT: f64 = 2.0;
+
+/// Rows that share an offset.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    /// Index of the test; `None` for the spindle step.
+    pub(super) test: Option<usize>,
+    pub(super) first: usize,
+    pub(super) rows: usize,
+    /// Whether an offset is fitted.
+    pub(super) offset: bool,
+    /// Sine and cosine of the angles: the rows', or those of the grid behind two eccentricities.
+    pub(super) turns: Vec<(f64, f64)>,
+    source: Source,
+}
+
+#[derive(Debug, Clone)]
+enum Source {
+    Readings(TestModel),
+    Eccentricity(TestModel, HarmonicFit),
+    Spindle(Vec3),
+}
+
+/// Everything that was observed, as rows.
+#[derive(Debug, Clone)]
+pub(super) struct Observations {
+    pub(super) blocks: Vec<Block>,
+    /// What was read \[mm\].
+    pub(super) values_mm: DVector<f64>,
+    /// Square root of each row's weight.
+    pub(super) weights: Vec<f64>,
+    bar_length_mm: f64,
+}
+
+/// Values and slopes of the model in every row.
+pub(super) struct Predicted {
+    /// \[mm\]
+    pub(super) values_mm: DVector<f64>,
+    /// One column for each parameter, then `e_xs`, `e_ys`.
+    pub(super) slopes: DMatrix<f64>,
+}
+
+impl Observations {
+    pub(super) fn new(machine: &Machine, run: &BallBarRun) -> Self {
+        let (mut blocks, mut values_mm, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        // Only ratios count: the best test has weight 1, so that distances keep their unit.
+        let best = run.tests.iter().map(|test| test.reading_uncertainty).fold(f64::INFINITY, f64::min);
+        for (index, test) in run.tests.iter().enumerate() {
+            let model = TestModel::new(machine, run, test);
+            let weight = best / test.reading_uncertainty;
+            let first = values_mm.len();
+            let block =
+                |rows, offset, turns, source| Block { test: Some(index), first, rows, offset, turns, source };
+            match &test.observed {
+                Observed::Readings(readings) => {
+                    values_mm.extend(readings.iter().map(|reading| reading.length_change_mm));
+                    weights.extend(readings.iter().map(|_| weight));
+                    let (rows, turns) = (readings.len(), turns(readings));
+                    blocks.push(block(rows, run.offset_per_test, turns, Source::Readings(model)));
+                }
+                Observed::Eccentricity(pair_mm) => {
+                    let turns = full_turn();
+                    let harmonic = Harmonic::new(&machine.rotary_axes()[test.axis], test.bar);
+                    // A full turn determines the harmonic of any axis.
+                    let Some(fit) = HarmonicFit::new(&harmonic, &turns) else { continue };
+                    values_mm.extend(pair_mm);
+                    weights.extend([weight * ECCENTRICITY_WEIGHT.sqrt(); 2]);
+                    blocks.push(block(2, false, turns, Source::Eccentricity(model, fit)));
+                }
+            }
+        }
+        if let SetupError::Spindle(SpindleStep { bar, readings }) = &run.setup_error {
+            let first = values_mm.len();
+            values_mm.extend(readings.iter().map(|reading| reading.length_change_mm));
+            weights.extend(readings.iter().map(|_| 1.0));
+            blocks.push(Block {
+                test: None,
+                first,
+                rows: readings.len(),
+                offset: run.offset_per_test,
+                turns: turns(readings),
+                source: Source::Spindle(*bar),
+            });
+        }
+        Self { blocks, values_mm: DVector::from_vec(values_mm), weights, bar_length_mm: run.bar_length_mm }
+    }
+
+    /// What the machine with these errors would give in every row, under this control.
+    pub(super) fn predict(
+        &self,
+        machine: &Machine,
+        control: &Control,
+        parameters: &[ErrorParameter],
+        errors: &[LocationError; 2],
+        setup_error_mm: [f64; 2],
+    ) -> Predicted {
+        let lines = MovedLines::new(machine, errors);
+        let ball_offset_mm = Vec3::new(setup_error_mm[0], setup_error_mm[1], 0.0);
+        let columns = parameters.len() + 2;
+        let mut values_mm = DVector::zeros(self.values_mm.len());
+        let mut slopes = DMatrix::zeros(self.values_mm.len(), columns);
+        let mut row_slopes = vec![0.0; columns];
+        for block in &self.blocks {
+            let read = |model: &TestModel, turn, row_slopes: &mut [f64]| {
+                model.reading(turn, &lines, control, ball_offset_mm, parameters, row_slopes)
+            };
+            match &block.source {
+                Source::Readings(model) => {
+                    for (row, turn) in (block.first..).zip(&block.turns) {
+                        values_mm[row] = read(model, *turn, &mut row_slopes);
+                        for (column, slope) in row_slopes.iter().enumerate() {
+                            slopes[(row, column)] = *slope;
+                        }
+                    }
+                }
+                Source::Eccentricity(model, fit) => {
+                    let mut readings = Vec::with_capacity(block.turns.len());
+                    let mut by_column = vec![Vec::with_capacity(block.turns.len()); columns];
+                    for turn in &block.turns {
+                        readings.push(read(model, *turn, &mut row_slopes));
+                        for (column, slope) in by_column.iter_mut().zip(&row_slopes) {
+                            column.push(*slope);
+                        }
+                    }
+                    for (row, value) in (block.first..).zip(fit.of(&readings)) {
+                        values_mm[row] = value;
+                    }
+                    for (column, readings) in by_column.iter().enumerate() {
+                        for (row, slope) in (block.first..).zip(fit.of(readings)) {
+                            slopes[(row, column)] = slope;
+                        }
+                    }
+                }
+                Source::Spindle(bar) => {
+                    for (row, turn) in (block.first..).zip(&block.turns) {
+                        let mut pair = [0.0; 2];
+                        values_mm[row] =
+                            spindle_reading(*turn, *bar, self.bar_length_mm, ball_offset_mm, &mut pair);
+                        for (component, slope) in pair.into_iter().enumerate() {
+                            slopes[(row, parameters.len() + component)] = slope;
+                        }
+                    }
+                }
+            }
+        }
+        Predicted { values_mm, slopes }
+    }
+
+    /// One column made ready for the fit: each block's own offset taken out, rows multiplied by their weights'
+    /// roots. Rows of weight zero become zero.
+    pub(super) fn project(&self, weights: &[f64], column: &mut [f64]) {
+        for block in &self.blocks {
+            let rows = block.first..block.first + block.rows;
+            let (Some(column), Some(weights)) = (column.get_mut(rows.clone()), weights.get(rows)) else {
+                continue;
+            };
+            let offset = if block.offset { weighted_mean(weights, column) } else { 0.0 };
+            for (value, weight) in column.iter_mut().zip(weights) {
+                *value = (*value - offset) * weight;
+            }
+        }
+    }
+
+    /// The offset of each block that these residuals leave, zero where none is fitted.
+    pub(super) fn offsets(&self, weights: &[f64], residuals: &[f64]) -> Vec<f64> {
+        self.blocks
+            .iter()
+            .map(|block| {
+                let rows = block.first..block.first + block.rows;
+                match (block.offset, residuals.get(rows.clone()), weights.get(rows)) {
+                    (true, Some(residuals), Some(weights)) => weighted_mean(weights, residuals),
+                    _ => 0.0,
+                }
+            })
+            .collect()
+    }
+}
+
+fn turns(readings: &[Reading]) -> Vec<(f64, f64)> {
+    readings.iter().map(|reading| trig::sin_cos(reading.angle_rad)).collect()
+}
+
+fn weighted_mean(root_weights: &[f64], values: &[f64]) -> f64 {
+    let (mut sum, mut whole) = (0.0, 0.0);
+    for (root, value) in root_weights.iter().zip(values) {
+        sum += root * root * value;
+        whole += root * root;
+    }
+    if whole > 0.0 { sum / whole } else { 0.0 }
+}

@@ -1,0 +1,191 @@
+//! What a metrologist would ask about a run that can be evaluated.
+
+use super::identify::Outlier;
+use super::{BallBarRun, BallBarTest, Observed};
+use crate::machine::Machine;
+
+/// Something that makes a run less trustworthy than its numbers say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RunWarning {
+    /// The axis turned one way only: play and friction are not seen.
+    SingleSweep {
+        /// The test.
+        test: usize,
+    },
+    /// One sweep has an angle twice.
+    DuplicateAngle {
+        /// The test.
+        test: usize,
+        /// The second reading at it.
+        reading: usize,
+        /// The angle \[deg\], kinematic.
+        angle_deg: f64,
+    },
+    /// The readings cover little of a turn.
+    SmallArc {
+        /// The test.
+        test: usize,
+        /// From the least to the largest angle \[deg\].
+        arc_deg: f64,
+    },
+    /// Readings outside the axis' travel.
+    OutsideTravel {
+        /// The test.
+        test: usize,
+        /// How many.
+        readings: usize,
+    },
+    /// Everything so small that mm may have been given as µm.
+    SuspiciouslySmall {
+        /// Largest magnitude \[mm\].
+        largest_mm: f64,
+    },
+    /// More than a ball bar measures.
+    SuspiciouslyLarge {
+        /// Largest magnitude \[mm\].
+        largest_mm: f64,
+    },
+    /// Readings left out as outliers.
+    OutliersLeftOut {
+        /// The test.
+        test: usize,
+        /// How many.
+        readings: usize,
+    },
+    /// The tests hardly tell some errors apart.
+    IllConditioned {
+        /// Condition number.
+        condition_number: f64,
+    },
+}
+
+/// Less than this of a turn is a small arc \[deg\].
+const SMALL_ARC_DEG: f64 = 90.0;
+/// A sweep goes at least this far one way \[deg\]; less is the axis settling.
+const SWEEP_DEG: f64 = 5.0;
+/// Magnitudes below this are no machine's \[mm\]: half the repeatability of a good one.
+const SMALL_MM: f64 = 0.5e-3;
+/// Range of common ball bars either way \[mm\].
+const BAR_RANGE_MM: f64 = 1.0;
+/// Tests of a good plan stay below 10.
+const ILL_CONDITION: f64 = 1000.0;
+
+/// Everything worth a question.
+pub(super) fn warnings(
+    machine: &Machine,
+    run: &BallBarRun,
+    outliers: &[Outlier],
+    condition_number: f64,
+) -> Vec<RunWarning> {
+    let mut warnings = Vec::new();
+    let mut largest_mm = 0.0_f64;
+    for (index, test) in run.tests.iter().enumerate() {
+        match &test.observed {
+            Observed::Readings(readings) => {
+                for reading in readings {
+                    largest_mm = largest_mm.max(reading.length_change_mm.abs());
+                }
+                of_angles(machine, index, test, &mut warnings);
+            }
+            Observed::Eccentricity(pair_mm) => {
+                largest_mm = pair_mm.iter().fold(largest_mm, |largest, value| largest.max(value.abs()));
+            }
+        }
+        let readings = outliers.iter().filter(|outlier| outlier.test == index).count();
+        if readings > 0 {
+            warnings.push(RunWarning::OutliersLeftOut { test: index, readings });
+        }
+    }
+    if largest_mm < SMALL_MM {
+        warnings.push(RunWarning::SuspiciouslySmall { largest_mm });
+    }
+    if largest_mm > BAR_RANGE_MM {
+        warnings.push(RunWarning::SuspiciouslyLarge { largest_mm });
+    }
+    if condition_number > ILL_CONDITION {
+        warnings.push(RunWarning::IllConditioned { condition_number });
+    }
+    warnings
+}
+
+fn of_angles(machine: &Machine, index: usize, test: &BallBarTest, warnings: &mut Vec<RunWarning>) {
+    let angles_deg: Vec<f64> = test.readings().iter().map(|reading| reading.angle_rad.to_degrees()).collect();
+    let (least, largest) =
+        angles_deg.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), angle| {
+            (least.min(*angle), largest.max(*angle))
+        });
+    if largest - least < SMALL_ARC_DEG {
+        warnings.push(RunWarning::SmallArc { test: index, arc_deg: largest - least });
+    }
+    if sweeps(&angles_deg) < 2 {
+        warnings.push(RunWarning::SingleSweep { test: index });
+    }
+    if let Some(reading) = duplicate(&angles_deg) {
+        let angle_deg = angles_deg[reading];
+        warnings.push(RunWarning::DuplicateAngle { test: index, reading, angle_deg });
+    }
+    let axis = &machine.rotary_axes()[test.axis];
+    if let Some(travel) = axis.travel_deg {
+        /// Rounding of a word converted to radians and back \[deg\].
+        const ROUNDING_DEG: f64 = 1e-9;
+        let outside = test
+            .readings()
+            .iter()
+            .filter(|reading| !travel.contains(axis.word_deg(reading.angle_rad), ROUNDING_DEG))
+            .count();
+        if outside > 0 {
+            warnings.push(RunWarning::OutsideTravel { test: index, readings: outside });
+        }
+    }
+}
+
+/// How many times the axis went one way, settling apart.
+fn sweeps(angles_deg: &[f64]) -> usize {
+    let Some(first) = angles_deg.first() else { return 0 };
+    let (mut sweeps, mut sense, mut turning_deg) = (0, 0.0, *first);
+    for angle in angles_deg {
+        let way = angle - turning_deg;
+        if sense != 0.0 && way * sense > 0.0 {
+            turning_deg = *angle;
+        } else if way.abs() >= SWEEP_DEG {
+            sense = way.signum();
+            turning_deg = *angle;
+            sweeps += 1;
+        }
+    }
+    sweeps
+}
+
+/// The first reading at the angle of the one before it, where the axis did not turn back between them.
+fn duplicate(angles_deg: &[f64]) -> Option<usize> {
+    let same_deg = BallBarRun::SAME_ANGLE_RAD.to_degrees();
+    (1..angles_deg.len()).find(|index| {
+        let (before, here) = (angles_deg[index - 1], angles_deg[*index]);
+        let came = index.checked_sub(2).and_then(|earlier| angles_deg.get(earlier)).map(|angle| here - angle);
+        let goes = angles_deg.get(index + 1).map(|angle| angle - here);
+        let turns_back = came.zip(goes).is_some_and(|(came, goes)| came * goes < 0.0);
+        (here - before).abs() < same_deg && !turns_back
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sweeps_are_counted_by_turning_points() {
+        let there: Vec<f64> = (0..37).map(|k| f64::from(k) * 10.0).collect();
+        let back: Vec<f64> = there.iter().rev().copied().collect();
+        assert_eq!(sweeps(&there), 1);
+        assert_eq!(sweeps(&[there.clone(), back.clone()].concat()), 2);
+        assert_eq!(sweeps(&[there.clone(), back, there].concat()), 3);
+        assert_eq!(sweeps(&[0.0, 0.01, -0.01]), 0);
+    }
+
+    #[test]
+    fn an_angle_twice_in_one_sweep_is_seen_and_at_the_turning_point_is_not() {
+        assert_eq!(duplicate(&[0.0, 10.0, 10.0, 20.0]), Some(2));
+        assert_eq!(duplicate(&[0.0, 10.0, 20.0, 20.0, 10.0, 0.0]), None);
+        assert_eq!(duplicate(&[0.0, 10.0, 20.0]), None);
+    }
+}
