@@ -4,6 +4,7 @@ use axum::response::{IntoResponse, Response};
 use http::header::{ETAG, IF_MATCH, IF_NONE_MATCH};
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 
+use super::idempotency::key_reused;
 use super::problem::{Problem, ProblemType};
 use crate::store::{Expected, Revision, Stale};
 
@@ -74,6 +75,7 @@ pub(super) fn stale(stale: Stale, machine_id: &str) -> Problem {
             ProblemType::PreconditionFailed,
             format!("machine {machine_id:?} does not exist, so no If-Match can fit"),
         ),
+        Stale::KeyTaken => key_reused(),
     }
 }
 

@@ -38,18 +38,33 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
     })
 }
 
+/// What a request under this key was answered with before.
+///
+/// # Errors
+/// The key was used for another request.
+pub(super) async fn answered(app: &AppState, used: Option<&KeyUse>) -> Result<Option<Remembered>, Problem> {
+    let Some(used) = used else { return Ok(None) };
+    match app.store.remembered(used).await? {
+        Some(Remembered::Other) => Err(key_reused()),
+        other => Ok(other),
+    }
+}
+
 /// The job that a request under this key has already made.
 ///
 /// # Errors
 /// The key was used for another request.
 pub(super) async fn remembered(app: &AppState, used: Option<&KeyUse>) -> Result<Option<JobRow>, Problem> {
-    let Some(used) = used else { return Ok(None) };
-    match app.store.remembered(used).await? {
-        Some(Remembered::Same(job)) => Ok(Some(*job)),
-        Some(Remembered::Other) => {
-            let detail = "the Idempotency-Key was first used for another request";
-            Err(Problem::new(ProblemType::KeyReused, detail))
-        }
+    match answered(app, used).await? {
+        Some(Remembered::Job(job)) => Ok(Some(*job)),
         None => Ok(None),
+        // The fingerprint names method and path, so the same request never has an answer of another kind.
+        Some(_) => Err(key_reused()),
     }
+}
+
+/// The refusal of a key that stands for something else.
+pub(super) fn key_reused() -> Problem {
+    let detail = "the Idempotency-Key was first used for another request";
+    Problem::new(ProblemType::KeyReused, detail)
 }

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::Sources;
 use crate::config::Settings;
-use crate::store::{BlobFault, Blobs, Store, StoreError, sha256_hex};
+use crate::store::{BlobFault, Blobs, NewRevision, Store, StoreError, sha256_hex};
 use crate::wire::{Fault, MachineProfile, example_machine};
 
 /// Why a data directory cannot be used.
@@ -40,9 +40,15 @@ pub async fn open_data_directory(
     {
         let (profile, _machine) = profile.into_machine().map_err(OpenFault::Example)?;
         let sha256 = profile_sha256(&profile);
-        let now = sources.timestamp();
+        let new = NewRevision {
+            machine_id: machine_id.to_owned(),
+            profile,
+            sha256,
+            calibration_id: None,
+            created_at: sources.timestamp(),
+        };
         // Nobody else has the directory, so nothing can have come first.
-        let _stored = store.put_machine(machine_id, profile, &sha256, None, &now).await?;
+        let _stored = store.put_machine(new, None, None).await?;
     }
     Ok((store, blobs))
 }

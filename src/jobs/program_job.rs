@@ -122,7 +122,7 @@ where
     // The same key came twice at once, and the other request was faster.
     let Some(used) = used else { return Err(JobFault::KeyReused) };
     match store.remembered(&used).await? {
-        Some(Remembered::Same(job)) => Ok(*job),
-        Some(Remembered::Other) | None => Err(JobFault::KeyReused),
+        Some(Remembered::Job(job)) => Ok(*job),
+        Some(_) | None => Err(JobFault::KeyReused),
     }
 }

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use sqlx::error::ErrorKind;
 
 use super::error::Doing;
-use super::{Cursor, Page, Store, StoreError};
+use super::keys::{Answer, keep_key};
+use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{JobDocument, JobOperation};
 
 pub use crate::wire::JobState;
@@ -34,26 +35,6 @@ pub struct NewJob {
     pub report: String,
     /// Its digest.
     pub report_sha256: String,
-}
-
-/// An idempotency key and what it is used for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct KeyUse {
-    /// The client's key.
-    pub key: String,
-    /// Digest of method, path, query and body.
-    pub fingerprint: String,
-    /// Uses before this time are forgotten.
-    pub since: String,
-}
-
-/// What is known of an idempotency key.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Remembered {
-    /// It was used for the same request, which this job answered.
-    Same(Box<JobRow>),
-    /// It was used for another request.
-    Other,
 }
 
 /// Which jobs are wanted.
@@ -164,27 +145,6 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// What is known of an idempotency key.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
-        let (key, since) = (&used.key, &used.since);
-        let row = sqlx::query!(
-            "SELECT fingerprint, job_id FROM idempotency_keys WHERE idempotency_key = ? AND created_at >= ?",
-            key,
-            since
-        )
-        .fetch_optional(&self.readers)
-        .await
-        .doing("reading an idempotency key")?;
-        let Some(row) = row else { return Ok(None) };
-        if row.fingerprint != used.fingerprint {
-            return Ok(Some(Remembered::Other));
-        }
-        Ok(self.job(&row.job_id).await?.map(|job| Remembered::Same(Box::new(job))))
-    }
-
     /// Stores a job together with the key it was asked under, and drops the keys that are too old. `false` when the
     /// key was used in the meantime, in which case nothing is stored.
     ///
@@ -223,21 +183,8 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
-                    if let Some(KeyUse { key, fingerprint, since }) = used {
-                        sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
-                            .execute(&mut *connection)
-                            .await?;
-                        sqlx::query!(
-                            "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, created_at)
-                             VALUES (?, ?, ?, ?)",
-                            key,
-                            fingerprint,
-                            document.id,
-                            document.created_at
-                        )
-                        .execute(&mut *connection)
-                        .await?;
-                    }
+                    let answer = Answer::Job(&document.id);
+                    keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
                     Ok(())
                 })
             })

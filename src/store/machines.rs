@@ -1,7 +1,10 @@
 //! Machines and their revisions.
 
+use sqlx::error::ErrorKind;
+
 use super::error::Doing;
-use super::{Cursor, Page, Store, StoreError};
+use super::keys::{Answer, keep_key};
+use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{MachineDocument, MachineProfile};
 
 /// One stored revision of a machine.
@@ -55,6 +58,23 @@ pub enum Stale {
     Changed,
     /// The machine does not exist.
     Missing,
+    /// The idempotency key was used in the meantime.
+    KeyTaken,
+}
+
+/// A profile about to be stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewRevision {
+    /// The machine.
+    pub machine_id: String,
+    /// The profile, normalised.
+    pub profile: MachineProfile,
+    /// Its digest.
+    pub sha256: String,
+    /// The calibration whose errors it carries, where it comes from one.
+    pub calibration_id: Option<String>,
+    /// Now.
+    pub created_at: String,
 }
 
 /// What a put did.
@@ -72,16 +92,20 @@ struct RevisionRow {
     profile: String,
     sha256: String,
     created_at: String,
+    calibration_id: Option<String>,
 }
 
 impl RevisionRow {
     fn read(self) -> Result<Revision, StoreError> {
-        let Self { machine_id, revision, profile, sha256, created_at } = self;
+        let Self { machine_id, revision, profile, sha256, created_at, calibration_id } = self;
         let profile: MachineProfile = serde_json::from_str(&profile).map_err(|source| {
             let key = format!("{machine_id} revision {revision}");
             StoreError::Unreadable { what: "machine", key, source }
         })?;
-        Ok(Revision { document: MachineDocument { machine_id, revision, created_at, profile }, sha256 })
+        Ok(Revision {
+            document: MachineDocument { machine_id, revision, created_at, calibration_id, profile },
+            sha256,
+        })
     }
 }
 
@@ -93,7 +117,7 @@ impl Store {
     pub async fn machine(&self, machine_id: &str) -> Result<Option<Revision>, StoreError> {
         let row = sqlx::query_as!(
             RevisionRow,
-            "SELECT r.machine_id, r.revision, r.profile, r.sha256, r.created_at
+            "SELECT r.machine_id, r.revision, r.profile, r.sha256, r.created_at, r.calibration_id
              FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
              WHERE m.machine_id = ? AND m.deleted = 0",
             machine_id
@@ -115,7 +139,7 @@ impl Store {
     ) -> Result<Option<Revision>, StoreError> {
         let row = sqlx::query_as!(
             RevisionRow,
-            "SELECT machine_id, revision, profile, sha256, created_at FROM machine_revisions
+            "SELECT machine_id, revision, profile, sha256, created_at, calibration_id FROM machine_revisions
              WHERE machine_id = ? AND revision = ?",
             machine_id,
             revision
@@ -133,7 +157,7 @@ impl Store {
     pub async fn machines(&self, limit: u32, before: Option<Cursor>) -> Result<Page<Revision>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let rows = sqlx::query!(
-            "SELECT m.seq, r.machine_id, r.revision, r.profile, r.sha256, r.created_at
+            "SELECT m.seq, r.machine_id, r.revision, r.profile, r.sha256, r.created_at, r.calibration_id
              FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
              WHERE m.deleted = 0 AND m.seq < ? ORDER BY m.seq DESC LIMIT ?",
             before,
@@ -150,6 +174,7 @@ impl Store {
                 profile,
                 sha256,
                 created_at: row.created_at,
+                calibration_id: row.calibration_id,
             };
             Ok((row.seq, revision.read()?))
         });
@@ -169,7 +194,7 @@ impl Store {
         let (below, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let rows = sqlx::query_as!(
             RevisionRow,
-            "SELECT machine_id, revision, profile, sha256, created_at FROM machine_revisions
+            "SELECT machine_id, revision, profile, sha256, created_at, calibration_id FROM machine_revisions
              WHERE machine_id = ? AND revision < ? ORDER BY revision DESC LIMIT ?",
             machine_id,
             below,
@@ -203,23 +228,23 @@ impl Store {
     /// The database failed; inside, the reason why the caller's belief does not fit.
     pub async fn put_machine(
         &self,
-        machine_id: &str,
-        profile: MachineProfile,
-        sha256: &str,
+        new: NewRevision,
         expected: Option<Expected>,
-        created_at: &str,
+        used: Option<&KeyUse>,
     ) -> Result<Result<PutOutcome, Stale>, StoreError> {
+        let NewRevision { machine_id, profile, sha256, calibration_id, created_at } = new;
         let text = serde_json::to_string(&profile).map_err(|source| StoreError::Unreadable {
             what: "machine",
-            key: machine_id.to_owned(),
+            key: machine_id.clone(),
             source,
         })?;
-        let (id, digest, now) = (machine_id.to_owned(), sha256.to_owned(), created_at.to_owned());
+        let (id, digest, calibrated) = (machine_id.clone(), sha256.clone(), calibration_id);
+        let used = used.cloned();
         let put = self
             .write("storing a machine", |connection| {
                 Box::pin(async move {
                     let current = sqlx::query!(
-                        "SELECT m.deleted, m.last_revision, r.sha256, r.created_at FROM machines m
+                        "SELECT m.deleted, m.last_revision, r.sha256, r.created_at, r.calibration_id FROM machines m
                          JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
                          WHERE m.machine_id = ?",
                         id
@@ -237,7 +262,10 @@ impl Store {
                                 None => return Ok(Err(Stale::Unconditional)),
                                 Some(expected) if !head.fits(expected) => return Ok(Err(Stale::Changed)),
                                 Some(_) if head.sha256 == digest => {
-                                    return Ok(Ok((false, head.revision, current.created_at)));
+                                    let answer = Answer::Revision(&id, head.revision);
+                                    keep_key(connection, used.as_ref(), answer, &created_at).await?;
+                                    let stored = (current.created_at, current.calibration_id);
+                                    return Ok(Ok((false, head.revision, stored)));
                                 }
                                 Some(_) => {}
                             }
@@ -259,17 +287,19 @@ impl Store {
                             .await?;
                     }
                     sqlx::query!(
-                        "INSERT INTO machine_revisions (machine_id, revision, profile, sha256, created_at)
-                         VALUES (?, ?, ?, ?, ?)",
+                        "INSERT INTO machine_revisions (machine_id, revision, profile, sha256, created_at, calibration_id)
+                         VALUES (?, ?, ?, ?, ?, ?)",
                         id,
                         revision,
                         text,
                         digest,
-                        now
+                        created_at,
+                        calibrated
                     )
                     .execute(&mut *connection)
                     .await?;
-                    Ok(Ok((!live, revision, now)))
+                    keep_key(connection, used.as_ref(), Answer::Revision(&id, revision), &created_at).await?;
+                    Ok(Ok((!live, revision, (created_at, calibrated))))
                 })
             })
             .await;
@@ -277,12 +307,17 @@ impl Store {
             Err(StoreError::Statement { source: sqlx::Error::RowNotFound, .. }) => {
                 return Ok(Err(Stale::Missing));
             }
+            // Machines and revisions are looked up under the same lock, so only the key can be there already.
+            Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
+                if fault.kind() == ErrorKind::UniqueViolation =>
+            {
+                return Ok(Err(Stale::KeyTaken));
+            }
             other => other?,
         };
-        Ok(put.map(|(created, revision, created_at)| {
-            let document =
-                MachineDocument { machine_id: machine_id.to_owned(), revision, created_at, profile };
-            let stored = Revision { document, sha256: sha256.to_owned() };
+        Ok(put.map(|(created, revision, (created_at, calibration_id))| {
+            let document = MachineDocument { machine_id, revision, created_at, calibration_id, profile };
+            let stored = Revision { document, sha256 };
             if created { PutOutcome::Created(stored) } else { PutOutcome::Replaced(stored) }
         }))
     }

@@ -1,5 +1,9 @@
 //! The one external form of everything: serde documents, towards a client and towards the disk.
 
+mod calibration;
+mod calibration_answer;
+mod calibration_history;
+mod calibration_words;
 mod compensation;
 mod drive;
 mod fault;
@@ -18,6 +22,17 @@ mod servo_path;
 mod servo_program;
 mod solved_poses;
 
+pub use calibration::{
+    BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
+    SphereAxisDoc, SphereCentreDoc, SpindleBar, fit_fault,
+};
+pub use calibration_answer::{
+    BallBarAnswer, BlindDoc, CalibrationDocument, CalibrationHead, CovarianceDoc, EccentricitiesDoc,
+    Estimate, Estimates, OutlierDoc, RunWarningDoc, SetupErrorAnswer, SetupErrorSource, TestAnswer,
+};
+pub use calibration_history::{
+    AppliedProfile, ApplyRequest, CalibrationDifference, Difference, OtherAxes, Trend, TrendPoint,
+};
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
     Interpolation, Output, Provenance, Warning,

@@ -74,7 +74,7 @@ impl BarMachine {
         self.axes.iter().rev().find(|axis| !axis.head).map_or_else(Vector3::zeros, |axis| axis.point)
     }
 
-    /// What a bar reads [mm]: ball programmed at `ball` from the centre, the real ball offset by (e_x, e_y), the bar
+    /// What a bar reads [mm]: ball programmed at `ball` from the centre, the real ball offset by `setup`, the bar
     /// pointing along `bar` from the table's ball at zero, axis `turned` at `angle`.
     #[expect(clippy::too_many_arguments, reason = "one number each of a set-up")]
     pub(crate) fn reading(

@@ -123,7 +123,9 @@ fn readings_are_the_values_of_the_notation() {
     for test in &mut tests {
         if let Observed::Readings(readings) = &mut test.observed {
             // The start, and for A the smallest set that a run takes.
-            readings.iter_mut().for_each(|reading| reading.length_change_mm = 0.0);
+            for reading in readings.iter_mut() {
+                reading.length_change_mm = 0.0;
+            }
         }
     }
     let readings = expected_readings(&machine, &run_of(tests, SetupError::Unknown), &errors, [0.004, -0.006])

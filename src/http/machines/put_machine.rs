@@ -11,7 +11,7 @@ use crate::http::extract::{Json, Path, Query};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
-use crate::store::PutOutcome;
+use crate::store::{NewRevision, PutOutcome};
 use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters};
 
 refusals!(
@@ -63,7 +63,14 @@ pub(super) async fn put_machine(
     let (profile, _machine) =
         profile.into_machine().map_err(|faults| Problem::invalid(ProblemType::InvalidMachine, faults))?;
     let (sha256, now) = (profile_sha256(&profile), app.sources.timestamp());
-    let put = app.store.put_machine(&machine_id, profile, &sha256, expected, &now).await?;
+    let new = NewRevision {
+        machine_id: machine_id.clone(),
+        profile,
+        sha256,
+        calibration_id: None,
+        created_at: now,
+    };
+    let put = app.store.put_machine(new, expected, None).await?;
     match put.map_err(|reason| stale(reason, &machine_id))? {
         PutOutcome::Created(stored) => {
             let location = [(LOCATION, format!("/v1/machines/{machine_id}"))];

@@ -1,0 +1,289 @@
+//! Calibration runs: appended, never changed.
+
+use sqlx::error::ErrorKind;
+
+use super::error::Doing;
+use super::keys::{Answer, keep_key};
+use super::{Cursor, KeyUse, Page, Store, StoreError};
+use crate::wire::{CalibrationDocument, CalibrationKind, TrendPoint};
+
+/// A stored run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationRow {
+    /// The document, as it was first answered.
+    pub text: String,
+    /// The same, read.
+    pub document: CalibrationDocument,
+    /// Digest of the text.
+    pub document_sha256: String,
+    /// What was posted, normalised.
+    pub run: String,
+}
+
+/// A run about to be stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewCalibration {
+    /// What clients will see.
+    pub document: CalibrationDocument,
+    /// The document as text.
+    pub text: String,
+    /// Digest of the text.
+    pub document_sha256: String,
+    /// What was posted, normalised; its digest is in the document.
+    pub run: String,
+}
+
+/// Which runs are wanted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CalibrationFilter {
+    /// Of this kind.
+    pub kind: Option<CalibrationKind>,
+    /// Measured at this time or later.
+    pub measured_from: Option<String>,
+    /// Measured at this time or earlier.
+    pub measured_to: Option<String>,
+}
+
+/// Which error of which machine a trend follows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TrendQuery<'a> {
+    /// The machine.
+    pub machine_id: &'a str,
+    /// Letter of the axis.
+    pub axis: &'a str,
+    /// Name of the error without its unit.
+    pub error: &'a str,
+    /// Measured at this time or later.
+    pub measured_from: Option<&'a str>,
+    /// Measured at this time or earlier.
+    pub measured_to: Option<&'a str>,
+    /// At most so many, the newest.
+    pub limit: i64,
+}
+
+struct StoredCalibration {
+    seq: i64,
+    id: String,
+    document: String,
+    document_sha256: String,
+    run: String,
+}
+
+impl StoredCalibration {
+    fn read(self) -> Result<CalibrationRow, StoreError> {
+        let Self { id, document: text, document_sha256, run, .. } = self;
+        let document = serde_json::from_str(&text).map_err(|source| StoreError::Unreadable {
+            what: "calibration",
+            key: id,
+            source,
+        })?;
+        Ok(CalibrationRow { text, document, document_sha256, run })
+    }
+}
+
+/// One error of a run, as a trend reads it.
+struct ErrorRow {
+    axis: String,
+    error: String,
+    value: f64,
+    standard_uncertainty: Option<f64>,
+    identifiable: bool,
+}
+
+/// `e_y_um` without its unit.
+fn without_unit(name: &str) -> &str {
+    name.strip_suffix("_urad").or_else(|| name.strip_suffix("_um")).unwrap_or(name)
+}
+
+fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
+    let identifiable = |name: &str| !document.unidentifiable.iter().any(|open| open == name);
+    let mut rows = Vec::new();
+    for (axis, errors) in &document.errors {
+        for (name, estimate) in errors {
+            rows.push(ErrorRow {
+                axis: axis.clone(),
+                error: without_unit(name).to_owned(),
+                value: estimate.value,
+                standard_uncertainty: estimate.standard_uncertainty,
+                identifiable: identifiable(&format!("{axis}.{name}")),
+            });
+        }
+    }
+    for (name, estimate) in &document.iso_230 {
+        let error = without_unit(name);
+        let axis: String = error.chars().last().into_iter().collect();
+        rows.push(ErrorRow {
+            axis,
+            error: error.to_owned(),
+            value: estimate.value,
+            standard_uncertainty: estimate.standard_uncertainty,
+            identifiable: identifiable(name),
+        });
+    }
+    rows
+}
+
+impl Store {
+    /// One run of a machine.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn calibration(
+        &self,
+        machine_id: &str,
+        id: &str,
+    ) -> Result<Option<CalibrationRow>, StoreError> {
+        let row = sqlx::query_as!(
+            StoredCalibration,
+            "SELECT seq, id, document, document_sha256, run FROM calibrations WHERE id = ? AND machine_id = ?",
+            id,
+            machine_id
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading a calibration")?;
+        row.map(StoredCalibration::read).transpose()
+    }
+
+    /// A page of the runs of a machine, newest stored first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn calibrations(
+        &self,
+        machine_id: &str,
+        filter: &CalibrationFilter,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<CalibrationRow>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let kind = filter.kind.map(CalibrationKind::as_str);
+        let (from, to) = (&filter.measured_from, &filter.measured_to);
+        let rows = sqlx::query_as!(
+            StoredCalibration,
+            "SELECT seq, id, document, document_sha256, run FROM calibrations
+             WHERE machine_id = ?1 AND seq < ?2 AND (?3 IS NULL OR kind = ?3)
+               AND (?4 IS NULL OR measured_at >= ?4) AND (?5 IS NULL OR measured_at <= ?5)
+             ORDER BY seq DESC LIMIT ?6",
+            machine_id,
+            before,
+            kind,
+            from,
+            to,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing calibrations")?;
+        let read = rows.into_iter().map(|row| Ok((row.seq, row.read()?)));
+        Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
+    }
+
+    /// How one error went, oldest first: the newest runs when there are more than asked for.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn calibration_trend(&self, wanted: &TrendQuery<'_>) -> Result<Vec<TrendPoint>, StoreError> {
+        let TrendQuery { machine_id, axis, error, measured_from, measured_to, limit } = wanted;
+        let from = measured_from.unwrap_or("");
+        // After every time there is.
+        let to = measured_to.unwrap_or("~");
+        let rows = sqlx::query!(
+            "SELECT calibration_id, measured_at, machine_revision, value, standard_uncertainty, identifiable
+             FROM calibration_errors
+             WHERE machine_id = ? AND axis = ? AND error = ? AND measured_at >= ? AND measured_at <= ?
+             ORDER BY measured_at DESC, calibration_seq DESC LIMIT ?",
+            machine_id,
+            axis,
+            error,
+            from,
+            to,
+            limit
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading a trend")?;
+        let oldest_first = rows.into_iter().rev();
+        Ok(oldest_first
+            .map(|row| TrendPoint {
+                calibration_id: row.calibration_id,
+                measured_at: row.measured_at,
+                machine_revision: row.machine_revision,
+                value: row.value,
+                standard_uncertainty: row.standard_uncertainty,
+                identifiable: row.identifiable != 0,
+            })
+            .collect())
+    }
+
+    /// Stores a run with its errors and the key it was posted under. `false` when the key was used in the meantime, in
+    /// which case nothing is stored.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn add_calibration(
+        &self,
+        new: &NewCalibration,
+        used: Option<&KeyUse>,
+    ) -> Result<bool, StoreError> {
+        let NewCalibration { document, text, document_sha256, run } = new.clone();
+        let used = used.cloned();
+        let added = self
+            .write("storing a calibration", |connection| {
+                Box::pin(async move {
+                    let kind = document.kind.as_str();
+                    let seq = sqlx::query!(
+                        "INSERT INTO calibrations (id, machine_id, machine_revision, kind, measured_at, created_at,
+                             run, run_sha256, document, document_sha256)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                        document.id,
+                        document.machine_id,
+                        document.machine_revision,
+                        kind,
+                        document.measured_at,
+                        document.created_at,
+                        run,
+                        document.run_sha256,
+                        text,
+                        document_sha256
+                    )
+                    .execute(&mut *connection)
+                    .await?
+                    .last_insert_rowid();
+                    for row in error_rows(&document) {
+                        sqlx::query!(
+                            "INSERT INTO calibration_errors (machine_id, axis, error, measured_at, calibration_seq,
+                                 calibration_id, machine_revision, value, standard_uncertainty, identifiable)
+                             VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                            document.machine_id,
+                            row.axis,
+                            row.error,
+                            document.measured_at,
+                            seq,
+                            document.id,
+                            document.machine_revision,
+                            row.value,
+                            row.standard_uncertainty,
+                            row.identifiable
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                    }
+                    let answer = Answer::Calibration(&document.id);
+                    keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    Ok(())
+                })
+            })
+            .await;
+        match added {
+            Ok(()) => Ok(true),
+            // Ids are ours and new, so only the key can be there already.
+            Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
+                if fault.kind() == ErrorKind::UniqueViolation =>
+            {
+                Ok(false)
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Idempotency keys: what a request was answered with the first time.
+
+use sqlx::sqlite::SqliteConnection;
+
+use super::error::Doing;
+use super::{CalibrationRow, JobRow, Revision, Store, StoreError};
+
+/// An idempotency key and what it is used for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyUse {
+    /// The client's key.
+    pub key: String,
+    /// Digest of method, path, query and body.
+    pub fingerprint: String,
+    /// Uses before this time are forgotten.
+    pub since: String,
+}
+
+/// What is known of an idempotency key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remembered {
+    /// It was used for the same request, which this job answered.
+    Job(Box<JobRow>),
+    /// It was used for the same request, which this calibration answered.
+    Calibration(Box<CalibrationRow>),
+    /// It was used for the same request, which made this revision.
+    Revision(Box<Revision>),
+    /// It was used for another request.
+    Other,
+}
+
+/// What a key comes to stand for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Answer<'a> {
+    Job(&'a str),
+    Calibration(&'a str),
+    Revision(&'a str, i64),
+}
+
+/// Keeps a key inside the transaction that stores its answer, and drops those that are too old.
+pub(super) async fn keep_key(
+    connection: &mut SqliteConnection,
+    used: Option<&KeyUse>,
+    answer: Answer<'_>,
+    now: &str,
+) -> Result<(), sqlx::Error> {
+    let Some(KeyUse { key, fingerprint, since }) = used else { return Ok(()) };
+    let (job, calibration, machine, revision) = match answer {
+        Answer::Job(id) => (Some(id), None, None, None),
+        Answer::Calibration(id) => (None, Some(id), None, None),
+        Answer::Revision(machine, revision) => (None, None, Some(machine), Some(revision)),
+    };
+    sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
+        .execute(&mut *connection)
+        .await?;
+    sqlx::query!(
+        "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, calibration_id, machine_id,
+             machine_revision, created_at)
+         VALUES (?, ?, ?, ?, ?, ?, ?)",
+        key,
+        fingerprint,
+        job,
+        calibration,
+        machine,
+        revision,
+        now
+    )
+    .execute(&mut *connection)
+    .await?;
+    Ok(())
+}
+
+impl Store {
+    /// What is known of an idempotency key.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
+        let (key, since) = (&used.key, &used.since);
+        let row = sqlx::query!(
+            "SELECT fingerprint, job_id, k.calibration_id, c.machine_id AS calibrated, k.machine_id, k.machine_revision
+             FROM idempotency_keys k LEFT JOIN calibrations c ON c.id = k.calibration_id
+             WHERE idempotency_key = ? AND k.created_at >= ?",
+            key,
+            since
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading an idempotency key")?;
+        let Some(row) = row else { return Ok(None) };
+        if row.fingerprint != used.fingerprint {
+            return Ok(Some(Remembered::Other));
+        }
+        if let Some(id) = row.job_id {
+            return Ok(self.job(&id).await?.map(|job| Remembered::Job(Box::new(job))));
+        }
+        if let (Some(id), Some(machine_id)) = (row.calibration_id, row.calibrated) {
+            let found = self.calibration(&machine_id, &id).await?;
+            return Ok(found.map(|calibration| Remembered::Calibration(Box::new(calibration))));
+        }
+        if let (Some(machine_id), Some(revision)) = (row.machine_id, row.machine_revision) {
+            let found = self.machine_revision(&machine_id, revision).await?;
+            return Ok(found.map(|revision| Remembered::Revision(Box::new(revision))));
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,437 @@
+//! A calibration run as it is posted.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Fault, FaultList, Fixed};
+use crate::calibration::{
+    BallBarRun, BallBarTest, BarDirection, Observed, Reading, RunFault, SetupError, SpindleStep,
+};
+use crate::geometry::Vec3;
+use crate::machine::Machine;
+use crate::units::{Angle, Length};
+
+/// How the machine was measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CalibrationKind {
+    /// A ball bar between table and spindle while RTCP holds the spindle's ball.
+    RtcpBallbar,
+    /// Centres of spheres on the table, probed at several angles of an axis.
+    RotarySphere,
+}
+
+impl CalibrationKind {
+    /// As it stands in documents.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::RtcpBallbar => "rtcp-ballbar",
+            Self::RotarySphere => "rotary-sphere",
+        }
+    }
+}
+
+/// Which way the bar points at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = BarDirection)]
+pub enum BarDirectionDoc {
+    /// x for C, z for A and B.
+    Radial,
+    /// y for A and C, x for B.
+    Tangential,
+    /// Along the axis.
+    Axial,
+}
+
+/// Which way the bar points while the spindle turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpindleBar {
+    /// Along X.
+    X,
+    /// Along Y.
+    Y,
+}
+
+/// One reading of the bar.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReadingDoc {
+    /// Word of the axis.
+    #[schema(example = 90.0)]
+    pub angle_deg: f64,
+    /// Bar length minus its length at the start, longer positive.
+    #[schema(example = 8.6)]
+    pub length_change_um: f64,
+}
+
+/// One test: an axis turned with the ball held by RTCP, the other axis at zero. Readings, or the two eccentricities.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BallBarTestDoc {
+    /// Letter of the axis that turns.
+    #[schema(example = "C")]
+    pub rotary_axis: String,
+    /// Which way the bar points at zero.
+    pub bar_direction: BarDirectionDoc,
+    /// The programmed spindle ball at zero, from the reference point of the table axis next to the workpiece (the C
+    /// centre of an AC table).
+    #[schema(example = json!([150, 0, 60]))]
+    pub ball_mm: Fixed<3>,
+    /// From the gauge point to the spindle ball; needed where an axis is on the head.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_length_mm: Option<f64>,
+    /// Standard uncertainty of one reading, where tests differ: weights are 1/u². All tests or none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading_uncertainty_um: Option<f64>,
+    /// In the order of measurement; sweeps there and back one after the other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings: Option<Vec<ReadingDoc>>,
+    /// In place of readings: (x, y) of a C axis, (y, z) of an A axis, (z, x) of a B axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eccentricity_um: Option<Fixed<2>>,
+}
+
+/// The spindle ball's offset from the spindle's line: `e_xs` and `e_ys`, or the readings of a spindle turned at zero of
+/// both axes (`spindle_deg`, `bar_direction`, `length_change_um`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SetupErrorDoc {
+    /// Along X, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub e_xs: Option<f64>,
+    /// Along Y, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub e_ys: Option<f64>,
+    /// Spindle angles, positive about +Z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spindle_deg: Option<Vec<f64>>,
+    /// Which way the bar points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bar_direction: Option<SpindleBar>,
+    /// A reading for each spindle angle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_change_um: Option<Vec<f64>>,
+}
+
+/// The centre of a sphere on the table, probed at one angle of the axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereCentreDoc {
+    /// In machine coordinates.
+    #[schema(example = json!([-117.642, -81.681, -330.075]))]
+    pub centre_mm: Fixed<3>,
+    /// Word of the axis, where it was noted; for all centres of an axis or none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
+    /// Which sphere, where there are several: 0, 1, …
+    #[serde(default)]
+    pub sphere: u32,
+}
+
+/// What was probed while one axis turned, the other at zero.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereAxisDoc {
+    /// Letter of the table axis that turns.
+    #[schema(example = "C")]
+    pub rotary_axis: String,
+    /// In the order of measurement.
+    pub centres: Vec<SphereCentreDoc>,
+}
+
+/// A run: who, when and with what, and everything that was read. `bar_length_mm`, `setup_error_um` and `tests` belong to
+/// `rtcp-ballbar`, `axes` to `rotary-sphere`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = CalibrationRequest)]
+pub struct CalibrationRequest {
+    /// How the machine was measured.
+    pub kind: CalibrationKind,
+    /// When (RFC 3339); not in the future.
+    #[schema(example = "2026-03-14T09:26:53Z", format = "date-time")]
+    pub measured_at: String,
+    /// With what.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 200)]
+    pub instrument: Option<String>,
+    /// By whom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 200)]
+    pub operator: Option<String>,
+    /// Of the machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<f64>,
+    /// What else the operator wants to be remembered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 2000)]
+    pub note: Option<String>,
+    /// Standard uncertainty of the instrument; widens the answer where it is posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument_uncertainty_um: Option<f64>,
+    /// Length of the bar at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 100.0)]
+    pub bar_length_mm: Option<f64>,
+    /// Whether the bar's zero is arbitrary, so that one offset per test is fitted. False where its length is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(default = true)]
+    pub offset_per_test: Option<bool>,
+    /// The spindle ball's offset; null holds it at 0 and says what that hides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup_error_um: Option<SetupErrorDoc>,
+    /// The tests with the ball bar.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tests: Option<Vec<BallBarTestDoc>>,
+    /// The axes with probed spheres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Vec<SphereAxisDoc>>,
+}
+
+/// Temperatures taken for real (°C).
+const TEMPERATURE_RANGE_C: [f64; 2] = [-50.0, 100.0];
+/// Longest name of a person or an instrument, and longest note (characters).
+const MAX_NAME: usize = 200;
+const MAX_NOTE: usize = 2000;
+
+impl BarDirectionDoc {
+    /// In the core's terms.
+    #[must_use]
+    pub const fn to_core(self) -> BarDirection {
+        match self {
+            Self::Radial => BarDirection::Radial,
+            Self::Tangential => BarDirection::Tangential,
+            Self::Axial => BarDirection::Axial,
+        }
+    }
+}
+
+impl CalibrationRequest {
+    /// Checks what every kind has: names, note, temperature; and that nothing belongs to another kind.
+    pub fn check(&self, faults: &mut FaultList) {
+        let texts = [
+            ("/instrument", &self.instrument, MAX_NAME),
+            ("/operator", &self.operator, MAX_NAME),
+            ("/note", &self.note, MAX_NOTE),
+        ];
+        for (pointer, text, max) in texts {
+            let length = text.as_ref().map_or(0, |text| text.chars().count());
+            if length > max {
+                faults.push(|| Fault::new(pointer, format!("{length} characters are more than {max}")));
+            }
+        }
+        if let Some(temperature_c) = self.temperature_c {
+            let [min, max] = TEMPERATURE_RANGE_C;
+            faults.check_range(|| "/temperature_c".to_owned(), temperature_c, min, max);
+        }
+        let ballbar = [
+            ("bar_length_mm", self.bar_length_mm.is_some()),
+            ("offset_per_test", self.offset_per_test.is_some()),
+            ("setup_error_um", self.setup_error_um.is_some()),
+            ("tests", self.tests.is_some()),
+        ];
+        let spheres = [("axes", self.axes.is_some())];
+        let foreign: &[(&str, bool)] = match self.kind {
+            CalibrationKind::RtcpBallbar => &spheres,
+            CalibrationKind::RotarySphere => &ballbar,
+        };
+        for (name, is_there) in foreign {
+            if *is_there {
+                let kind = self.kind.as_str();
+                faults.push(|| Fault::new(format!("/{name}"), format!("a {kind} run has no {name}")));
+            }
+        }
+    }
+
+    /// The run of a ball bar in the core's terms; the place of everything that is wrong goes to `faults`.
+    pub fn to_ballbar(&self, machine: &Machine, faults: &mut FaultList) -> Option<BallBarRun> {
+        let missing = |name: &str| Fault::new(format!("/{name}"), format!("missing field `{name}`"));
+        if self.bar_length_mm.is_none() {
+            faults.push(|| missing("bar_length_mm"));
+        }
+        let Some(tests) = &self.tests else {
+            faults.push(|| missing("tests"));
+            return None;
+        };
+        // Before anything is made of them.
+        if tests.len() > BallBarRun::MAX_TESTS {
+            let fault = RunFault::TestCount { tests: tests.len(), max: BallBarRun::MAX_TESTS };
+            faults.push(|| Fault::new("/tests", fault.to_string()));
+            return None;
+        }
+        let weighted = tests.iter().filter(|test| test.reading_uncertainty_um.is_some()).count();
+        if weighted > 0 && weighted < tests.len() {
+            let detail = "reading_uncertainty_um is given for some tests only; its ratios are their weights";
+            faults.push(|| Fault::new("/tests", detail));
+        }
+        let core: Vec<Option<BallBarTest>> =
+            tests.iter().enumerate().map(|(index, test)| test.to_core(index, machine, faults)).collect();
+        let setup_error =
+            self.setup_error_um.as_ref().map_or(Some(SetupError::Unknown), |doc| doc.to_core(faults));
+        let run = BallBarRun {
+            bar_length_mm: self.bar_length_mm.unwrap_or(BallBarRun::BAR_LENGTH_RANGE_MM[0]),
+            offset_per_test: self.offset_per_test.unwrap_or(true),
+            instrument_uncertainty_mm: self.instrument_uncertainty_um.map(|um| Length::from_um(um).mm()),
+            setup_error: setup_error.clone().unwrap_or(SetupError::Unknown),
+            // Those that can be looked at.
+            tests: core.iter().flatten().cloned().collect(),
+        };
+        let places: Vec<usize> =
+            core.iter().enumerate().filter(|(_, test)| test.is_some()).map(|(index, _)| index).collect();
+        // That there are none left is said already where there were some.
+        if (!places.is_empty() || tests.is_empty())
+            && let Err(found) = run.check(machine)
+        {
+            for fault in &found {
+                faults.push(|| located(fault, &places));
+            }
+        }
+        (faults.is_empty() && core.len() == places.len() && setup_error.is_some()).then_some(run)
+    }
+}
+
+impl SetupErrorDoc {
+    fn to_core(&self, faults: &mut FaultList) -> Option<SetupError> {
+        let mm = |um: f64| Length::from_um(um).mm();
+        let known = self.e_xs.is_some() || self.e_ys.is_some();
+        let spindle =
+            self.spindle_deg.is_some() || self.bar_direction.is_some() || self.length_change_um.is_some();
+        match (known, spindle) {
+            (true, false) => {
+                let (Some(x), Some(y)) = (self.e_xs, self.e_ys) else {
+                    let name = if self.e_xs.is_none() { "e_xs" } else { "e_ys" };
+                    let pointer = format!("/setup_error_um/{name}");
+                    faults.push(|| Fault::new(pointer, format!("missing field `{name}`")));
+                    return None;
+                };
+                Some(SetupError::Known([mm(x), mm(y)]))
+            }
+            (false, true) => {
+                let (Some(angles), Some(bar), Some(changes)) =
+                    (&self.spindle_deg, self.bar_direction, &self.length_change_um)
+                else {
+                    let detail = "a spindle step has spindle_deg, bar_direction and length_change_um";
+                    faults.push(|| Fault::new("/setup_error_um", detail));
+                    return None;
+                };
+                if angles.len() != changes.len() || angles.len() > MAX_SPINDLE_ANGLES {
+                    let (angles, changes) = (angles.len(), changes.len());
+                    faults.push(|| {
+                        Fault::new(
+                            "/setup_error_um",
+                            format!(
+                                "{angles} spindle angles and {changes} readings: as many of each, {MAX_SPINDLE_ANGLES} at most"
+                            ),
+                        )
+                    });
+                    return None;
+                }
+                let readings = angles
+                    .iter()
+                    .zip(changes)
+                    .map(|(angle, change)| Reading {
+                        angle_rad: Angle::from_deg(*angle).rad(),
+                        length_change_mm: mm(*change),
+                    })
+                    .collect();
+                let bar = match bar {
+                    SpindleBar::X => Vec3::x(),
+                    SpindleBar::Y => Vec3::y(),
+                };
+                Some(SetupError::Spindle(SpindleStep { bar, readings }))
+            }
+            (true, true) | (false, false) => {
+                let detail =
+                    "either e_xs and e_ys, or spindle_deg, bar_direction and length_change_um, or null";
+                faults.push(|| Fault::new("/setup_error_um", detail));
+                None
+            }
+        }
+    }
+}
+
+/// Most angles of a spindle step.
+const MAX_SPINDLE_ANGLES: usize = 1000;
+
+impl BallBarTestDoc {
+    fn to_core(&self, index: usize, machine: &Machine, faults: &mut FaultList) -> Option<BallBarTest> {
+        let axes = machine.rotary_axes();
+        let axis = axes.iter().position(|axis| self.rotary_axis == axis.letter.as_char().to_string());
+        let Some(axis) = axis else {
+            let letters = axes.each_ref().map(|axis| axis.letter.as_char());
+            let detail = format!(
+                "the machine's rotary axes are {} and {}, not {:?}",
+                letters[0], letters[1], self.rotary_axis
+            );
+            faults.push(|| Fault::new(format!("/tests/{index}/rotary_axis"), detail));
+            return None;
+        };
+        let observed = match (&self.readings, self.eccentricity_um) {
+            (Some(readings), None) => Observed::Readings(
+                readings
+                    .iter()
+                    .map(|reading| Reading {
+                        angle_rad: axes[axis].angle_rad(reading.angle_deg),
+                        length_change_mm: Length::from_um(reading.length_change_um).mm(),
+                    })
+                    .collect(),
+            ),
+            (None, Some(pair)) => Observed::Eccentricity(pair.0.map(|um| Length::from_um(um).mm())),
+            _ => {
+                let detail = "a test has either readings or eccentricity_um";
+                faults.push(|| Fault::new(format!("/tests/{index}"), detail));
+                return None;
+            }
+        };
+        Some(BallBarTest {
+            axis,
+            bar: self.bar_direction.to_core(),
+            ball_mm: Vec3::from(self.ball_mm.0),
+            tool_length_mm: self.tool_length_mm.unwrap_or(0.0),
+            reading_uncertainty: self.reading_uncertainty_um.unwrap_or(1.0),
+            observed,
+        })
+    }
+}
+
+/// A fault of the core with its place in the document; `places` are the documents' tests that the core saw.
+fn located(fault: &RunFault, places: &[usize]) -> Fault {
+    let of_test =
+        |test: usize, rest: String| format!("/tests/{}{rest}", places.get(test).copied().unwrap_or(test));
+    let of_reading = |test: Option<usize>, reading: usize, name: &str| match test {
+        Some(test) => of_test(test, format!("/readings/{reading}/{name}")),
+        None if name == "angle_deg" => format!("/setup_error_um/spindle_deg/{reading}"),
+        None => format!("/setup_error_um/{name}/{reading}"),
+    };
+    let pointer = match *fault {
+        RunFault::BarLength { .. } => "/bar_length_mm".to_owned(),
+        RunFault::InstrumentUncertainty { .. } => "/instrument_uncertainty_um".to_owned(),
+        RunFault::SetupError { component, .. } => {
+            format!("/setup_error_um/{}", if component == 0 { "e_xs" } else { "e_ys" })
+        }
+        RunFault::TestCount { .. }
+        | RunFault::TooManyReadings { .. }
+        | RunFault::NothingDetermined
+        | RunFault::NoFit { .. } => "/tests".to_owned(),
+        RunFault::ToolLength { test, .. } => of_test(test, "/tool_length_mm".to_owned()),
+        RunFault::NoSuchAxis { test, .. } => of_test(test, "/rotary_axis".to_owned()),
+        RunFault::Ball { test, component, .. } => of_test(test, format!("/ball_mm/{component}")),
+        RunFault::ReadingUncertainty { test, .. } => of_test(test, "/reading_uncertainty_um".to_owned()),
+        RunFault::Eccentricity { test, component, .. } => {
+            of_test(test, format!("/eccentricity_um/{component}"))
+        }
+        RunFault::Angle { test, reading, .. } => of_reading(test, reading, "angle_deg"),
+        RunFault::LengthChange { test, reading, .. } => of_reading(test, reading, "length_change_um"),
+        RunFault::TooFewAngles { test: Some(test), .. } => of_test(test, "/readings".to_owned()),
+        RunFault::TooFewAngles { test: None, .. } => "/setup_error_um/spindle_deg".to_owned(),
+    };
+    Fault::new(pointer, fault.to_string())
+}
+
+/// A fault of the fit itself.
+#[must_use]
+pub fn fit_fault(fault: &RunFault) -> Fault {
+    located(fault, &[])
+}

@@ -1,0 +1,195 @@
+//! Runs over time: how an error went, what changed between two runs, and what applying one would change.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::calibration_answer::component_name;
+use super::{CalibrationDocument, Estimate, Estimates, Fault, LocationErrorDoc, MachineProfile};
+
+/// One run of a trend.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct TrendPoint {
+    /// The run.
+    #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
+    pub calibration_id: String,
+    /// When it was measured.
+    #[schema(example = "2026-03-14T09:26:53.000Z")]
+    pub measured_at: String,
+    /// The machine's revision then.
+    pub machine_revision: i64,
+    /// The error, in the unit of the trend.
+    pub value: f64,
+    /// Its standard uncertainty; null where the run gives none.
+    pub standard_uncertainty: Option<f64>,
+    /// Whether the run determines it.
+    pub identifiable: bool,
+}
+
+/// How an error went, oldest first.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Trend {
+    /// The machine.
+    pub machine_id: String,
+    /// The axis.
+    #[schema(example = "A")]
+    pub axis: String,
+    /// The error.
+    #[schema(example = "e_y")]
+    pub error: String,
+    /// Unit of values and uncertainties: `um` or `urad`.
+    #[schema(example = "um")]
+    pub unit: String,
+    /// The runs.
+    pub points: Vec<TrendPoint>,
+}
+
+/// How an error differs between two runs, in the unit of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+pub struct Difference {
+    /// This run's value minus the other's.
+    pub difference: f64,
+    /// Of the difference, the runs taken as independent; null where one of them has none.
+    pub standard_uncertainty: Option<f64>,
+    /// Whether it is more than twice its standard uncertainty (about one in twenty by chance); null without one.
+    pub significant: Option<bool>,
+}
+
+/// How two runs differ.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct CalibrationDifference {
+    /// The machine.
+    pub machine_id: String,
+    /// This run.
+    pub id: String,
+    /// The run that is subtracted.
+    pub from: String,
+    /// Cascaded errors by axis that both runs have.
+    pub errors: BTreeMap<String, BTreeMap<String, Difference>>,
+    /// Errors against the machine's frame that both runs have.
+    pub iso_230: BTreeMap<String, Difference>,
+}
+
+/// How many standard uncertainties are significant: the usual coverage factor.
+const SIGNIFICANT: f64 = 2.0;
+
+impl Difference {
+    fn of(here: &Estimate, there: &Estimate) -> Self {
+        let difference = here.value - there.value;
+        let standard_uncertainty =
+            here.standard_uncertainty.zip(there.standard_uncertainty).map(|(here, there)| here.hypot(there));
+        let significant = standard_uncertainty.map(|sigma| difference.abs() > SIGNIFICANT * sigma);
+        Self { difference, standard_uncertainty, significant }
+    }
+}
+
+fn differences(here: &Estimates, there: &Estimates) -> BTreeMap<String, Difference> {
+    here.iter()
+        .filter_map(|(name, here)| Some((name.clone(), Difference::of(here, there.get(name)?))))
+        .collect()
+}
+
+impl CalibrationDifference {
+    /// `here` minus `there`.
+    #[must_use]
+    pub fn of(here: &CalibrationDocument, there: &CalibrationDocument) -> Self {
+        Self {
+            machine_id: here.machine_id.clone(),
+            id: here.id.clone(),
+            from: there.id.clone(),
+            errors: here
+                .errors
+                .iter()
+                .filter_map(|(axis, here)| Some((axis.clone(), differences(here, there.errors.get(axis)?))))
+                .collect(),
+            iso_230: differences(&here.iso_230, &there.iso_230),
+        }
+    }
+}
+
+/// Whether a large change is meant.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ApplyRequest {
+    /// Apply even where a value changes by more than 0.2 mm or 1000 µrad, or where the run leaves errors open.
+    pub confirm: bool,
+}
+
+/// Largest change of a translation that needs no confirmation (µm).
+const CONFIRM_ABOVE_UM: f64 = 200.0;
+/// Largest change of a rotation that needs no confirmation (µrad).
+const CONFIRM_ABOVE_URAD: f64 = 1000.0;
+
+/// A profile with a calibration's errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AppliedProfile {
+    /// The profile.
+    pub profile: MachineProfile,
+    /// What is to be confirmed.
+    pub to_confirm: Vec<Fault>,
+}
+
+/// The nominal axes of the current profile are not those that were measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OtherAxes;
+
+impl CalibrationDocument {
+    /// `current` with the location errors of this run: an axis that the run measured gets all six components, those not
+    /// identified being zero; the others keep theirs.
+    ///
+    /// # Errors
+    /// The nominal axes of `measured`, the profile at the time of the run, are not those of `current`.
+    pub fn apply_to(
+        &self,
+        current: &MachineProfile,
+        measured: &MachineProfile,
+    ) -> Result<AppliedProfile, OtherAxes> {
+        let nominal = |profile: &MachineProfile| -> Vec<_> {
+            let axes = &profile.kinematics.rotary_axes;
+            axes.iter()
+                .map(|axis| (axis.name.clone(), axis.side, axis.direction, axis.point_mm, axis.reversed))
+                .collect()
+        };
+        if nominal(current) != nominal(measured) {
+            return Err(OtherAxes);
+        }
+        let mut profile = current.clone();
+        let mut to_confirm = Vec::new();
+        for (index, axis) in profile.kinematics.rotary_axes.iter_mut().enumerate() {
+            let Some(errors) = self.errors.get(&axis.name) else { continue };
+            let before = components(&axis.location_error);
+            let after: [f64; 6] = std::array::from_fn(|component| {
+                errors.get(component_name(component)).map_or(0.0, |estimate| estimate.value)
+            });
+            for component in 0..6 {
+                let change = after[component] - before[component];
+                let (limit, unit) =
+                    if component < 3 { (CONFIRM_ABOVE_UM, "um") } else { (CONFIRM_ABOVE_URAD, "urad") };
+                if change.abs() > limit {
+                    let name = component_name(component);
+                    to_confirm.push(Fault::new(
+                        format!("/kinematics/rotary_axes/{index}/location_error/{name}"),
+                        format!(
+                            "changes from {} to {} {unit}, by more than {limit} {unit}",
+                            before[component], after[component]
+                        ),
+                    ));
+                }
+            }
+            let [e_x_um, e_y_um, e_z_um, e_a_urad, e_b_urad, e_c_urad] = after;
+            axis.location_error = LocationErrorDoc { e_x_um, e_y_um, e_z_um, e_a_urad, e_b_urad, e_c_urad };
+        }
+        for blind in &self.blind {
+            // What only the set-up error hides is the usual case: the difference is what the control needs.
+            if !blind.parts_um_urad.keys().any(|name| name.starts_with("e_xs") || name.starts_with("e_ys")) {
+                to_confirm.push(Fault::new("", format!("the run leaves this open: {}", blind.words)));
+            }
+        }
+        Ok(AppliedProfile { profile, to_confirm })
+    }
+}
+
+fn components(error: &LocationErrorDoc) -> [f64; 6] {
+    [error.e_x_um, error.e_y_um, error.e_z_um, error.e_a_urad, error.e_b_urad, error.e_c_urad]
+}
