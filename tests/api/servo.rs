@@ -375,6 +375,21 @@ async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
     let presets: Value = app.get("/v1/drive-presets").await.json().await.unwrap();
     let items = presets["items"].as_array().unwrap();
     assert_eq!(items.len(), 5);
+    let assumed = |id: &str| items.iter().find(|preset| preset["id"] == id).unwrap()["assumed"].clone();
+    assert_eq!(
+        assumed("reference-rotary"),
+        json!(["position_gain_per_s", "current_gain_v_per_a", "transmission.gear_ratio"])
+    );
+    for mill in ["mill-x", "mill-y", "mill-z"] {
+        assert_eq!(
+            assumed(mill),
+            json!(["current_gain_v_per_a", "inductance_h", "resistance_ohm", "back_emf_v_s_per_rad"])
+        );
+        let preset = items.iter().find(|preset| preset["id"] == mill).unwrap();
+        // Kf of the published identification
+        assert_eq!(preset["drive"]["velocity_feedforward"], 1.0);
+        assert!(preset["title"].as_str().unwrap().contains("dry friction left out"), "{preset}");
+    }
     let mut profile = ac_table();
     profile["drives"] = json!({});
     for preset in items {
@@ -387,7 +402,7 @@ async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
     assert_eq!(response.status(), StatusCode::CREATED, "{:?}", response.text().await);
     let body = json!({"machine_id": "with-drives", "path": circle(), "feed_mm_per_min": 900});
     let found = answer(&app, SIMULATE, &body).await;
-    // Axes with the Kv of another kind (162.7 and 30 1/s) do not match.
+    // X with feed-forward leaves no error on a ramp, C lags by 1/30 s: they do not match.
     assert!(found["contour_error"]["max_abs_um"].as_f64().unwrap() > 100.0, "{}", found["contour_error"]);
 }
 
