@@ -159,6 +159,29 @@ fn a_path_that_cannot_be_run_is_refused_with_its_reason() {
     assert!(matches!(unstable, Err(ServoFault::Unstable { axis: Y, .. })), "{unstable:?}");
 }
 
+#[test]
+fn a_tool_is_followed_until_it_has_arrived_however_slow_its_drives_are() {
+    /// Share of the lag that is left after five time constants of the slowest pole, e⁻⁵ = 0.7 %.
+    const LEFT: f64 = 0.01;
+    let poses = [[0.0, 0.0], [40.0, 0.0], [40.0, 2.0]]
+        .map(|[x, y]| ToolPose { tip_mm: Vec3::new(x, y, 0.0), axis: Vec3::z() })
+        .to_vec();
+    let program = b"G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X40 F1200\nY2\nM30\n";
+    for gain_per_s in [1.0, 5.0, 30.0, 150.0] {
+        let set = drives(gain_per_s, gain_per_s);
+        let along =
+            along(&machine("ac-table"), &ToolPath::Polyline { poses: poses.clone() }, &at(1200.0), &set);
+        let program = run_program(program, &SimulationParameters::new(set)).expect("a run");
+        for trace in [along.expect("a run").trace, program.outcome.trace] {
+            let lag_mm = |slot: usize| trace.iter().map(move |point| point.following[slot].abs());
+            let largest_mm = lag_mm(0).fold(0.0, f64::max);
+            let last_mm =
+                lag_mm(0).next_back().expect("a trace").max(lag_mm(1).next_back().expect("a trace"));
+            assert!(last_mm < LEFT * largest_mm, "{gain_per_s}: {last_mm} mm of {largest_mm} mm are left");
+        }
+    }
+}
+
 /// The circle of the linear axes as a program of short blocks, with TCP or without.
 fn circle_program(tcp: bool, feed: f64) -> Vec<u8> {
     let mut text = String::from("G90 G21 G94 G17\n");
