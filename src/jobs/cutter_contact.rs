@@ -1,10 +1,11 @@
-//! The service's compensator: the core's compensation, its report and its refusals in the words of the wire.
+//! The service's compensator: the core's compensation and its report in the words of the wire.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use super::program_file::FileSource;
+use super::refusals::in_words_of_the_wire;
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
 use crate::contact;
 use crate::geometry::Vec3;
@@ -12,8 +13,8 @@ use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
 use crate::motion;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, LineFault, LineFaultKind, LineFaults, ProgramSource};
-use crate::program::{self, Diagnostics};
+use crate::process;
+use crate::program;
 use crate::units::{Feedrate, Length, UM_PER_MM};
 use crate::wire::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
@@ -23,15 +24,6 @@ use crate::wire::{
 /// Compensates programs with the core.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CutterContactCompensator;
-
-/// A program in a file.
-pub(super) struct FileSource<'a>(pub(super) &'a Path);
-
-impl ProgramSource for FileSource<'_> {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
-        Ok(Box::new(File::open(self.0)?))
-    }
-}
 
 impl Compensator for CutterContactCompensator {
     fn compensate(
@@ -44,12 +36,8 @@ impl Compensator for CutterContactCompensator {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault> {
         let parameters = core_parameters(parameters, tool)?;
-        let report = process::compensate(machine, &parameters, &FileSource(source), output, stop).map_err(
-            |fault| {
-                refused(&fault)
-                    .map_or_else(|| other(fault), |refusal| CompensatorFault::Refused(Box::new(refusal)))
-            },
-        )?;
+        let report = process::compensate(machine, &parameters, &FileSource(source), output, stop)
+            .map_err(in_words_of_the_wire)?;
         Ok(findings(&report))
     }
 
@@ -204,80 +192,4 @@ fn parameter(pointer: &str, detail: String) -> CompensatorFault {
     let errors = vec![Fault::new(pointer, detail.clone())];
     let class = RefusalClass::Parameter;
     CompensatorFault::Refused(Box::new(Refusal { class, detail, line: None, block: None, errors }))
-}
-
-/// What is the program's or the parameters' fault; `None` for what is ours.
-pub(super) fn refused(fault: &process::Fault) -> Option<Refusal> {
-    let detail = fault.to_string();
-    let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
-    let program = RefusalClass::Program;
-    Some(match fault {
-        process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
-        process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
-        process::Fault::Lines(faults) => by_lines(faults, detail),
-        process::Fault::NothingToSimulate { first, .. } => {
-            plain(program, first.map(|(_, line)| line), Vec::new())
-        }
-        // faults of the drives only come of a simulation, which has looked at them already
-        process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
-        process::Fault::NoContactInProgram { .. } => {
-            plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
-        }
-        process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
-        process::Fault::Unwritable { line, .. } => plain(program, Some(*line), Vec::new()),
-        process::Fault::VerificationFailed { .. } | process::Fault::Cancelled | process::Fault::Io(_) => {
-            return None;
-        }
-    })
-}
-
-pub(super) fn other(fault: process::Fault) -> CompensatorFault {
-    match fault {
-        process::Fault::VerificationFailed { line, what } => {
-            CompensatorFault::VerificationFailed { line, what }
-        }
-        process::Fault::Io(fault) => CompensatorFault::Io(fault),
-        _ => CompensatorFault::Cancelled,
-    }
-}
-
-fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
-    let errors: Vec<Fault> =
-        diagnostics.refusals().map(|diagnostic| at_line(diagnostic.line, diagnostic.to_string())).collect();
-    let line = diagnostics.refusals().next().map(|first| first.line);
-    Refusal { class: RefusalClass::Program, detail, line, block: None, errors }
-}
-
-fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
-    let first = faults.kept.first();
-    let class = match first.map(|fault| &fault.kind) {
-        Some(LineFaultKind::OutOfTravel { .. }) => RefusalClass::OutOfTravel,
-        Some(LineFaultKind::ToleranceOutOfReach { .. }) => RefusalClass::ToleranceOutOfReach,
-        _ => RefusalClass::Program,
-    };
-    let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
-    let detail = if reachable_um > 0.0 {
-        format!("{detail}; with the program's decimals {reachable_um:.3} µm can be reached")
-    } else {
-        detail
-    };
-    Refusal {
-        class,
-        detail,
-        line: first.map(|fault| fault.line),
-        block: first.map(|fault| fault.block.clone()),
-        errors: faults.kept.iter().map(|fault| at_line(fault.line, fault.to_string())).collect(),
-    }
-}
-
-fn reachable_um(fault: &LineFault) -> Option<f64> {
-    match fault.kind {
-        LineFaultKind::ToleranceOutOfReach { reachable_um, .. } => Some(reachable_um),
-        _ => None,
-    }
-}
-
-/// A fault of the program: its place is a line of the upload.
-fn at_line(line: u64, detail: String) -> Fault {
-    Fault::new(format!("/program/{line}"), detail)
 }

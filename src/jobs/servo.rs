@@ -76,7 +76,7 @@ impl ServoWork {
     pub fn simulate(&self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<Simulation, ServoWorkFault> {
         let ServoTask { drives, run, .. } = &self.task;
         self.with_path(|path| {
-            self.check_cost(path.samples(run))?;
+            self.check_cost(path.samples(run) + path.settling_samples(run, drives))?;
             Ok(simulate(path, run, drives, Detail::Trace, stop)?)
         })?
     }
@@ -110,6 +110,15 @@ impl ServoWork {
         })?
     }
 
+    fn sweep_samples(&self, feeds: &[f64], sets: &[DriveSet]) -> Result<f64, ServoFault> {
+        self.with_path(|path| {
+            let at = |feed: &f64| Run { feed: Feedrate::from_mm_per_min(*feed), ..self.task.run };
+            let settling: f64 = sets.iter().map(|set| path.settling_samples(&self.task.run, set)).sum();
+            let moving: f64 = feeds.iter().map(|feed| path.samples(&at(feed))).sum();
+            moving * sets.len() as f64 + settling * feeds.len() as f64
+        })
+    }
+
     /// Every set of drives at every feed. The feeds are dealt out to as many computations as run side by side, and
     /// joined in their order: the answer does not depend on how many these are.
     ///
@@ -121,11 +130,10 @@ impl ServoWork {
         feeds: Vec<f64>,
         sets: Vec<DriveSet>,
     ) -> Result<SweepColumns, ServoWorkFault> {
-        let samples = self.with_path(|path| {
-            let at = |feed: &f64| Run { feed: Feedrate::from_mm_per_min(*feed), ..self.task.run };
-            feeds.iter().map(|feed| path.samples(&at(feed))).sum::<f64>()
-        })?;
-        self.check_cost(samples * sets.len() as f64)?;
+        let (work, all_feeds, all_sets) = (self.clone(), feeds.clone(), sets.clone());
+        // The poles of thousands of drives take a while.
+        let samples = compute.run(move |_stop| work.sweep_samples(&all_feeds, &all_sets)).await??;
+        self.check_cost(samples)?;
         let parts = compute.side_by_side().min(feeds.len()).max(1);
         // Slow feeds take more samples: each part gets every so manieth feed.
         let work = (0..parts).map(|part| {

@@ -1,8 +1,9 @@
 //! The servo simulation of a program, kept as a job.
 
-use super::cutter_contact::{FileSource, other, refused};
+use super::program_file::FileSource;
 use super::program_job::{Finished, run_program_job};
-use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
+use super::refusals::in_words_of_the_wire;
+use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::Machine;
 use crate::process::{self, SimulationParameters};
 use crate::store::{JobRow, Store};
@@ -41,13 +42,7 @@ pub async fn simulate_program(
         let simulation = match process::simulate(&machine, &parameters, &source, stop) {
             Ok(simulation) => simulation,
             Err(process::Fault::Servo(fault)) => return Err(fault.into()),
-            Err(fault) => {
-                return Err(match refused(&fault) {
-                    Some(refusal) => CompensatorFault::Refused(Box::new(refusal)),
-                    None => other(fault),
-                }
-                .into());
-            }
+            Err(fault) => return Err(in_words_of_the_wire(fault).into()),
         };
         let report = ServoReport::of(machine_revision, program.sha256(), &parameters.drives, &simulation);
         Ok(Finished { report: serde_json::to_string(&report)?, output: None })

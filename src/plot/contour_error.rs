@@ -1,10 +1,12 @@
 //! Contour error along a run: over time, the worst point with its time and line.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
-use super::style::{GRID, MUTED, SIZE, colour, plain, range};
+use super::style::{
+    MUTED, Mark, SIZE, colour, corner_opposite, frame, legend, mark_worst, mesh, plain, range, right_axis,
+    swatch,
+};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,77 +53,42 @@ fn draw(figure: &ContourFigure<'_>, svg: &mut String) -> Option<()> {
     let end_s = points.last().map_or(1.0, |point| point.time_s).max(1e-6);
     let left = range(points.iter().map(|point| point.contour_um).chain([0.0]));
     let right = range(axis_urad().map(|(_, axis_urad)| axis_urad).chain([0.0]));
-    let mut chart = ChartBuilder::on(&root)
-        .caption(figure.title, ("sans-serif", 18))
-        .margin(16)
-        .x_label_area_size(48)
-        .y_label_area_size(74)
+    let mut builder = ChartBuilder::on(&root);
+    frame(&mut builder, figure.title);
+    let mut chart = builder
         .right_y_label_area_size(if has_axis { 74 } else { 16 })
         .build_cartesian_2d(0.0..end_s, left.start..left.end + 0.1 * (left.end - left.start))
         .ok()?
         .set_secondary_coord(0.0..end_s, right);
-    chart
-        .configure_mesh()
-        .x_desc("time [s]")
-        .y_desc("contour error of the tip [µm]")
-        .label_style(("sans-serif", 14))
-        .axis_desc_style(("sans-serif", 15))
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(GRID)
-        .x_label_formatter(&|value| plain(*value))
-        .y_label_formatter(&|value| plain(*value))
-        .draw()
-        .ok()?;
+    mesh(&mut chart, "time [s]", "contour error of the tip [µm]")?;
     if has_axis {
-        chart
-            .configure_secondary_axes()
-            .y_desc("error of the tool axis [µrad]")
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .y_label_formatter(&|value: &f64| plain(*value))
-            .draw()
-            .ok()?;
+        right_axis(&mut chart, "error of the tool axis [µrad]", 14)?;
         chart
             .draw_secondary_series(LineSeries::new(axis_urad(), colour(2).mix(0.7).stroke_width(1)))
             .ok()?
             .label("tool axis [µrad]")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], colour(2).stroke_width(3)));
+            .legend(swatch(colour(2).stroke_width(3)));
     }
     let tip = points.iter().map(|point| (point.time_s, point.contour_um));
     chart
         .draw_series(LineSeries::new(tip, colour(0).stroke_width(1)))
         .ok()?
         .label("tool tip [µm]")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], colour(0).stroke_width(3)));
+        .legend(swatch(colour(0).stroke_width(3)));
     let judged = points.iter().filter(|point| point.time_s >= figure.judged_from_s);
     let worst = judged.max_by(|a, b| a.contour_um.abs().total_cmp(&b.contour_um.abs()));
     if let Some(worst) = worst {
-        let (anchor, shift) = if worst.time_s > 0.7 * end_s { (HPos::Right, -8) } else { (HPos::Left, 8) };
-        let style = ("sans-serif", 14).into_font().color(&MUTED).pos(Pos::new(anchor, VPos::Bottom));
         let place = if worst.line > 0 {
             format!("line {}", worst.line)
         } else {
             format!("{} s", plain(worst.time_s))
         };
         let label = format!("{place}: {} µm", plain(worst.contour_um));
-        chart
-            .draw_series(std::iter::once(
-                EmptyElement::at((worst.time_s, worst.contour_um))
-                    + Circle::new((0, 0), 4, colour(1).filled())
-                    + Text::new(label, (shift, -4), style),
-            ))
-            .ok()?;
+        let mark = Mark { dot: colour(1), text: MUTED, is_left: worst.time_s > 0.7 * end_s };
+        mark_worst(&mut chart, (worst.time_s, worst.contour_um), label, mark)?;
     }
     let right = worst.is_some_and(|worst| worst.time_s > 0.5 * end_s);
-    let corner = if right { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight };
-    chart
-        .configure_series_labels()
-        .position(corner)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14))
-        .draw()
-        .ok()?;
+    legend(&mut chart, corner_opposite(right), 0.85)?;
     drop(chart);
     root.present().ok()
 }

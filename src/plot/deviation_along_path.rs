@@ -1,10 +1,9 @@
 //! Deviation of the cutter contact along its path, before and after compensation.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
-use super::style::{GRID, MUTED, SIZE, plain};
+use super::style::{MUTED, Mark, SIZE, corner_opposite, frame, legend, mark_worst, mesh, plain, swatch};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +57,7 @@ fn draw(figure: &DeviationFigure<'_>, svg: &mut String) -> Option<()> {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE).ok()?;
     let mut builder = ChartBuilder::on(&root);
-    builder.caption(figure.title, ("sans-serif", 18)).margin(16).x_label_area_size(48).y_label_area_size(74);
+    frame(&mut builder, figure.title);
     if largest > LOG_ABOVE * figure.tolerance_um {
         let floor = LOG_FLOOR * figure.tolerance_um;
         let chart = builder.build_cartesian_2d(0.0..path_end, (floor..largest * 2.0).log_scale()).ok()?;
@@ -79,18 +78,7 @@ fn curves<'a, Y>(
 where
     Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
 {
-    chart
-        .configure_mesh()
-        .x_desc("cutter-contact path [mm]")
-        .y_desc("deviation from the contact line [µm]")
-        .label_style(("sans-serif", 14))
-        .axis_desc_style(("sans-serif", 15))
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(GRID)
-        .x_label_formatter(&|value| plain(*value))
-        .y_label_formatter(&|value| plain(*value))
-        .draw()
-        .ok()?;
+    mesh(&mut chart, "cutter-contact path [mm]", "deviation from the contact line [µm]")?;
     let curve = |value: fn(&DeviationPoint) -> f64| {
         figure.points.iter().map(move |point| (point.path_mm, value(point).max(floor)))
     };
@@ -98,45 +86,28 @@ where
         .draw_series(LineSeries::new(curve(|point| point.before_um), BEFORE.stroke_width(1)))
         .ok()?
         .label("before")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], BEFORE.stroke_width(3)));
+        .legend(swatch(BEFORE.stroke_width(3)));
     chart
         .draw_series(LineSeries::new(curve(|point| point.after_um), AFTER.stroke_width(1)))
         .ok()?
         .label("after")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], AFTER.stroke_width(3)));
+        .legend(swatch(AFTER.stroke_width(3)));
     let level = figure.tolerance_um;
     chart
         .draw_series(DashedLineSeries::new([(0.0, level), (path_end, level)], 8, 5, MUTED.stroke_width(2)))
         .ok()?
         .label(format!("tolerance {} µm", plain(level)))
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], MUTED.stroke_width(2)));
+        .legend(swatch(MUTED.stroke_width(2)));
     let worst = figure.points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um));
     if let Some(worst) = worst {
-        // Near the right edge the label would run out of the figure.
-        let (anchor, shift) =
-            if worst.path_mm > 0.75 * path_end { (HPos::Right, -8) } else { (HPos::Left, 8) };
-        let style = ("sans-serif", 14).into_font().color(&BEFORE).pos(Pos::new(anchor, VPos::Bottom));
         let label = format!("line {}: {} µm", worst.line, plain(worst.before_um));
         let top = (worst.path_mm, worst.before_um.max(floor));
-        chart
-            .draw_series(std::iter::once(
-                EmptyElement::at(top)
-                    + Circle::new((0, 0), 4, BEFORE.filled())
-                    + Text::new(label, (shift, -4), style),
-            ))
-            .ok()?;
+        let mark = Mark { dot: BEFORE, text: BEFORE, is_left: worst.path_mm > 0.75 * path_end };
+        mark_worst(&mut chart, top, label, mark)?;
     }
     // The legend keeps out of the worst block's half.
     let right = worst.is_some_and(|worst| worst.path_mm > 0.5 * path_end);
-    let corner = if right { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight };
-    chart
-        .configure_series_labels()
-        .position(corner)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14))
-        .draw()
-        .ok()
+    legend(&mut chart, corner_opposite(right), 0.85)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::PlotFault;
-use super::style::{GRID, MUTED, SIZE, colour, plain, range};
+use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, right_axis, swatch};
 
 /// The following error of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,36 +50,16 @@ fn draw(figure: &FollowingErrorFigure<'_>, svg: &mut String) -> Option<()> {
     let end_s = figure.time_s.last().copied().unwrap_or(1.0).max(1e-6);
     let (left, right) = (range(errors(true)), range(errors(false)));
     let has_rotary = figure.curves.iter().any(|curve| !curve.is_linear);
-    let mut chart = ChartBuilder::on(&root)
-        .caption(figure.title, ("sans-serif", 18))
-        .margin(16)
-        .x_label_area_size(48)
-        .y_label_area_size(74)
+    let mut builder = ChartBuilder::on(&root);
+    frame(&mut builder, figure.title);
+    let mut chart = builder
         .right_y_label_area_size(if has_rotary { 74 } else { 16 })
         .build_cartesian_2d(0.0..end_s, left.clone())
         .ok()?
         .set_secondary_coord(0.0..end_s, right);
-    chart
-        .configure_mesh()
-        .x_desc("time [s]")
-        .y_desc("following error of linear axes [µm]")
-        .label_style(("sans-serif", 14))
-        .axis_desc_style(("sans-serif", 15))
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(GRID)
-        .x_label_formatter(&|value| plain(*value))
-        .y_label_formatter(&|value| plain(*value))
-        .draw()
-        .ok()?;
+    mesh(&mut chart, "time [s]", "following error of linear axes [µm]")?;
     if has_rotary {
-        chart
-            .configure_secondary_axes()
-            .y_desc("following error of rotary axes [µrad]")
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .y_label_formatter(&|value: &f64| plain(*value))
-            .draw()
-            .ok()?;
+        right_axis(&mut chart, "following error of rotary axes [µrad]", 14)?;
     }
     if figure.judged_from_s > 0.0 {
         let at = [(figure.judged_from_s, left.start), (figure.judged_from_s, left.end)];
@@ -87,7 +67,7 @@ fn draw(figure: &FollowingErrorFigure<'_>, svg: &mut String) -> Option<()> {
             .draw_series(DashedLineSeries::new(at, 6, 4, MUTED.stroke_width(1)))
             .ok()?
             .label(format!("judged from {} s", plain(figure.judged_from_s)))
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], MUTED.stroke_width(1)));
+            .legend(swatch(MUTED.stroke_width(1)));
     }
     for (index, curve) in figure.curves.iter().enumerate() {
         let points = figure.time_s.iter().copied().zip(curve.errors.iter().copied());
@@ -100,18 +80,9 @@ fn draw(figure: &FollowingErrorFigure<'_>, svg: &mut String) -> Option<()> {
         } else {
             chart.draw_secondary_series(line).ok()?
         };
-        drawn
-            .label(label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], colour(index).stroke_width(3)));
+        drawn.label(label).legend(swatch(colour(index).stroke_width(3)));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14))
-        .draw()
-        .ok()?;
+    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
     drop(chart);
     root.present().ok()
 }

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
-use super::style::{GRID, MUTED, colour, plain, round_down};
+use super::style::{GRID, MUTED, colour, legend, plain, round_down, swatch};
 use crate::geometry::trig;
 
 /// The radius error of one run.
@@ -76,7 +76,7 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
         .draw_series(DashedLineSeries::new(circle, 6, 4, MUTED.stroke_width(2)))
         .ok()?
         .label(format!("ideal circle, r = {} mm", plain(figure.radius_mm)))
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], MUTED.stroke_width(2)));
+        .legend(swatch(MUTED.stroke_width(2)));
     for (index, curve) in figure.curves.iter().enumerate() {
         let points = curve.points.iter().filter(|(phi, error)| phi.is_finite() && error.is_finite());
         let line = points.map(|(phi, error)| at(*phi, 1.0 + magnification * error / radius_um));
@@ -84,7 +84,7 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
             .draw_series(LineSeries::new(line, colour(index).stroke_width(2)))
             .ok()?
             .label(curve.label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], colour(index).stroke_width(3)));
+            .legend(swatch(colour(index).stroke_width(3)));
     }
     if let Some((amplitude_um, direction)) = figure.oval.filter(|(amplitude, _)| *amplitude > 0.0) {
         let ends = [at(direction, -1.2), at(direction, 1.2)];
@@ -93,7 +93,7 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
             .draw_series(DashedLineSeries::new(ends, 3, 5, BLACK.mix(0.6).stroke_width(1)))
             .ok()?
             .label(format!("major axis at {degrees}°, second harmonic {amplitude} µm"))
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], BLACK.mix(0.6).stroke_width(1)));
+            .legend(swatch(BLACK.mix(0.6).stroke_width(1)));
     }
     let mark_um = round_down(0.2 * radius_um / magnification);
     let length = magnification * mark_um / radius_um;
@@ -103,14 +103,7 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
     let style = ("sans-serif", 14).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Bottom));
     let text = format!("{} µm, error magnified {} times", plain(mark_um), plain(magnification));
     chart.draw_series([Text::new(text, (x, y + 0.04), style)]).ok()?;
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::MiddleMiddle)
-        .background_style(WHITE.mix(0.9))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14))
-        .draw()
-        .ok()?;
+    legend(&mut chart, SeriesLabelPosition::MiddleMiddle, 0.9)?;
     drop(chart);
     root.present().ok()
 }

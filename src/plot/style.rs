@@ -1,6 +1,10 @@
 //! What the figures have in common.
 
+use plotters::chart::DualCoordChartContext;
+use plotters::coord::CoordTranslate;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Width and height of a figure.
 pub(super) const SIZE: (u32, u32) = (1000, 520);
@@ -19,6 +23,124 @@ pub(super) const COLOURS: [RGBColor; 6] = [
 /// The colour of the curve of this index.
 pub(super) fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
+}
+
+/// Title, margins, room for the names of the axes.
+pub(super) fn frame<DB: DrawingBackend>(builder: &mut ChartBuilder<'_, '_, DB>, title: &str) {
+    builder.caption(title, ("sans-serif", 18)).margin(16).x_label_area_size(48).y_label_area_size(74);
+}
+
+/// Grid and numbers, and what the axes are.
+pub(super) fn mesh<DB, X, Y>(
+    chart: &mut ChartContext<'_, DB, Cartesian2d<X, Y>>,
+    x_name: &str,
+    y_name: &str,
+) -> Option<()>
+where
+    DB: DrawingBackend,
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .x_desc(x_name)
+        .y_desc(y_name)
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 15))
+        .light_line_style(WHITE.mix(0.0))
+        .bold_line_style(GRID)
+        .x_label_formatter(&|value| plain(*value))
+        .y_label_formatter(&|value| plain(*value))
+        .draw()
+        .ok()
+}
+
+/// The scale on the right, its numbers in letters of this size.
+pub(super) fn right_axis<DB, CT, X, Y>(
+    chart: &mut DualCoordChartContext<'_, DB, CT, Cartesian2d<X, Y>>,
+    name: &str,
+    size: u32,
+) -> Option<()>
+where
+    DB: DrawingBackend,
+    CT: CoordTranslate,
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_secondary_axes()
+        .y_desc(name)
+        .label_style(("sans-serif", size))
+        .axis_desc_style(("sans-serif", size + 1))
+        .y_label_formatter(&|value: &f64| plain(*value))
+        .draw()
+        .ok()
+}
+
+/// What stands beside a curve's name in the legend.
+pub(super) fn swatch(style: impl Into<ShapeStyle>) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
+    let style = style.into();
+    move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style)
+}
+
+/// The names of the curves; what lies behind shines through by 1 − `cover`.
+pub(super) fn legend<'a, DB, CT>(
+    chart: &mut ChartContext<'a, DB, CT>,
+    position: SeriesLabelPosition,
+    cover: f64,
+) -> Option<()>
+where
+    DB: DrawingBackend + 'a,
+    CT: CoordTranslate,
+{
+    chart
+        .configure_series_labels()
+        .position(position)
+        .background_style(WHITE.mix(cover))
+        .border_style(GRID)
+        .label_font(("sans-serif", 14))
+        .draw()
+        .ok()
+}
+
+/// The upper corner that is not in the half of the figure where something is marked.
+pub(super) const fn corner_opposite(is_right: bool) -> SeriesLabelPosition {
+    if is_right { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight }
+}
+
+/// How the worst point is marked.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mark {
+    /// Colour of the dot.
+    pub(super) dot: RGBColor,
+    /// Colour of its label.
+    pub(super) text: RGBColor,
+    /// Whether the label stands left of the dot: near the right edge it would run out of the figure.
+    pub(super) is_left: bool,
+}
+
+/// Marks the worst point with a dot and a label above it.
+pub(super) fn mark_worst<DB, X, Y>(
+    chart: &mut ChartContext<'_, DB, Cartesian2d<X, Y>>,
+    at: (f64, f64),
+    label: String,
+    mark: Mark,
+) -> Option<()>
+where
+    DB: DrawingBackend,
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    let (anchor, shift) = if mark.is_left { (HPos::Right, -8) } else { (HPos::Left, 8) };
+    let style = ("sans-serif", 14).into_font().color(&mark.text).pos(Pos::new(anchor, VPos::Bottom));
+    chart
+        .draw_series(std::iter::once(
+            EmptyElement::at(at)
+                + Circle::new((0, 0), 4, mark.dot.filled())
+                + Text::new(label, (shift, -4), style),
+        ))
+        .ok()?;
+    Some(())
 }
 
 /// A number with the digits a reader needs and no exponent.

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotFault;
-use super::style::{COLOURS, GRID, SIZE, colour, plain, range};
+use super::style::{COLOURS, SIZE, colour, frame, legend, mesh, plain, range, right_axis, swatch};
 
 /// What the figures show.
 #[derive(Debug, Clone, Copy)]
@@ -67,25 +67,10 @@ fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     };
     let feeds = range(figure.feeds_mm_per_min.iter().copied());
     let errors = range(cells(figure).chain([0.0]));
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, ("sans-serif", 18))
-        .margin(16)
-        .x_label_area_size(48)
-        .y_label_area_size(74)
-        .build_cartesian_2d(feeds, errors)
-        .ok()?;
-    chart
-        .configure_mesh()
-        .x_desc("feed [mm/min]")
-        .y_desc("largest contour error [µm]")
-        .label_style(("sans-serif", 14))
-        .axis_desc_style(("sans-serif", 15))
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(GRID)
-        .x_label_formatter(&|value| plain(*value))
-        .y_label_formatter(&|value| plain(*value))
-        .draw()
-        .ok()?;
+    let mut builder = ChartBuilder::on(&root);
+    frame(&mut builder, &title);
+    let mut chart = builder.build_cartesian_2d(feeds, errors).ok()?;
+    mesh(&mut chart, "feed [mm/min]", "largest contour error [µm]")?;
     for index in 0..drawn {
         let row = if drawn > 1 { index * (rows - 1) / (drawn - 1) } else { 0 };
         let cells = figure.max_abs_um.get(row)?;
@@ -103,21 +88,12 @@ fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
             let dots: Vec<_> = part.iter().map(|at| Circle::new(*at, 3, colour(index).filled())).collect();
             let line = chart.draw_series(LineSeries::new(part, style)).ok()?;
             if k == 0 {
-                line.label(label).legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 22, y)], colour(index).stroke_width(3))
-                });
+                line.label(label).legend(swatch(colour(index).stroke_width(3)));
             }
             chart.draw_series(dots).ok()?;
         }
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14))
-        .draw()
-        .ok()?;
+    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
     drop(chart);
     root.present().ok()
 }
@@ -215,14 +191,7 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
             Rectangle::new([(0.0, from), (1.0, from + step)], ramp((from + 0.5 * step) / top).filled())
         }))
         .ok()?;
-    chart
-        .configure_secondary_axes()
-        .y_desc("largest contour error [µm]")
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 14))
-        .y_label_formatter(&|value: &f64| plain(*value))
-        .draw()
-        .ok()?;
+    right_axis(&mut chart, "largest contour error [µm]", 13)?;
     drop(chart);
     root.present().ok()
 }

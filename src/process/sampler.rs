@@ -14,8 +14,6 @@ use crate::servo::{AxisLetter, MovingAverage, ToolRun, letters_of};
 
 /// Samples handed to the drives at a time, a multiple of a block of the stepping.
 const CHUNK: usize = 1024;
-/// How long the command rests at the end of a pass \[s\]: the tool arrives, and overshoot is seen.
-pub(super) const SETTLING_S: f64 = 0.2;
 
 /// One motion at feed.
 #[derive(Debug, Clone, Copy)]
@@ -178,15 +176,14 @@ impl<'a> Sampler<'a> {
         Ok(())
     }
 
-    /// Ends the pass: the command comes to rest and stays a while.
+    /// Ends the pass: the command comes to rest and stays until the axes have.
     pub(super) fn lift(&mut self) -> Result<(), Fault> {
         if self.pieces.is_empty() {
             return Ok(());
         }
         self.come_to_rest()?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and small")]
-        let settling = (SETTLING_S / self.parameters.period_s).ceil() as usize;
-        for _ in 0..settling {
+        self.flush()?;
+        for _ in 0..self.run.settling_samples() {
             self.push(self.reached)?;
         }
         self.flush()?;

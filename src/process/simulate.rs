@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::sampler::{Piece, SETTLING_S, Sampler};
+use super::sampler::{Piece, Sampler};
 use super::stream::Passages;
 use super::{Fault, ProgramSource};
 use crate::geometry::Vec3;
@@ -266,7 +266,8 @@ impl Outlook {
         let limit = parameters.max_samples;
         let period_s = parameters.period_s;
         let averages = parameters.profile.map_or([0; 2], |profile| profile.averages(self.fastest, period_s));
-        let rest = SETTLING_S / period_s + averages[0] as f64 + averages[1] as f64;
+        let settling_s = parameters.drives.settling_s(&AxisLetter::ALL);
+        let rest = settling_s / period_s + averages[0] as f64 + averages[1] as f64;
         if averages[0].saturating_add(averages[1]) as u64 > MAX_AVERAGED {
             return Err(Fault::TooCostly {
                 what: "samples that the feed profile averages",

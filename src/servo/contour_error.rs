@@ -107,7 +107,8 @@ impl FootTracker {
                 segment += 1;
             }
         }
-        if best.segment + 1 >= now && best.fraction >= 1.0 || now == self.base {
+        let is_at_the_command = best.segment + 1 >= now && best.fraction >= 1.0;
+        if is_at_the_command || now == self.base {
             for segment in now..now + LOOK_AHEAD {
                 let foot = self.foot_on(segment, &actual);
                 if foot.separation > best.separation {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::sweep::ServoPath;
-use super::{AxisLetter, Detail, DriveSet, Run, ServoFault, Simulation, Stability, simulate};
+use super::{AxisLetter, Detail, DriveSet, MAX_SETTLING_S, Run, ServoFault, Simulation, Stability, simulate};
 use crate::units::Feedrate;
 
 /// What is searched for, and within which bounds.
@@ -81,9 +81,12 @@ const GAIN_HALVINGS: u32 = 40;
 /// How many samples [`match_gains`] takes at most, roughly: for estimates before the work starts.
 #[must_use]
 pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options: &MatchingOptions) -> f64 {
-    let at_feed = path.samples(run);
+    // The gains to be tried are not known yet: the slowest loop that is waited for.
+    let settling = if path.is_open() { MAX_SETTLING_S / run.period_s } else { 0.0 };
+    let length = path.samples(run);
+    let at_feed = length + settling;
     let [slowest, fastest] = options.feeds_mm_per_min;
-    let at = |feed: f64| (at_feed * run.feed.mm_per_min() / feed).min(MAX_MATCHING_SAMPLES as f64);
+    let at = |feed: f64| (length * run.feed.mm_per_min() / feed).min(MAX_MATCHING_SAMPLES as f64) + settling;
     let ratio = (fastest / slowest).max(1.0);
     let grid: f64 =
         (0..=FEEDS_TRIED).map(|k| at(slowest * ratio.powf(f64::from(k) / f64::from(FEEDS_TRIED)))).sum();

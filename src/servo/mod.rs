@@ -33,7 +33,9 @@ pub use matching::{
 pub use path::{Circle, ToolPath};
 pub use presets::{DRIVE_PRESETS, DrivePreset};
 pub use simulate::{AxisOutcome, Detail, DriveSet, Simulation, simulate_circle, simulate_tool_path};
-pub use stability::{Stability, UnstableLoop, closed_loop, open_loop, poles, stable_poles};
+pub use stability::{
+    MAX_SETTLING_S, Stability, UnstableLoop, closed_loop, open_loop, poles, settling_s, stable_poles,
+};
 pub use state_space::StateSpace;
 pub use statistics::{ContourErrorSummary, FollowingErrorSummary, Oval, Trace, TracePoint};
 pub use stepping::AxisServo;

@@ -22,7 +22,7 @@ const REFERENCE_LEAD_MM: f64 = 10.0;
 /// Motor turns for each turn of the reference C axis.
 const REFERENCE_GEAR_RATIO: f64 = 90.0;
 
-/// Published motor data (Kt, Rb, L; Ke as identified) with a published identified axis (J, C, lead, Kvp, Ti).
+/// Published motor data (Kt, Rb, L) with a published identified axis (Ke, J, C, lead, Kvp, Ti).
 const REFERENCE_X: Drive = Drive {
     position_gain_per_s: 30.0,
     velocity_gain_a_s_per_rad: 0.576,
@@ -43,8 +43,10 @@ const REFERENCE_X: Drive = Drive {
     acceleration_feedforward: 0.0,
 };
 
-/// An axis of the identified three-axis mill: current amplifier of gain Ka, so that Kvp = Kv Ka; its winding is not
-/// published and taken from the reference motor.
+/// An axis of the identified three-axis mill: current amplifier of gain Ka, so that Kvp = Kv Ka; Kf = 1 of its
+/// velocity feed-forward is published like the gains. Its winding is not, and is taken from the reference motor. Its
+/// identified dry friction (static, Coulomb, Stribeck) is not modelled: the loops are linear, and of friction only the
+/// viscous part is in them.
 const fn mill(
     amplifier_a_per_v: f64,
     velocity_gain_v_s_per_rad: f64,
@@ -60,17 +62,13 @@ const fn mill(
         inertia_kg_m2,
         damping_nm_s_per_rad,
         output_per_motor_rad: transmission_mm_per_rad,
+        velocity_feedforward: 1.0,
         ..REFERENCE_X
     }
 }
 
-const MILL_ASSUMED: &[&str] = &[
-    "current_gain_v_per_a",
-    "inductance_h",
-    "resistance_ohm",
-    "back_emf_v_s_per_rad",
-    "velocity_feedforward",
-];
+const MILL_ASSUMED: &[&str] =
+    &["current_gain_v_per_a", "inductance_h", "resistance_ohm", "back_emf_v_s_per_rad"];
 
 use AxisLetter::{A, B, C, X, Y, Z};
 
@@ -88,7 +86,7 @@ pub const DRIVE_PRESETS: [DrivePreset; 5] = [
         id: "reference-rotary",
         title: "Worm table 90 : 1, the same motor",
         axes: &[A, B, C],
-        assumed: &["position_gain_per_s", "current_gain_v_per_a", "transmission.gear_ratio", "inertia_kg_m2"],
+        assumed: &["position_gain_per_s", "current_gain_v_per_a", "transmission.gear_ratio"],
         drive: Drive {
             inertia_kg_m2: 3.5e-3,
             output_per_motor_rad: 1.0 / REFERENCE_GEAR_RATIO,
@@ -97,21 +95,21 @@ pub const DRIVE_PRESETS: [DrivePreset; 5] = [
     },
     DrivePreset {
         id: "mill-x",
-        title: "X axis of an identified three-axis mill",
+        title: "X axis of an identified three-axis mill, its dry friction left out",
         axes: &[X],
         assumed: MILL_ASSUMED,
         drive: mill(3.1201, 0.1846, 102.2, 1.5915, 3.3177e-3, 0.0192),
     },
     DrivePreset {
         id: "mill-y",
-        title: "Y axis of an identified three-axis mill",
+        title: "Y axis of an identified three-axis mill, its dry friction left out",
         axes: &[Y],
         assumed: MILL_ASSUMED,
         drive: mill(3.1201, 0.2151, 102.2, 1.5915, 3.8650e-3, 0.0219),
     },
     DrivePreset {
         id: "mill-z",
-        title: "Z axis of an identified three-axis mill",
+        title: "Z axis of an identified three-axis mill, its dry friction left out",
         axes: &[Z],
         assumed: MILL_ASSUMED,
         drive: mill(3.1201, 0.35, 50.0, 6.3662, 15.974e-3, 0.0041),

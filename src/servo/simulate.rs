@@ -9,7 +9,8 @@ use super::statistics::{
     Trace, TracePoint,
 };
 use super::{
-    AxisLetter, AxisServo, Circle, CircleCommand, Drive, ServoFault, ToolCommand, ToolRun, stable_poles,
+    AxisLetter, AxisServo, Circle, CircleCommand, Drive, ServoFault, ToolCommand, ToolRun, settling_s,
+    stable_poles,
 };
 use crate::geometry::{Vec3, trig};
 use crate::kinematics::{JointLanes, Kinematics};
@@ -18,6 +19,13 @@ use crate::kinematics::{JointLanes, Kinematics};
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DriveSet {
     drives: [Option<Drive>; 6],
+}
+
+/// How many samples a time takes.
+pub(super) fn samples_in(time_s: f64, period_s: f64) -> usize {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, saturating")]
+    let samples = (time_s / period_s).ceil().max(0.0) as usize;
+    samples
 }
 
 impl DriveSet {
@@ -35,6 +43,12 @@ impl DriveSet {
     /// Every axis that has a drive.
     pub fn iter(&self) -> impl Iterator<Item = (AxisLetter, &Drive)> {
         AxisLetter::ALL.into_iter().filter_map(|axis| self.get(axis).map(|drive| (axis, drive)))
+    }
+
+    /// How long the slowest of these axes takes to come to rest \[s\].
+    #[must_use]
+    pub fn settling_s(&self, axes: &[AxisLetter]) -> f64 {
+        axes.iter().filter_map(|axis| self.get(*axis)).map(settling_s).fold(0.0, f64::max)
     }
 
     /// The axis at rest at `start` (mm, or rad), to be stepped with this period.
@@ -166,14 +180,18 @@ pub fn simulate_tool_path(
     plane_normal: Option<Vec3>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Simulation, ServoFault> {
-    let ToolCommand { axes, period_s, joints, judged_from } = command;
+    let ToolCommand { axes, period_s, joints, judged_from, comes_to_rest } = command;
     let mut run = ToolRun::new(kinematics, *axes, drives, *period_s, plane_normal, *judged_from as u64);
     let mut piece = JointLanes::default();
-    for start in (0..joints.len()).step_by(CHUNK) {
+    let moving = joints.len();
+    // From there on the command rests at its last sample.
+    let mut length = moving;
+    let mut start = 0;
+    while start < length {
         if stop().is_break() {
             return Err(ServoFault::Stopped);
         }
-        let end = (start + CHUNK).min(joints.len());
+        let end = (start + CHUNK).min(length);
         piece.clear();
         let pairs = [
             (&mut piece.x_mm, &joints.x_mm),
@@ -183,9 +201,14 @@ pub fn simulate_tool_path(
             (&mut piece.second_rad, &joints.second_rad),
         ];
         for (to, from) in pairs {
-            to.extend_from_slice(&from[start..end]);
+            to.extend_from_slice(&from[start.min(moving)..end.min(moving)]);
+            to.resize(end - start, from.last().copied().unwrap_or(0.0));
         }
         run.follow(&piece, &[])?;
+        start = end;
+        if *comes_to_rest && start == moving {
+            length += run.settling_samples();
+        }
     }
     let outcome = run.finish();
     let axes = axes.iter().zip(outcome.following);

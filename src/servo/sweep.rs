@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::{
-    Circle, CircleCommand, Detail, DriveSet, Run, ServoFault, Simulation, ToolCommand, ToolPath,
+    Circle, CircleCommand, Detail, DriveSet, Run, ServoFault, Simulation, ToolCommand, ToolPath, letters_of,
     simulate_circle, simulate_tool_path,
 };
 use crate::geometry::Vec3;
@@ -46,7 +46,7 @@ pub enum SampledPath<'a> {
 }
 
 impl<'a> ServoPath<'a> {
-    /// How many samples a run takes, roughly: for estimates before the work starts.
+    /// How many samples the command of a run takes, roughly: for estimates before the work starts.
     #[must_use]
     pub fn samples(&self, run: &Run) -> f64 {
         let laps = f64::from(run.laps.max(1));
@@ -57,6 +57,23 @@ impl<'a> ServoPath<'a> {
             }
         };
         length / (run.feed.mm_per_min() / S_PER_MIN * run.period_s)
+    }
+
+    /// Whether the path ends elsewhere than it starts, so that the tool has to arrive.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        matches!(self, Self::Tool { path, .. } if !path.is_closed())
+    }
+
+    /// How many samples more these drives take to come to rest at the end of an open path, at most.
+    #[must_use]
+    pub fn settling_samples(&self, run: &Run, drives: &DriveSet) -> f64 {
+        match self {
+            Self::Tool { machine, .. } if self.is_open() => {
+                drives.settling_s(&letters_of(machine)) / run.period_s
+            }
+            _ => 0.0,
+        }
     }
 
     /// Samples the path.

@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::command::{MAX_SAMPLES, Run};
-use super::feed_profile::{distances_mm, samples_of};
+use super::command::Run;
+use super::feed_profile::distances_mm;
 use super::path::Waypoint;
 use super::{AxisLetter, ServoFault, ToolPath};
 use crate::kinematics::{InverseError, JointLanes, Kinematics, PathOptions, PoseLanes, ToolPose};
@@ -20,14 +20,14 @@ pub struct ToolCommand {
     pub joints: JointLanes,
     /// First sample that is judged.
     pub judged_from: usize,
+    /// Whether the tool is followed until it has arrived: at the end of an open path.
+    pub comes_to_rest: bool,
 }
 
 /// A rotary axis that turns further than this in a sample has no drive that could follow \[rad\].
 const JUMP_RAD: f64 = 0.5;
 /// Share of a travel's end that is rounding \[mm or deg\].
 const TRAVEL_SLACK: f64 = 1e-6;
-/// Samples after the end of an open path in which the axes come to rest \[s\].
-const SETTLING_S: f64 = 0.5;
 
 impl ToolCommand {
     /// Samples a path of the tool, through the machine's kinematics (poses to joints by the cheapest way).
@@ -56,16 +56,13 @@ impl ToolCommand {
                 stops.push(at);
             }
         }
-        let mut distances = distances_mm(at, run.feed, run.period_s, run.profile, &stops);
+        let distances = distances_mm(at, run.feed, run.period_s, run.profile, &stops);
         let judged_from = if laps > 1 { distances.partition_point(|done| *done < at - lap) } else { 0 };
-        if !path.is_closed() {
-            let settling = samples_of(SETTLING_S, run.period_s).min(MAX_SAMPLES);
-            distances.extend(std::iter::repeat_n(at, settling));
-        }
         let waypoints = Waypoints { path, ends: &ends, stretches: once.len() };
         let joints = joints(machine, kinematics, &waypoints, &distances, run.period_s, stop)?;
         check_steps(machine, &joints, run.period_s)?;
-        Ok(Self { axes: letters_of(machine), period_s: run.period_s, joints, judged_from })
+        let comes_to_rest = !path.is_closed();
+        Ok(Self { axes: letters_of(machine), period_s: run.period_s, joints, judged_from, comes_to_rest })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::simulate::samples_in;
 use super::statistics::{
     ContourErrorStatistics, ContourErrorSummary, FollowingErrorStatistics, FollowingErrorSummary, Trace,
     TracePoint,
@@ -158,6 +159,15 @@ impl<'a> ToolRun<'a> {
         self.judge(LOOK_AHEAD);
         self.tracker.trim();
         Ok(())
+    }
+
+    /// How many samples more the tool is worth following once its command has come to rest: until the slowest axis
+    /// that has moved is at rest too, so that the tool arrives and overshoot is seen.
+    #[must_use]
+    pub fn settling_samples(&self) -> usize {
+        let moving = |slot: &usize| matches!(self.servos[*slot], Servo::Moving(_));
+        let axes: Vec<AxisLetter> = (0..self.axes.len()).filter(moving).map(|slot| self.axes[slot]).collect();
+        samples_in(self.drives.settling_s(&axes), self.period_s)
     }
 
     /// The command leaves the path here: what follows starts from rest, elsewhere.

@@ -208,20 +208,25 @@ impl KinematicsOptions {
     /// Every bad value, with its pointer.
     pub fn to_setup(&self, machine: &Machine) -> Result<(Setup, Option<[f64; 2]>), Vec<Fault>> {
         let mut faults = FaultList::default();
+        let setup = self.setup(&mut faults);
+        let start = self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
+        faults.into_result()?;
+        Ok((setup, start))
+    }
+
+    /// The set-up alone, which can be looked at without a machine; faults join `faults`.
+    pub(super) fn setup(&self, faults: &mut FaultList) -> Setup {
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
             let at = || format!("/work_offset_mm/{index}");
             faults.check_range(at, offset_mm, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
         }
         let at = || "/tool_length_mm".to_owned();
         faults.check_range(at, self.tool_length_mm, -MAX_COORDINATE_MM, MAX_COORDINATE_MM);
-        let start = self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
-        faults.into_result()?;
-        let setup = Setup {
+        Setup {
             work_offset_mm: Vec3::from(self.work_offset_mm.0),
             tool_length_mm: self.tool_length_mm,
             apply_errors: self.location_errors == LocationErrors::Apply,
-        };
-        Ok((setup, start))
+        }
     }
 }
 

@@ -55,8 +55,8 @@ pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
-    FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoOptions, ServoTask, SimulationRequest,
-    SweepRequest,
+    FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,
+    SimulationRequest, SweepRequest,
 };
 pub use servo_answer::{
     AxisResult, AxisResults, ContourErrorDoc, FeedLimitDoc, MatchedGain, MatchingAnswer, OvalDoc, PoleDoc,

@@ -177,6 +177,27 @@ pub struct ServoOptions<'a> {
     pub kinematics: KinematicsOptions,
 }
 
+/// A servo task in the making: what is faulty in the request may be missing in it, so that the rest can be looked at.
+#[derive(Debug)]
+pub struct ServoDraft<'a> {
+    /// What drives there are, sound or not.
+    documents: Option<&'a Drives>,
+    drives: DriveSet,
+    path: Option<CorePath>,
+    run: Run,
+    setup: Setup,
+}
+
+impl ServoDraft<'_> {
+    /// The task; `None` where drives or path are missing, of which there is a fault.
+    #[must_use]
+    pub fn into_task(self) -> Option<ServoTask> {
+        let Self { documents, drives, path, run, setup } = self;
+        documents?;
+        Some(ServoTask { drives, path: path?, run, setup })
+    }
+}
+
 /// A servo task in the core's terms, but for feeds and gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServoTask {
@@ -203,30 +224,29 @@ const JERK_RANGE: [f64; 2] = [1.0, 1e9];
 /// Most targets of a matching.
 const MAX_TARGETS: usize = 10;
 
-impl ServoOptions<'_> {
+impl<'a> ServoOptions<'a> {
     /// The task on a machine (with its drives), or on the drives of the request; faults join `faults`.
     pub fn to_core(
         &self,
-        machine: Option<(&Machine, Option<&Drives>)>,
+        machine: Option<(&Machine, Option<&'a Drives>)>,
         faults: &mut FaultList,
-    ) -> Option<ServoTask> {
-        let drives = match (machine, self.drives) {
-            (Some(_), Some(_)) => {
+    ) -> ServoDraft<'a> {
+        let documents = match (machine, self.drives) {
+            (Some(_), Some(drives)) => {
                 faults.push(|| Fault::new("/drives", "give either machine_id or drives, not both"));
-                None
+                Some(drives)
             }
             (None, None) => {
                 faults.push(|| Fault::new("/drives", "machine_id or drives is needed"));
                 None
             }
-            (Some((_, drives)), None) => {
-                if drives.is_none() {
-                    faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
-                }
-                drives.map(|drives| drives.to_core("/drives", faults))
+            (Some((_, None)), None) => {
+                faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
+                None
             }
-            (None, Some(drives)) => Some(drives.to_core("/drives", faults)),
+            (Some((_, Some(drives))), None) | (None, Some(drives)) => Some(drives),
         };
+        let drives = documents.map(|drives| drives.to_core("/drives", faults)).unwrap_or_default();
         if self.path.needs_machine() && machine.is_none() {
             faults.push(|| Fault::new("/machine_id", "this path needs the kinematics of a machine"));
         }
@@ -239,16 +259,7 @@ impl ServoOptions<'_> {
             faults.push(|| Fault::new("/laps", "an open path has no laps"));
         }
         let profile = self.feed_profile.map(|profile| profile.to_core(faults));
-        let setup = match machine.map(|(machine, _)| self.kinematics.to_setup(machine)) {
-            Some(Ok((setup, _))) => setup,
-            Some(Err(found)) => {
-                for fault in found {
-                    faults.push(|| fault);
-                }
-                Setup::default()
-            }
-            None => Setup::default(),
-        };
+        let setup = self.kinematics.setup(faults);
         let path = self.path.to_core(machine.map(|(machine, _)| machine), faults);
         let mut run = Run::at(Feedrate::from_mm_per_min(1.0));
         run.period_s = self.sample_period_s;
@@ -257,7 +268,7 @@ impl ServoOptions<'_> {
             run.profile = Some(profile);
             run.stop_at_corners_above_rad = corner_rad;
         }
-        Some(ServoTask { drives: drives?, path: path?, run, setup })
+        ServoDraft { documents, drives, path, run, setup }
     }
 }
 
@@ -283,12 +294,17 @@ impl FeedProfileDoc {
     }
 }
 
-/// Scales position gains; faults join `faults`.
-pub(super) fn scale_gains(drives: &mut DriveSet, scales: &GainScales, faults: &mut FaultList) {
+/// Scales position gains; faults join `faults`. `documents` are the drives as the client wrote them.
+pub(super) fn scale_gains(
+    documents: Option<&Drives>,
+    drives: &mut DriveSet,
+    scales: &GainScales,
+    faults: &mut FaultList,
+) {
     for (letter, scale) in scales {
         let [min, max] = SCALE_RANGE;
         faults.check_range(|| format!("/position_gain_scale/{letter}"), *scale, min, max);
-        let axis = scaled_axis(letter, drives, faults);
+        let axis = scaled_axis(letter, documents, faults);
         if let Some((axis, drive)) = axis.and_then(|axis| Some((axis, *drives.get(axis)?))) {
             drives.set(axis, drive.with_position_gain_scaled(*scale));
         }
@@ -300,9 +316,12 @@ pub(super) fn check_feed(feed: f64, pointer: impl FnOnce() -> String, faults: &m
     faults.check_range(pointer, feed, min, max);
 }
 
-/// The axis of a letter in a map of scales.
-fn scaled_axis(letter: &str, drives: &DriveSet, faults: &mut FaultList) -> Option<AxisLetter> {
-    let axis = letter.parse().ok().and_then(AxisLetter::from_char).filter(|axis| drives.get(*axis).is_some());
+/// The axis of a letter in a map of scales. Where there are no drives at all, that is the fault and not this.
+fn scaled_axis(letter: &str, documents: Option<&Drives>, faults: &mut FaultList) -> Option<AxisLetter> {
+    let has = |axis: &AxisLetter| {
+        documents.is_none_or(|drives| drives.iter().any(|(letter, _)| letter == axis.as_char()))
+    };
+    let axis = letter.parse().ok().and_then(AxisLetter::from_char).filter(has);
     if axis.is_none() {
         let detail = format!("there is no drive of an axis {letter:?}");
         faults.push(|| Fault::new(format!("/position_gain_scale/{letter}"), detail));
@@ -312,7 +331,7 @@ fn scaled_axis(letter: &str, drives: &DriveSet, faults: &mut FaultList) -> Optio
 
 impl SimulationRequest {
     /// Feed and scaled drives; faults join `faults`.
-    pub fn apply(&self, task: &mut ServoTask, faults: &mut FaultList) {
+    pub fn apply(&self, task: &mut ServoDraft<'_>, faults: &mut FaultList) {
         match self.feed_mm_per_min {
             Some(feed) => {
                 check_feed(feed, || "/feed_mm_per_min".to_owned(), faults);
@@ -322,7 +341,7 @@ impl SimulationRequest {
                 faults.push(|| Fault::new("/feed_mm_per_min", "missing: this path has no feed of its own"));
             }
         }
-        scale_gains(&mut task.drives, &self.position_gain_scale, faults);
+        scale_gains(task.documents, &mut task.drives, &self.position_gain_scale, faults);
     }
 }
 
@@ -331,20 +350,21 @@ impl SweepRequest {
     pub const MAX_CELLS: usize = 10_000;
 
     /// One set of drives for each row; faults join `faults`.
-    pub fn rows(&self, task: &ServoTask, faults: &mut FaultList) -> Vec<DriveSet> {
+    pub fn rows(&self, task: &ServoDraft<'_>, faults: &mut FaultList) -> Vec<DriveSet> {
         if self.feed_mm_per_min.is_empty() {
             faults.push(|| Fault::new("/feed_mm_per_min", "at least one feed is needed"));
         }
         let rows = self.position_gain_scale.values().map(Vec::len).max().unwrap_or(1);
-        if rows.saturating_mul(self.feed_mm_per_min.len()) > Self::MAX_CELLS {
+        let is_too_large = rows.saturating_mul(self.feed_mm_per_min.len().max(1)) > Self::MAX_CELLS;
+        if is_too_large {
             let detail = format!("a sweep has at most {} cells of gains times feeds", Self::MAX_CELLS);
             faults.push(|| Fault::new("/feed_mm_per_min", detail));
-            return Vec::new();
         }
         for (index, feed) in self.feed_mm_per_min.iter().enumerate() {
             check_feed(*feed, || format!("/feed_mm_per_min/{index}"), faults);
         }
-        let mut sets = vec![task.drives; rows];
+        // What is too large is looked at to its end, but takes no room.
+        let mut sets = if is_too_large { Vec::new() } else { vec![task.drives; rows] };
         for (letter, scales) in &self.position_gain_scale {
             if scales.len() != rows || scales.is_empty() {
                 let detail = format!("{} numbers, where the longest list has {rows}", scales.len());
@@ -354,7 +374,7 @@ impl SweepRequest {
                 let [min, max] = SCALE_RANGE;
                 faults.check_range(|| format!("/position_gain_scale/{letter}/{index}"), *scale, min, max);
             }
-            let Some(axis) = scaled_axis(letter, &task.drives, faults) else { continue };
+            let Some(axis) = scaled_axis(letter, task.documents, faults) else { continue };
             let Some(drive) = task.drives.get(axis) else { continue };
             for (set, scale) in sets.iter_mut().zip(scales) {
                 set.set(axis, drive.with_position_gain_scaled(*scale));
@@ -381,7 +401,7 @@ impl SweepRequest {
 
 impl MatchingRequest {
     /// Targets \[mm\] and bounds of the search; the feed is set, faults join `faults`.
-    pub fn apply(&self, task: &mut ServoTask, faults: &mut FaultList) -> (Vec<f64>, MatchingOptions) {
+    pub fn apply(&self, task: &mut ServoDraft<'_>, faults: &mut FaultList) -> (Vec<f64>, MatchingOptions) {
         check_feed(self.feed_mm_per_min, || "/feed_mm_per_min".to_owned(), faults);
         task.run.feed = Feedrate::from_mm_per_min(self.feed_mm_per_min);
         if !(1..=MAX_TARGETS).contains(&self.target_um.len()) {

@@ -366,7 +366,7 @@ impl ServoPathDoc {
             }
             Self::TipHold { tip_mm, sweep_deg } => {
                 check_point(tip_mm.0, "/path/tip_mm", faults);
-                let rotary_rad = sweep_deg.rotary_rad(machine?, faults);
+                let rotary_rad = sweep_deg.rotary_rad(machine, faults)?;
                 tool(ToolPath::TipHold { tip_mm: Vec3::from(tip_mm.0), rotary_rad })
             }
             Self::Program { .. } => {
@@ -416,13 +416,16 @@ impl PolylinePoint {
 }
 
 impl RotarySweep {
-    /// Kinematic angles at both ends, in the profile's order \[rad\].
-    fn rotary_rad(&self, machine: &Machine, faults: &mut FaultList) -> [[f64; 2]; 2] {
+    /// Kinematic angles at both ends, in the profile's order \[rad\]; without a machine only the numbers are looked
+    /// at.
+    fn rotary_rad(&self, machine: Option<&Machine>, faults: &mut FaultList) -> Option<[[f64; 2]; 2]> {
         let words = [('A', self.a), ('B', self.b), ('C', self.c)];
         for (letter, word) in words {
             let Some(Fixed(ends)) = word else { continue };
             let pointer = format!("/path/sweep_deg/{letter}");
-            if !machine.rotary_axes().iter().any(|axis| axis.letter.as_char() == letter) {
+            let has =
+                |machine: &Machine| machine.rotary_axes().iter().any(|axis| axis.letter.as_char() == letter);
+            if !machine.is_none_or(has) {
                 faults.push(|| Fault::new(&*pointer, format!("the machine has no axis {letter}")));
             }
             for (index, end) in ends.into_iter().enumerate() {
@@ -430,6 +433,7 @@ impl RotarySweep {
                 faults.check_range(|| format!("{pointer}/{index}"), end, -max, max);
             }
         }
+        let machine = machine?;
         let of = |end: usize| {
             machine.rotary_axes().each_ref().map(|axis| {
                 let word = match axis.letter {
@@ -440,6 +444,6 @@ impl RotarySweep {
                 axis.angle_rad(word.map_or(0.0, |Fixed(ends)| ends[end]))
             })
         };
-        [of(0), of(1)]
+        Some([of(0), of(1)])
     }
 }

@@ -10,7 +10,6 @@ use super::{
     AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, Fixed,
     GainScales, Interpolation, KinematicsOptions, LocationErrors, Plane, ServoSamples, SimulationRequest,
 };
-use crate::machine::Machine;
 use crate::process::{ProgramSimulation, SimulationParameters};
 use crate::servo::DriveSet;
 use crate::units::Feedrate;
@@ -90,26 +89,18 @@ impl ServoProgramParameters {
         }
     }
 
-    /// The parameters in the core's terms.
-    ///
-    /// # Errors
-    /// Every bad value, with its pointer.
-    pub fn to_core(
-        &self,
-        machine: &Machine,
-        drives: Option<&Drives>,
-    ) -> Result<SimulationParameters, Vec<Fault>> {
-        let mut faults = FaultList::default();
+    /// The parameters in the core's terms, with the drives of the machine's profile; faults join `faults`.
+    pub fn to_core(&self, drives: Option<&Drives>, faults: &mut FaultList) -> SimulationParameters {
         if drives.is_none() {
-            faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
+            faults.push(|| Fault::new("/machine_id", "a program needs a machine whose profile has drives"));
         }
-        let mut set = drives.map_or_else(DriveSet::default, |drives| drives.to_core("/drives", &mut faults));
-        scale_gains(&mut set, &self.position_gain_scale, &mut faults);
-        check_period(self.sample_period_s, &mut faults);
+        let mut set = drives.map(|drives| drives.to_core("/drives", faults)).unwrap_or_default();
+        scale_gains(drives, &mut set, &self.position_gain_scale, faults);
+        check_period(self.sample_period_s, faults);
         if let Some(feed) = self.feed_mm_per_min {
-            check_feed(feed, || "/feed_mm_per_min".to_owned(), &mut faults);
+            check_feed(feed, || "/feed_mm_per_min".to_owned(), faults);
         }
-        let profile = self.feed_profile.map(|profile| profile.to_core(&mut faults));
+        let profile = self.feed_profile.map(|profile| profile.to_core(faults));
         let options = KinematicsOptions {
             work_offset_mm: self.work_offset_mm,
             tool_length_mm: self.tool_length_mm,
@@ -126,18 +117,9 @@ impl ServoProgramParameters {
                 None
             }
         };
-        let setup = match options.to_setup(machine) {
-            Ok((setup, _)) => setup,
-            Err(found) => {
-                for fault in found {
-                    faults.push(|| fault);
-                }
-                crate::kinematics::Setup::default()
-            }
-        };
-        faults.into_result()?;
+        let setup = options.setup(faults);
         let plain = SimulationParameters::new(set);
-        Ok(SimulationParameters {
+        SimulationParameters {
             setup,
             interpolation: self.interpolation.map(|interpolation| match interpolation {
                 Interpolation::Machine => motion::Interpolation::Machine,
@@ -150,7 +132,7 @@ impl ServoProgramParameters {
             plane_normal: self.plane.map(Plane::normal),
             dialect,
             ..plain
-        })
+        }
     }
 }
 

@@ -285,6 +285,75 @@ async fn what_cannot_be_run_is_refused_with_its_reason() {
     }
 }
 
+async fn faults_of(app: &App, path: &str, body: &Value) -> Vec<String> {
+    let mut found = pointers(&problem(app.post_json(path, body).await, "invalid-request").await);
+    found.sort();
+    found
+}
+
+#[tokio::test]
+async fn faults_of_the_operation_are_named_though_path_or_drives_are_missing() {
+    let app = spawn().await;
+    app.put_machine("bare", &ac_table()).await;
+    let held = json!({"kind": "tip-hold", "tip_mm": [0, 0, 0], "sweep_deg": {"A": [0, 1e9]}});
+    // No drives at all: of the scales only the numbers and letters that are wrong in any case.
+    let nothing = json!({"path": held, "feed_mm_per_min": 0, "tool_length_mm": 1e12, "laps": 0,
+        "position_gain_scale": {"C": 1.0, "X": 0.0, "Q": 1.0}});
+    assert_eq!(
+        faults_of(&app, SIMULATE, &nothing).await,
+        [
+            "/drives",
+            "/feed_mm_per_min",
+            "/laps",
+            "/machine_id",
+            "/path/sweep_deg/A/1",
+            "/position_gain_scale/Q",
+            "/position_gain_scale/X",
+            "/tool_length_mm",
+        ]
+    );
+    let bare = with(simulation(), &json!({"machine_id": "bare", "position_gain_scale": {"C": 1.0}}));
+    assert_eq!(faults_of(&app, SIMULATE, &bare).await, ["/machine_id"]);
+    // A drive that is faulty is there all the same.
+    let machine: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    let mut drives = machine["drives"].clone();
+    drives["C"]["inertia_kg_m2"] = json!(0);
+    drives.as_object_mut().unwrap().remove("Z");
+    let faulty = json!({"drives": drives, "path": circle(), "feed_mm_per_min": [900, -1],
+        "position_gain_scale": {"C": [1.0], "Z": [1.0]}});
+    assert_eq!(
+        faults_of(&app, SWEEP, &faulty).await,
+        ["/drives/C/inertia_kg_m2", "/feed_mm_per_min/1", "/position_gain_scale/Z"]
+    );
+    // Both sources of drives, and a path that is no path of a matching.
+    let both = json!({"machine_id": "example-ac-table", "drives": drives, "feed_mm_per_min": -1, "target_um": [],
+        "path": {"kind": "program", "text": "G1 X1"}, "least_gain_margin": 0.5});
+    assert_eq!(
+        faults_of(&app, MATCH, &both).await,
+        [
+            "/drives",
+            "/drives/C/inertia_kg_m2",
+            "/feed_mm_per_min",
+            "/least_gain_margin",
+            "/path/kind",
+            "/target_um",
+        ]
+    );
+    let program = json!({"drives": drives, "path": {"kind": "program", "text": "G1 X1"}, "laps": 2,
+        "sample_period_s": 0, "feed_mm_per_min": -1});
+    assert_eq!(
+        faults_of(&app, SIMULATE, &program).await,
+        ["/drives", "/feed_mm_per_min", "/laps", "/machine_id", "/sample_period_s"]
+    );
+    // Too large a sweep is looked at to its end.
+    let large = json!({"machine_id": "example-ac-table", "path": circle(), "feed_mm_per_min": [900],
+        "position_gain_scale": {"C": vec![1.0; 10_001], "Q": [0.0]}});
+    assert_eq!(
+        faults_of(&app, SWEEP, &large).await,
+        ["/feed_mm_per_min", "/position_gain_scale/Q", "/position_gain_scale/Q", "/position_gain_scale/Q/0"]
+    );
+}
+
 #[tokio::test]
 async fn faults_within_a_path_keep_their_place() {
     let app = spawn().await;
@@ -375,6 +444,21 @@ async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
     let presets: Value = app.get("/v1/drive-presets").await.json().await.unwrap();
     let items = presets["items"].as_array().unwrap();
     assert_eq!(items.len(), 5);
+    let assumed = |id: &str| items.iter().find(|preset| preset["id"] == id).unwrap()["assumed"].clone();
+    assert_eq!(
+        assumed("reference-rotary"),
+        json!(["position_gain_per_s", "current_gain_v_per_a", "transmission.gear_ratio"])
+    );
+    for mill in ["mill-x", "mill-y", "mill-z"] {
+        assert_eq!(
+            assumed(mill),
+            json!(["current_gain_v_per_a", "inductance_h", "resistance_ohm", "back_emf_v_s_per_rad"])
+        );
+        let preset = items.iter().find(|preset| preset["id"] == mill).unwrap();
+        // Kf of the published identification
+        assert_eq!(preset["drive"]["velocity_feedforward"], 1.0);
+        assert!(preset["title"].as_str().unwrap().contains("dry friction left out"), "{preset}");
+    }
     let mut profile = ac_table();
     profile["drives"] = json!({});
     for preset in items {
@@ -387,7 +471,7 @@ async fn drive_presets_say_what_is_assumed_and_fit_into_a_profile() {
     assert_eq!(response.status(), StatusCode::CREATED, "{:?}", response.text().await);
     let body = json!({"machine_id": "with-drives", "path": circle(), "feed_mm_per_min": 900});
     let found = answer(&app, SIMULATE, &body).await;
-    // Axes with the Kv of another kind (162.7 and 30 1/s) do not match.
+    // X with feed-forward leaves no error on a ramp, C lags by 1/30 s: they do not match.
     assert!(found["contour_error"]["max_abs_um"].as_f64().unwrap() > 100.0, "{}", found["contour_error"]);
 }
 

@@ -15,6 +15,11 @@ use trunnion::units::Feedrate;
 
 use AxisLetter::{A, B, C, X, Y, Z};
 
+/// Positions of some 100 mm that have to be the same but for rounding \[mm\].
+const ROUNDING_MM: f64 = 1e-12;
+/// Directions that have to be the same but for rounding \[rad\].
+const ROUNDING_RAD: f64 = 1e-12;
+
 fn go_on() -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
@@ -69,6 +74,8 @@ fn a_circle_through_the_kinematics_is_the_circle_of_two_axes() {
 fn a_held_tip_strays_by_the_difference_of_the_lags() {
     /// Second order of lag times angular speed, and the start of the motion.
     const SECOND_ORDER: f64 = 0.01;
+    /// What equal lags leave of it: R (ω/K)²/2 = 1.8 µm of 107 µm.
+    const EQUAL_LAGS: f64 = 0.017;
     // The table turns at 0.2 rad/s under a tip 80 mm from its centre: ω R (1/K_C − 1/K_XY).
     let path = ToolPath::TipHold {
         tip_mm: Vec3::new(80.0, 0.0, 0.0),
@@ -84,9 +91,9 @@ fn a_held_tip_strays_by_the_difference_of_the_lags() {
         assert!((point.contour_mm.abs() / expected_mm - 1.0).abs() < SECOND_ORDER, "{point:?}");
     }
     let equal = along(&machine, &path, &run, &drives(30.0, 30.0)).expect("a run");
-    assert!(equal.contour.rms_mm < 0.05 * expected_mm, "{:?}", equal.contour);
+    assert!(equal.contour.rms_mm < EQUAL_LAGS * expected_mm, "{:?}", equal.contour);
     // The tool axis stays parallel to C, whatever C does.
-    assert!(unequal.contour.axis_max_rad.expect("an axis") < 1e-12);
+    assert!(unequal.contour.axis_max_rad.expect("an axis") < ROUNDING_RAD);
 }
 
 #[test]
@@ -95,14 +102,17 @@ fn only_the_turning_of_the_axis_is_judged_along_its_own_course() {
     let path = ToolPath::TipHold { tip_mm: Vec3::zeros(), rotary_rad: [[-0.5, 0.0], [0.5, 0.0]] };
     let run = Run { laps: 1, ..at(600.0) };
     let found = along(&machine("ac-table"), &path, &run, &drives(30.0, 30.0)).expect("a run");
-    assert!(found.contour.max_abs_mm < 1e-12, "{:?}", found.contour);
-    // Lag 10°/s / 30 = 5.8 mrad, yet the axis stays in the plane of its course; what is left overshoots at the turn.
+    assert!(found.contour.max_abs_mm < ROUNDING_MM, "{:?}", found.contour);
+    // Lag 10°/s / 30 = 5.8 mrad, yet the axis stays in the plane of its course and turns before its end.
     let axis_rad = found.contour.axis_rms_rad.expect("an axis");
-    assert!(axis_rad < 2e-4, "{axis_rad}");
+    assert!(axis_rad < ROUNDING_RAD, "{axis_rad}");
 }
 
 #[test]
 fn a_cone_frustum_moves_all_five_axes_and_its_error_grows_with_feed() {
+    /// Of the error at twice the feed: unequal lags grow as the feed, twice, second order as its square, four times;
+    /// the latter has a tenth of the error at the lower feed.
+    const GROWTH: std::ops::Range<f64> = 2.0..2.4;
     let path = ToolPath::ConeFrustum {
         center_mm: Vec3::new(20.0, 10.0, 5.0),
         radius_mm: 40.0,
@@ -114,7 +124,7 @@ fn a_cone_frustum_moves_all_five_axes_and_its_error_grows_with_feed() {
     let fast = along(&machine, &path, &at(1000.0), &drives(30.0, 25.0)).expect("a run");
     assert_eq!(slow.axes.len(), 5);
     let ratio = fast.contour.max_abs_mm / slow.contour.max_abs_mm;
-    assert!((1.8..2.3).contains(&ratio), "{ratio}");
+    assert!(GROWTH.contains(&ratio), "{ratio}");
 }
 
 #[test]
@@ -159,6 +169,29 @@ fn a_path_that_cannot_be_run_is_refused_with_its_reason() {
     assert!(matches!(unstable, Err(ServoFault::Unstable { axis: Y, .. })), "{unstable:?}");
 }
 
+#[test]
+fn a_tool_is_followed_until_it_has_arrived_however_slow_its_drives_are() {
+    /// Share of the lag that is left after five time constants of the slowest pole, e⁻⁵ = 0.7 %.
+    const LEFT: f64 = 0.01;
+    let poses = [[0.0, 0.0], [40.0, 0.0], [40.0, 2.0]]
+        .map(|[x, y]| ToolPose { tip_mm: Vec3::new(x, y, 0.0), axis: Vec3::z() })
+        .to_vec();
+    let program = b"G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X40 F1200\nY2\nM30\n";
+    for gain_per_s in [1.0, 5.0, 30.0, 150.0] {
+        let set = drives(gain_per_s, gain_per_s);
+        let along =
+            along(&machine("ac-table"), &ToolPath::Polyline { poses: poses.clone() }, &at(1200.0), &set);
+        let program = run_program(program, &SimulationParameters::new(set)).expect("a run");
+        for trace in [along.expect("a run").trace, program.outcome.trace] {
+            let lag_mm = |slot: usize| trace.iter().map(move |point| point.following[slot].abs());
+            let largest_mm = lag_mm(0).fold(0.0, f64::max);
+            let last_mm =
+                lag_mm(0).next_back().expect("a trace").max(lag_mm(1).next_back().expect("a trace"));
+            assert!(last_mm < LEFT * largest_mm, "{gain_per_s}: {last_mm} mm of {largest_mm} mm are left");
+        }
+    }
+}
+
 /// The circle of the linear axes as a program of short blocks, with TCP or without.
 fn circle_program(tcp: bool, feed: f64) -> Vec<u8> {
     let mut text = String::from("G90 G21 G94 G17\n");
@@ -179,6 +212,8 @@ fn run_program(text: &[u8], parameters: &SimulationParameters) -> Result<Program
 fn a_program_of_a_circle_has_the_error_of_the_circle() {
     /// Chords of 0.1 mm sag by 23 nm; the polygon's corners excite the loops a little.
     const CHORDS_MM: f64 = 1e-4;
+    /// Chords of φ = 0.1° are shorter than their arcs by φ²/24: 3.2 µs in two laps.
+    const CHORDS_S: f64 = 4e-6;
     let mut set = drives(30.0, 30.0);
     set.set(Y, set.get(X).expect("a drive").with_position_gain(26.0));
     let two_axes = ServoPath::Circle(Circle::Linear { axes: [X, Y], radius_mm: 60.0 });
@@ -189,7 +224,11 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
         let found = run_program(&circle_program(tcp, 1800.0), &parameters).expect("a run");
         assert_eq!((found.motions, found.passes), (7200, 1));
         // Two laps at 30 mm/s.
-        assert!((found.duration_s - 4.0 * std::f64::consts::PI * 2.0).abs() < 1e-4, "{}", found.duration_s);
+        assert!(
+            (found.duration_s - 4.0 * std::f64::consts::PI * 2.0).abs() < CHORDS_S,
+            "{}",
+            found.duration_s
+        );
         let contour = found.outcome.contour;
         assert!((contour.max_mm - expected.max_mm).abs() < CHORDS_MM, "{contour:?} {expected:?}");
         assert!(contour.worst_line > 3, "{contour:?}");
@@ -224,6 +263,9 @@ fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
 
 #[test]
 fn exact_stops_take_the_error_out_of_corners() {
+    /// Of the lag v/K that rounds a corner so much is left where the command comes to rest, with averages over
+    /// T = v/a = 33 ms and a/j = 50 ms: the product of (1 − e^(−K T))/(K T); then the tool still comes nearer.
+    const LEFT_AT_A_STOP: f64 = 0.33;
     let text = b"G90 G21 G94 G17\nG43.4 H1\nG0 X0 Y0 Z0 A0 C0\nG1 X20 F2000\nY20\nX0\nY0\nM30\n".to_vec();
     let parameters = SimulationParameters::new(drives(30.0, 30.0));
     let rounded = run_program(&text, &parameters).expect("a run").outcome.contour;
@@ -232,11 +274,15 @@ fn exact_stops_take_the_error_out_of_corners() {
     let stopped = run_program(&text, &stopping).expect("a run").outcome.contour;
     // 33 mm/s round a corner with 1/K = 33 ms rounds it by some 0.3 mm.
     assert!((0.1..0.6).contains(&rounded.max_abs_mm), "{rounded:?}");
-    assert!(stopped.max_abs_mm < 0.3 * rounded.max_abs_mm, "{stopped:?}");
+    assert!(stopped.max_abs_mm < LEFT_AT_A_STOP * rounded.max_abs_mm, "{stopped:?}");
 }
 
 #[test]
 fn matching_finds_gains_and_feeds_that_keep_the_target() {
+    /// One Kv for both axes, worked out twice [1/s].
+    const GAIN_ROUNDING: f64 = 1e-12;
+    /// Of the feed: the search ends within 2⁻¹² of an interval of 29 %.
+    const FEED_RESOLUTION: f64 = 1e-3;
     let circle = ServoPath::Circle(Circle::XC { radius_mm: 60.0, center_x_mm: 100.0 });
     let options = MatchingOptions { feeds_mm_per_min: [100.0, 6000.0], ..MatchingOptions::default() };
     let set = drives(30.0, 25.0);
@@ -245,7 +291,7 @@ fn matching_finds_gains_and_feeds_that_keep_the_target() {
     assert!(found.gains.reached, "{found:?}");
     assert!(found.gains.simulation.contour.max_abs_mm <= 0.01);
     let [(X, x), (C, c)] = found.gains.position_gain_per_s[..] else { panic!("{found:?}") };
-    assert!((x - c).abs() < 1e-12 && x <= found.gains.largest_per_s, "{x} {c}");
+    assert!((x - c).abs() < GAIN_ROUNDING && x <= found.gains.largest_per_s, "{x} {c}");
     // 11.1 µm at K = 30; the second-order error falls as 1/(2K²) − c1/K: 10 µm need little more.
     assert!((30.0..35.0).contains(&x), "{x}");
     for (limits, set) in [
@@ -263,7 +309,7 @@ fn matching_finds_gains_and_feeds_that_keep_the_target() {
                 simulate(&circle, &at(feed), &set, Detail::Summary, &go_on).expect("a run").contour.max_abs_mm
             };
             assert!(error(feed) <= limit.target_mm, "{limit:?}");
-            assert!(error(feed * 1.01) > limit.target_mm, "{limit:?}");
+            assert!(error(feed * (1.0 + FEED_RESOLUTION)) > limit.target_mm, "{limit:?}");
         }
     }
     // −114 and +97 µm at 1800: 106 of them shrink with the feed, which allows 851 mm/min; were it 114, 787.

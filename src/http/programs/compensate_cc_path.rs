@@ -4,15 +4,13 @@ use axum::extract::{Request, State};
 use axum::response::Response;
 
 use super::answer::{self, SVG};
-use super::upload::{Upload, take};
+use super::arrival::{Arrival, arrival};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
 use crate::http::extract::Path;
-use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::{CompensationRequest, ProgramJob, compensate};
+use crate::jobs::{CompensationRequest, compensate};
 use crate::wire::{CcParameters, JobOperation};
 
 refusals!(
@@ -75,29 +73,14 @@ pub(super) async fn compensate_cc_path(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let (parts, body) = request.into_parts();
-    let kind = choose(&parts.headers, OFFERS)?;
-    let key = key(&parts)?;
-    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
-    let upload: Upload<CcParameters> = take(&app, &parts, body).await?;
-    let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
-    let used = used(&app, &parts, key, &[&said[0], &said[1]]);
-    if let Some(job) = remembered(&app, used.as_ref()).await? {
-        return answer::job(&app, &job, kind).await;
-    }
-    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let tool = upload.parameters.check().map_err(faulty)?;
-    let file_name = upload.name();
-    let Upload { program, parameters, .. } = upload;
-    let job = ProgramJob {
-        machine_id,
-        machine_revision: revision,
-        operation: JobOperation::CcCompensation,
-        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
-        program,
-        file_name,
-        used,
+    let kind = choose(request.headers(), OFFERS)?;
+    let new = match arrival::<CcParameters>(&app, machine_id, request).await? {
+        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
+        Arrival::New(new) => new,
     };
+    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
+    let tool = new.parameters.check().map_err(faulty)?;
+    let (machine, parameters, job) = new.into_job(JobOperation::CcCompensation)?;
     let request = CompensationRequest { machine, parameters, tool, max_cost_s: app.settings.max_cost_s };
     let job = compensate(&app.compute, &app.compensator, &app.store, &app.spool, &app.sources, job, request);
     answer::job(&app, &job.await?, kind).await

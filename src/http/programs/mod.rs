@@ -1,6 +1,7 @@
 //! NC programs in, compensated programs out. A program leaves whole or not at all.
 
 pub(super) mod answer;
+mod arrival;
 mod compensate_cc_path;
 pub(super) mod simulate_servo_program;
 pub(super) mod upload;

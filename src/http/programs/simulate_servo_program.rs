@@ -4,17 +4,17 @@ use axum::extract::{Request, State};
 use axum::response::Response;
 
 use super::answer::{self, SVG};
-use super::upload::{Upload, take};
+use super::arrival::{Arrival, arrival};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
 use crate::http::extract::Path;
-use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::{ProgramJob, ServoProgramRequest, simulate_program};
-use crate::store::{Draft, JobRow, KeyUse};
-use crate::wire::{JobOperation, ServoProgramParameters, ServoReport};
+use crate::machine::Machine;
+use crate::process::SimulationParameters;
+use crate::store::JobRow;
+use crate::wire::{FaultList, JobOperation, ServoProgramParameters, ServoReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -73,44 +73,25 @@ pub(super) async fn simulate_servo_program(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let (parts, body) = request.into_parts();
-    let kind = choose(&parts.headers, OFFERS)?;
-    let key = key(&parts)?;
-    let machine = current_machine(&app, &machine_id).await?;
-    let upload: Upload<ServoProgramParameters> = take(&app, &parts, body).await?;
-    let said = [upload.program.sha256(), serde_json::to_string(&upload.parameters).unwrap_or_default()];
-    let used = used(&app, &parts, key, &[&said[0], &said[1]]);
-    if let Some(job) = remembered(&app, used.as_ref()).await? {
-        return answer::job(&app, &job, kind).await;
-    }
-    let file_name = upload.name();
-    let job = store(&app, machine_id, machine, upload.parameters, upload.program, file_name, used).await?;
-    answer::job(&app, &job, kind).await
+    let kind = choose(request.headers(), OFFERS)?;
+    let new = match arrival::<ServoProgramParameters>(&app, machine_id, request).await? {
+        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
+        Arrival::New(new) => new,
+    };
+    let mut faults = FaultList::default();
+    let core = new.parameters.to_core(new.current.drives.as_ref(), &mut faults);
+    faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let (machine, _, job) = new.into_job(JobOperation::ServoSimulation)?;
+    answer::job(&app, &store(&app, machine, core, job).await?, kind).await
 }
 
 /// Simulates a program and stores the job.
 pub(in crate::http) async fn store(
     app: &AppState,
-    machine_id: String,
-    current: CurrentMachine,
-    parameters: ServoProgramParameters,
-    program: Draft,
-    file_name: String,
-    used: Option<KeyUse>,
+    machine: Machine,
+    parameters: SimulationParameters,
+    job: ProgramJob,
 ) -> Result<JobRow, Problem> {
-    let CurrentMachine { revision, machine, drives } = current;
-    let core = parameters
-        .to_core(&machine, drives.as_ref())
-        .map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
-    let job = ProgramJob {
-        machine_id,
-        machine_revision: revision,
-        operation: JobOperation::ServoSimulation,
-        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
-        program,
-        file_name,
-        used,
-    };
-    let request = ServoProgramRequest { machine, parameters: core, max_cost_s: app.settings.max_cost_s };
+    let request = ServoProgramRequest { machine, parameters, max_cost_s: app.settings.max_cost_s };
     Ok(simulate_program(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?)
 }

@@ -15,7 +15,7 @@ use super::AppState;
 use super::current_machine::current_machine;
 use super::problem::{Problem, ProblemType};
 use crate::jobs::ServoWork;
-use crate::wire::{FaultList, ServoOptions, ServoTask};
+use crate::wire::{FaultList, ServoDraft, ServoOptions};
 
 /// The routes of this resource.
 pub(super) fn router() -> OpenApiRouter<AppState> {
@@ -33,7 +33,7 @@ const OFFERS: &[&str] = &["application/json", figures::SVG];
 async fn work<T>(
     app: &AppState,
     options: ServoOptions<'_>,
-    more: impl FnOnce(&mut ServoTask, &mut FaultList) -> T,
+    more: impl FnOnce(&mut ServoDraft<'_>, &mut FaultList) -> T,
 ) -> Result<(Option<i64>, ServoWork, T), Problem> {
     let current = match options.machine_id {
         None => None,
@@ -41,14 +41,12 @@ async fn work<T>(
     };
     let mut faults = FaultList::default();
     let on = current.as_ref().map(|current| (&current.machine, current.drives.as_ref()));
-    let task = options.to_core(on, &mut faults);
-    // Without a task there are faults; what the operation adds can only be looked at with one.
-    let Some(mut task) = task else {
-        let faults = faults.into_result().err().unwrap_or_default();
-        return Err(Problem::invalid(ProblemType::InvalidRequest, faults));
-    };
-    let own = more(&mut task, &mut faults);
+    let mut draft = options.to_core(on, &mut faults);
+    let own = more(&mut draft, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let task = draft
+        .into_task()
+        .ok_or_else(|| Problem::internal(&"a request without faults has neither path nor drives"))?;
     let revision = current.as_ref().map(|current| current.revision);
     let machine = current.map(|current| current.machine);
     Ok((revision, ServoWork { task, machine, max_cost_s: app.settings.max_cost_s }, own))

@@ -18,8 +18,10 @@ use crate::http::programs::answer;
 use crate::http::programs::simulate_servo_program::store;
 use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
+use crate::jobs::ProgramJob;
 use crate::wire::{
-    Fault, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
+    Fault, FaultList, JobOperation, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer,
+    SimulationRequest,
 };
 
 refusals!(
@@ -72,7 +74,7 @@ pub(super) async fn simulate_servo(
     let Json(request) =
         Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     if let ServoPathDoc::Program { .. } = &request.path {
-        return program(&app, &parts, &request, kind).await;
+        return Box::pin(program(&app, &parts, &request, kind)).await;
     }
     let (revision, work, ()) =
         work(&app, request.options(), |task, faults| request.apply(task, faults)).await?;
@@ -96,25 +98,41 @@ async fn program(
         return Err(Problem::internal(&"only a program is a program"));
     };
     let key = key(parts)?;
-    let Some(machine_id) = request.machine_id.clone().filter(|_| request.drives.is_none()) else {
-        let fault = Fault::new("/machine_id", "a program needs a machine, whose profile has the drives");
-        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+    let current = match &request.machine_id {
+        None => None,
+        Some(machine_id) => Some((machine_id.clone(), current_machine(app, machine_id).await?)),
     };
-    if request.laps.is_some() {
-        let fault = Fault::new("/laps", "an open path has no laps");
-        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
-    }
-    let machine = current_machine(app, &machine_id).await?;
     let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
     let used = used(app, parts, key, &[&said]);
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return answer::job(app, &job, kind).await;
     }
+    let mut faults = FaultList::default();
+    if request.drives.is_some() {
+        let detail = "a program is simulated with the drives of its machine's profile";
+        faults.push(|| Fault::new("/drives", detail));
+    }
+    if request.laps.is_some() {
+        faults.push(|| Fault::new("/laps", "an open path has no laps"));
+    }
+    let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
+    let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
+    let core = parameters.to_core(drives, &mut faults);
+    faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let Some((machine_id, machine)) = current else {
+        return Err(Problem::internal(&"a program without a machine has no fault"));
+    };
     let mut spooling = app.spool.begin()?;
     spooling.take(&bytes::Bytes::from(text.clone())).await?;
-    let draft = spooling.finish().await?;
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
-    let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
-    let job = store(app, machine_id, machine, parameters, draft, file_name, used).await?;
-    answer::job(app, &job, kind).await
+    let job = ProgramJob {
+        machine_id,
+        machine_revision: machine.revision,
+        operation: JobOperation::ServoSimulation,
+        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
+        program: spooling.finish().await?,
+        file_name,
+        used,
+    };
+    answer::job(app, &store(app, machine.machine, core, job).await?, kind).await
 }

@@ -1,0 +1,90 @@
+//! Why a program is not worked on, in the words of the wire.
+
+use super::{CompensatorFault, Refusal, RefusalClass};
+use crate::process::{self, LineFault, LineFaultKind, LineFaults};
+use crate::program::Diagnostics;
+use crate::wire::Fault;
+
+/// A fault of the core as the service tells it.
+pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
+    match refused(&fault) {
+        Some(refusal) => CompensatorFault::Refused(Box::new(refusal)),
+        None => other(fault),
+    }
+}
+
+/// What is the program's or the parameters' fault; `None` for what is ours.
+fn refused(fault: &process::Fault) -> Option<Refusal> {
+    let detail = fault.to_string();
+    let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
+    let program = RefusalClass::Program;
+    Some(match fault {
+        process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
+        process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
+        process::Fault::Lines(faults) => by_lines(faults, detail),
+        process::Fault::NothingToSimulate { first, .. } => {
+            plain(program, first.map(|(_, line)| line), Vec::new())
+        }
+        // faults of the drives only come of a simulation, which has looked at them already
+        process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
+        process::Fault::NoContactInProgram { .. } => {
+            plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
+        }
+        process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
+        process::Fault::Unwritable { line, .. } => plain(program, Some(*line), Vec::new()),
+        process::Fault::VerificationFailed { .. } | process::Fault::Cancelled | process::Fault::Io(_) => {
+            return None;
+        }
+    })
+}
+
+fn other(fault: process::Fault) -> CompensatorFault {
+    match fault {
+        process::Fault::VerificationFailed { line, what } => {
+            CompensatorFault::VerificationFailed { line, what }
+        }
+        process::Fault::Io(fault) => CompensatorFault::Io(fault),
+        _ => CompensatorFault::Cancelled,
+    }
+}
+
+fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
+    let errors: Vec<Fault> =
+        diagnostics.refusals().map(|diagnostic| at_line(diagnostic.line, diagnostic.to_string())).collect();
+    let line = diagnostics.refusals().next().map(|first| first.line);
+    Refusal { class: RefusalClass::Program, detail, line, block: None, errors }
+}
+
+fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
+    let first = faults.kept.first();
+    let class = match first.map(|fault| &fault.kind) {
+        Some(LineFaultKind::OutOfTravel { .. }) => RefusalClass::OutOfTravel,
+        Some(LineFaultKind::ToleranceOutOfReach { .. }) => RefusalClass::ToleranceOutOfReach,
+        _ => RefusalClass::Program,
+    };
+    let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
+    let detail = if reachable_um > 0.0 {
+        format!("{detail}; with the program's decimals {reachable_um:.3} µm can be reached")
+    } else {
+        detail
+    };
+    Refusal {
+        class,
+        detail,
+        line: first.map(|fault| fault.line),
+        block: first.map(|fault| fault.block.clone()),
+        errors: faults.kept.iter().map(|fault| at_line(fault.line, fault.to_string())).collect(),
+    }
+}
+
+fn reachable_um(fault: &LineFault) -> Option<f64> {
+    match fault.kind {
+        LineFaultKind::ToleranceOutOfReach { reachable_um, .. } => Some(reachable_um),
+        _ => None,
+    }
+}
+
+/// A fault of the program: its place is a line of the upload.
+fn at_line(line: u64, detail: String) -> Fault {
+    Fault::new(format!("/program/{line}"), detail)
+}
