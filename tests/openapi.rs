@@ -98,6 +98,7 @@ fn every_reference_resolves() {
 const UNITS: &[&str] = &[
     "_mm",
     "_um",
+    "_c",
     "_deg",
     "_urad",
     "_s",
@@ -140,12 +141,22 @@ const BARE: &[&str] = &[
     "least_gain_margin",
     "resonance_peak",
     "scale",
+    "condition_number",
 ];
 
 /// Objects that carry the unit of what is in them.
 fn carried(schema: &str, property: &str) -> bool {
     matches!((schema, property), ("Squareness" | "squareness_urad", "e_c0y" | "e_b0z" | "e_a0z"))
         || (schema == "linear_limits_mm" || schema == "LinearLimits")
+        // Values whose unit stands in the name of the object that holds them: `errors.A.e_y_um`, `setup_error_um`,
+        // `eccentricities_um`, and the member `unit` of a trend.
+        || matches!(
+            (schema, property),
+            ("Estimate" | "TrendPoint", "value" | "standard_uncertainty")
+                | ("Difference", "difference" | "standard_uncertainty")
+                | ("SetupErrorDoc", "e_xs" | "e_ys")
+                | ("EccentricitiesDoc", "before" | "after_linear" | "after_all")
+        )
 }
 
 /// Whether a schema is a number, or an array of numbers, perhaps null.

@@ -4,6 +4,7 @@ use axum::response::{IntoResponse, Response};
 use http::header::{ETAG, IF_MATCH, IF_NONE_MATCH};
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 
+use super::extract::Json;
 use super::idempotency::key_reused;
 use super::problem::{Problem, ProblemType};
 use crate::store::{Expected, Revision, Stale};
@@ -22,6 +23,18 @@ pub(super) fn tagged(tag: &str, response: impl IntoResponse) -> Response {
     let mut response = response.into_response();
     if let Ok(value) = HeaderValue::try_from(format!("\"{tag}\"")) {
         response.headers_mut().insert(ETAG, value);
+    }
+    response
+}
+
+/// The calibration run whose errors the revision carries.
+const CALIBRATION: HeaderName = HeaderName::from_static("trunnion-calibration");
+
+/// A revision as a response; a header names the calibration run whose errors it carries, where it comes from one.
+pub(super) fn machine_response(stored: Revision) -> Response {
+    let mut response = Json(stored.document).into_response();
+    if let Some(id) = stored.calibration_id.and_then(|id| HeaderValue::try_from(id).ok()) {
+        response.headers_mut().insert(CALIBRATION, id);
     }
     response
 }

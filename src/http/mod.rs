@@ -1,6 +1,7 @@
 //! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
 
 mod body;
+mod calibrations;
 mod conditional;
 pub mod connections;
 mod current_machine;

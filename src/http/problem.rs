@@ -11,6 +11,7 @@ use crate::jobs::{
     CompensatorFault, ComputeFault, JobFault, KinematicsFault, RefusalClass, ServoWorkFault, SpoolFault,
     TooCostly,
 };
+use crate::plot::PlotFault;
 use crate::servo::ServoFault;
 use crate::store::{BlobFault, StoreError};
 use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
@@ -52,6 +53,8 @@ catalogue! {
         "No machine has this id, or it was deleted. GET /v1/machines lists them.";
     RevisionNotFound = NOT_FOUND, "revision-not-found", "There is no such revision",
         "The machine never had this revision. GET /v1/machines/{machine_id}/revisions lists them.";
+    CalibrationNotFound = NOT_FOUND, "calibration-not-found", "There is no such calibration run",
+        "The machine has no run with this id. GET /v1/machines/{machine_id}/calibrations lists them.";
     JobNotFound = NOT_FOUND, "job-not-found", "There is no such job",
         "No job has this id. GET /v1/jobs lists them.";
     ResultNotFound = NOT_FOUND, "result-not-found", "The job has no result",
@@ -64,6 +67,10 @@ catalogue! {
         "No byte of the body arrived for too long. Send it again.";
     KeyReused = CONFLICT, "idempotency-key-reused", "The idempotency key was used for another request",
         "The Idempotency-Key was first used with another body, query or path. Use a new key for a new request.";
+    ConfirmationNeeded = CONFLICT, "confirmation-needed", "The change is large or uncertain, and not confirmed",
+        "Applying the run would change a location error by more than 0.2 mm or 1000 µrad, or the run leaves errors open. Each entry of errors names one. Look at them; if they are meant, send {\"confirm\": true}.";
+    AxesChanged = CONFLICT, "axes-changed", "The run measured other nominal axes",
+        "The machine's nominal rotary axes have changed since the run, so that its errors mean something else. Measure again, or put the profile back to the axes that were measured.";
     PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the state you believe",
         "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine. Read it again, decide again.";
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
@@ -220,6 +227,13 @@ impl Problem {
         Self::new(ProblemType::MachineNotFound, format!("there is no machine {machine_id:?}"))
     }
 
+    /// No run of the machine with this id.
+    #[must_use]
+    pub fn calibration_not_found(machine_id: &str, id: &str) -> Self {
+        let detail = format!("machine {machine_id:?} has no calibration {id:?}");
+        Self::new(ProblemType::CalibrationNotFound, detail)
+    }
+
     /// No job with this id.
     #[must_use]
     pub fn job_not_found(id: &str) -> Self {
@@ -299,6 +313,12 @@ impl From<StoreError> for Problem {
             }
             other => Self::internal(&other),
         }
+    }
+}
+
+impl From<PlotFault> for Problem {
+    fn from(fault: PlotFault) -> Self {
+        Self::internal(&fault)
     }
 }
 

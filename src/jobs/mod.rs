@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod calibration;
 mod clock;
 mod compensation;
 mod compute;
@@ -14,6 +15,7 @@ mod servo;
 mod servo_program;
 mod spool;
 
+pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
     CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,

@@ -1,7 +1,9 @@
 //! Figures as SVG text, one file each.
 
+mod calibration_trend;
 mod contour_error;
 mod deviation_along_path;
+mod eccentricity_bars;
 mod following_error;
 mod polar_contour;
 mod style;
@@ -9,8 +11,10 @@ mod sweep;
 
 use thiserror::Error;
 
+pub use calibration_trend::{TrendFigure, TrendMark, calibration_trend};
 pub use contour_error::{ContourFigure, ContourPoint, contour_error_along};
 pub use deviation_along_path::{DeviationFigure, DeviationPoint, deviation_along_path};
+pub use eccentricity_bars::{EccentricityBars, EccentricityFigure, eccentricity_bars};
 pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_error_over_time};
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};

@@ -14,6 +14,16 @@ pub struct Revision {
     pub document: MachineDocument,
     /// SHA-256 of the normalised profile.
     pub sha256: String,
+    /// The calibration whose errors it carries, where it comes from one.
+    pub calibration_id: Option<String>,
+}
+
+impl Revision {
+    /// Whether the caller's belief fits.
+    #[must_use]
+    pub fn fits(&self, expected: &Expected) -> bool {
+        MachineHead { revision: self.document.revision, sha256: self.sha256.clone() }.fits(expected)
+    }
 }
 
 /// What the caller believes is stored.
@@ -103,8 +113,9 @@ impl RevisionRow {
             StoreError::Unreadable { what: "machine", key, source }
         })?;
         Ok(Revision {
-            document: MachineDocument { machine_id, revision, created_at, calibration_id, profile },
+            document: MachineDocument { machine_id, revision, created_at, profile },
             sha256,
+            calibration_id,
         })
     }
 }
@@ -316,8 +327,8 @@ impl Store {
             other => other?,
         };
         Ok(put.map(|(created, revision, (created_at, calibration_id))| {
-            let document = MachineDocument { machine_id, revision, created_at, calibration_id, profile };
-            let stored = Revision { document, sha256 };
+            let document = MachineDocument { machine_id, revision, created_at, profile };
+            let stored = Revision { document, sha256, calibration_id };
             if created { PutOutcome::Created(stored) } else { PutOutcome::Replaced(stored) }
         }))
     }

@@ -151,7 +151,7 @@ pub struct CalibrationRequest {
     /// How the machine was measured.
     pub kind: CalibrationKind,
     /// When (RFC 3339); not in the future.
-    #[schema(example = "2026-03-14T09:26:53Z", format = "date-time")]
+    #[schema(example = "2025-03-14T09:26:53Z", format = "date-time")]
     pub measured_at: String,
     /// With what.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -205,6 +205,12 @@ impl BarDirectionDoc {
             Self::Tangential => BarDirection::Tangential,
             Self::Axial => BarDirection::Axial,
         }
+    }
+
+    /// As it stands in documents.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        self.to_core().as_str()
     }
 }
 

@@ -150,10 +150,10 @@ pub struct CalibrationDocument {
     /// How it was measured.
     pub kind: CalibrationKind,
     /// When it was measured.
-    #[schema(example = "2026-03-14T09:26:53.000Z")]
+    #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
     /// When it was stored.
-    #[schema(example = "2026-03-14T09:41:07.123Z")]
+    #[schema(example = "2025-03-14T09:41:07.123Z")]
     pub created_at: String,
     /// With what.
     pub instrument: Option<String>,

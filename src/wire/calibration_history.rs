@@ -15,7 +15,7 @@ pub struct TrendPoint {
     #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub calibration_id: String,
     /// When it was measured.
-    #[schema(example = "2026-03-14T09:26:53.000Z")]
+    #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
     /// The machine's revision then.
     pub machine_revision: i64,
@@ -192,4 +192,51 @@ impl CalibrationDocument {
 
 fn components(error: &LocationErrorDoc) -> [f64; 6] {
     [error.e_x_um, error.e_y_um, error.e_z_um, error.e_a_urad, error.e_b_urad, error.e_c_urad]
+}
+
+/// Unit of an error by its name, cascaded or against the machine's frame; `None` where there is no such error.
+#[must_use]
+pub fn trend_unit(axis: &str, error: &str) -> Option<&'static str> {
+    let of_letter = |letter: &str| match letter {
+        "x" | "y" | "z" => Some("um"),
+        "a" | "b" | "c" => Some("urad"),
+        _ => None,
+    };
+    if let Some(letter) = error.strip_prefix("e_") {
+        return of_letter(letter);
+    }
+    let motion = error.strip_prefix("E_")?.strip_suffix(axis)?.strip_suffix('0')?;
+    motion
+        .chars()
+        .all(|letter| letter.is_ascii_uppercase())
+        .then(|| of_letter(&motion.to_lowercase()))
+        .flatten()
+}
+
+/// The runs of a trend as a table.
+///
+/// # Errors
+/// The table cannot be written, which memory never refuses.
+pub fn trend_table(trend: &Trend) -> Result<Vec<u8>, csv::Error> {
+    let Trend { error, unit, points, .. } = trend;
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record([
+        "calibration_id",
+        "measured_at",
+        "machine_revision",
+        &format!("{error}_{unit}"),
+        &format!("standard_uncertainty_{unit}"),
+        "identifiable",
+    ])?;
+    for point in points {
+        table.write_record([
+            &point.calibration_id,
+            &point.measured_at,
+            &point.machine_revision.to_string(),
+            &point.value.to_string(),
+            &point.standard_uncertainty.map(|sigma| sigma.to_string()).unwrap_or_default(),
+            &point.identifiable.to_string(),
+        ])?;
+    }
+    table.into_inner().map_err(|fault| fault.into_error().into())
 }

@@ -138,9 +138,6 @@ pub struct MachineDocument {
     /// When this revision was stored.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub created_at: String,
-    /// The calibration whose errors it carries, where it comes from one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub calibration_id: Option<String>,
     /// The profile, normalised.
     #[serde(flatten)]
     pub profile: MachineProfile,

@@ -32,6 +32,7 @@ pub use calibration_answer::{
 };
 pub use calibration_history::{
     AppliedProfile, ApplyRequest, CalibrationDifference, Difference, OtherAxes, Trend, TrendPoint,
+    trend_table, trend_unit,
 };
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,

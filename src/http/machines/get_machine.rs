@@ -5,8 +5,8 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use crate::http::AppState;
-use crate::http::conditional::{machine_tag, unless_known};
-use crate::http::extract::{Json, Path, Query};
+use crate::http::conditional::{machine_response, machine_tag, unless_known};
+use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
@@ -28,7 +28,8 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
     ),
     responses(
         (status = 200, description = "The current revision", body = MachineDocument,
-            headers(("ETag" = String, description = "Tag of the revision"))),
+            headers(("ETag" = String, description = "Tag of the revision"),
+                ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors it carries, where it comes from one"))),
         (status = 304, description = "The revision is the one that is known"),
         Refusals,
     )
@@ -42,5 +43,5 @@ pub(super) async fn get_machine(
     choose(&headers, &["application/json"])?;
     let found =
         app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
-    unless_known(&headers, &machine_tag(&found), || Json(found.document))
+    unless_known(&headers, &machine_tag(&found), || machine_response(found))
 }

@@ -1,0 +1,117 @@
+//! Makes a run's errors those of the machine.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::{find, measured_revision};
+use crate::http::AppState;
+use crate::http::body::{Incoming, media_type};
+use crate::http::conditional::{expected, machine_response, machine_tag, stale, tagged};
+use crate::http::extract::{Path, Query, is_json};
+use crate::http::idempotency::{answered, key, used};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::profile_sha256;
+use crate::store::{Expected, NewRevision, PutOutcome, Remembered, Revision, Stale};
+use crate::wire::{AppliedProfile, ApplyRequest, MachineDocument, NoParameters, read_json};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, CalibrationNotFound, NotAcceptable, RequestTimeout,
+    KeyReused, ConfirmationNeeded, AxesChanged, PreconditionFailed, PreconditionRequired, BodyTooLarge,
+    UnsupportedMediaType, InvalidRequest, InvalidMachine
+);
+
+/// Apply a calibration run
+///
+/// The run's location errors replace those of the axes it measured, as a new revision of the machine that names the run.
+/// Applied again to that revision it is the same revision. Going back is applying an older run. Needs `If-Match` with
+/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, or an error that the run leaves open,
+/// needs `{"confirm": true}`.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/apply",
+    tag = "calibrations",
+    operation_id = "apply_calibration",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-Match" = String, Header, description = "ETag of the machine's current revision", example = "\"r3-9f86d081884c7d65\""),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and request give the same answer again"),
+    ),
+    request_body(content = Option<ApplyRequest>, description = "Nothing, or whether a large change is meant", example = json!({"confirm": true})),
+    responses(
+        (status = 200, description = "The machine with the run's errors", body = MachineDocument,
+            headers(("ETag" = String, description = "Tag of the revision"),
+                ("Trunnion-Calibration" = String, description = "The run"))),
+        Refusals,
+    )
+)]
+pub(super) async fn apply_calibration(
+    State(app): State<AppState>,
+    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    choose(&parts.headers, &["application/json"])?;
+    let key = key(&parts)?;
+    let text = Incoming::new(body, app.settings.body_pause_timeout_s)
+        .whole(&parts.headers, app.settings.max_json_bytes)
+        .await?;
+    let ApplyRequest { confirm } = if text.is_empty() {
+        ApplyRequest::default()
+    } else if media_type(&parts.headers).as_deref().is_none_or(is_json) {
+        read_json(&text)?
+    } else {
+        let detail = "the operation takes application/json or no body";
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+    };
+    let expected = expected(&parts.headers)?;
+    let condition = format!("{expected:?}");
+    let used = used(&app, &parts, key, &[&condition, if confirm { "confirmed" } else { "" }]);
+    if let Some(Remembered::Revision(known)) = answered(&app, used.as_ref()).await? {
+        return Ok(machine(*known));
+    }
+    let run = find(&app, &machine_id, &calibration_id).await?;
+    let current =
+        app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
+    // The profile that is changed is the one that is read here: nothing may come in between.
+    let this = Expected::OneOf(vec![(current.document.revision, current.sha256.clone())]);
+    match &expected {
+        None => return Err(stale(Stale::Unconditional, &machine_id)),
+        Some(expected) if !current.fits(expected) => return Err(stale(Stale::Changed, &machine_id)),
+        Some(_) => {}
+    }
+    let measured = measured_revision(&app, &run).await?;
+    let AppliedProfile { profile, to_confirm } = run
+        .document
+        .apply_to(&current.document.profile, &measured.document.profile)
+        .map_err(|_other_axes| {
+            let detail = format!(
+                "the run measured revision {}, whose nominal rotary axes are not those of revision {}",
+                measured.document.revision, current.document.revision
+            );
+            Problem::new(ProblemType::AxesChanged, detail)
+        })?;
+    if !confirm && !to_confirm.is_empty() {
+        return Err(Problem::invalid(ProblemType::ConfirmationNeeded, to_confirm));
+    }
+    let (profile, _machine) =
+        profile.into_machine().map_err(|faults| Problem::invalid(ProblemType::InvalidMachine, faults))?;
+    let new = NewRevision {
+        machine_id: machine_id.clone(),
+        sha256: profile_sha256(&profile),
+        profile,
+        calibration_id: Some(calibration_id),
+        created_at: app.sources.timestamp(),
+    };
+    let put = app.store.put_machine(new, Some(this), used.as_ref()).await?;
+    match put.map_err(|reason| stale(reason, &machine_id))? {
+        PutOutcome::Created(stored) | PutOutcome::Replaced(stored) => Ok(machine(stored)),
+    }
+}
+
+fn machine(stored: Revision) -> Response {
+    tagged(&machine_tag(&stored), machine_response(stored))
+}

@@ -1,0 +1,54 @@
+//! How two runs differ.
+
+use axum::extract::State;
+use http::HeaderMap;
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::CalibrationDifference;
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest);
+
+/// Which run is subtracted.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct ComparedWith {
+    /// The run that is subtracted.
+    #[param(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
+    from: String,
+}
+
+/// Compare two calibration runs
+///
+/// Each error of this run minus that of another run of the machine, with the standard uncertainty of the difference and
+/// whether it is significant (more than twice that).
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/difference",
+    tag = "calibrations",
+    operation_id = "compare_calibrations",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ComparedWith,
+    ),
+    responses((status = 200, description = "The difference", body = CalibrationDifference), Refusals)
+)]
+pub(super) async fn compare_calibrations(
+    State(app): State<AppState>,
+    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Query(with): Query<ComparedWith>,
+    headers: HeaderMap,
+) -> Result<Json<CalibrationDifference>, Problem> {
+    choose(&headers, &["application/json"])?;
+    let here = find(&app, &machine_id, &calibration_id).await?;
+    let there = find(&app, &machine_id, &with.from).await?;
+    Ok(Json(CalibrationDifference::of(&here.document, &there.document)))
+}

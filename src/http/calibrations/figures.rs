@@ -1,0 +1,163 @@
+//! The figures of calibration runs.
+
+use axum::response::{IntoResponse, Response};
+use http::header::CONTENT_TYPE;
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::measured_revision;
+use crate::http::AppState;
+use crate::http::problem::{Problem, ProblemType};
+use crate::jobs::evaluate_ballbar;
+use crate::plot::{
+    EccentricityBars, EccentricityFigure, PlotFault, PolarCurve, PolarFigure, TrendFigure, TrendMark,
+    calibration_trend, eccentricity_bars, polar_contour,
+};
+use crate::store::CalibrationRow;
+use crate::units::UM_PER_MM;
+use crate::wire::{CalibrationDocument, CalibrationKind, CalibrationRequest, Fault, Trend};
+
+/// Media type of a figure.
+pub(super) const SVG: &str = "image/svg+xml";
+
+/// Figures of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum CalibrationPlot {
+    /// Eccentricities before and after compensation, as bars.
+    #[default]
+    Eccentricities,
+    /// Residuals of one test about the bar's circle, magnified.
+    Residuals,
+}
+
+/// Which figure is drawn where the answer is one.
+#[derive(Debug, Clone, Copy, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct CalibrationFigure {
+    /// With `Accept: image/svg+xml`.
+    #[param(inline)]
+    plot: Option<CalibrationPlot>,
+    /// Index of the test whose residuals are drawn, from 0.
+    #[param(default = 0)]
+    test: Option<usize>,
+}
+
+impl CalibrationFigure {
+    /// The figure of a run.
+    pub(super) async fn respond(self, app: &AppState, run: CalibrationRow) -> Result<Response, Problem> {
+        let svg = match self.plot.unwrap_or_default() {
+            CalibrationPlot::Eccentricities => {
+                app.compute.run(move |_stop| eccentricities(&run.document)).await??
+            }
+            CalibrationPlot::Residuals => {
+                let test = self.test.unwrap_or(0);
+                let figures = residuals(app, &run).await?;
+                let count = figures.len();
+                figures.into_iter().nth(test).flatten().ok_or_else(|| {
+                    let detail = format!("test {test} has no readings; the run has {count} tests");
+                    Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/test", detail)])
+                })?
+            }
+        };
+        Ok(([(CONTENT_TYPE, SVG)], svg).into_response())
+    }
+}
+
+/// The bars of a run; none where it has no eccentricities.
+pub(super) fn eccentricities(document: &CalibrationDocument) -> Result<String, PlotFault> {
+    let title = format!("{}, measured {}", document.machine_id, document.measured_at);
+    let mut labelled: Vec<(String, [f64; 3])> = Vec::new();
+    if let Some(ball_bar) = &document.ball_bar {
+        let rows = &ball_bar.eccentricities_um;
+        for (index, test) in ball_bar.tests.iter().enumerate() {
+            let at = |row: &[Option<[f64; 2]>]| row.get(index).copied().flatten();
+            let (Some(before), Some(linear), Some(all)) =
+                (at(&rows.before), at(&rows.after_linear), at(&rows.after_all))
+            else {
+                continue;
+            };
+            let pair = match test.rotary_axis.as_str() {
+                "A" => ["y", "z"],
+                "B" => ["z", "x"],
+                _ => ["x", "y"],
+            };
+            for (component, name) in pair.into_iter().enumerate() {
+                let label = format!("{} {} {name}", test.rotary_axis, test.bar_direction.as_str());
+                labelled.push((label, [before[component], linear[component], all[component]]));
+            }
+        }
+    }
+    let bars: Vec<EccentricityBars<'_>> =
+        labelled.iter().map(|(label, values_um)| EccentricityBars { label, values_um: *values_um }).collect();
+    eccentricity_bars(&EccentricityFigure { title: &title, bars: &bars })
+}
+
+/// The residuals of each test about the bar's circle: the run is evaluated again, on the revision that it measured.
+pub(super) async fn residuals(app: &AppState, run: &CalibrationRow) -> Result<Vec<Option<String>>, Problem> {
+    if run.document.kind != CalibrationKind::RtcpBallbar {
+        return Ok(Vec::new());
+    }
+    let revision = measured_revision(app, run).await?;
+    let (_, machine) = revision
+        .document
+        .profile
+        .into_machine()
+        .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
+    let request: CalibrationRequest =
+        serde_json::from_str(&run.run).map_err(|fault| Problem::internal(&fault))?;
+    app.compute
+        .run(move |_stop| {
+            let found = evaluate_ballbar(&request, &machine)
+                .map_err(|_stored_is_sound| Problem::internal(&"a stored run is no longer accepted"))?;
+            let tests = request.tests.iter().flatten().zip(&found.residuals_mm);
+            tests
+                .map(|(test, residuals_mm)| {
+                    let Some(readings) = &test.readings else { return Ok(None) };
+                    let points: Vec<(f64, f64)> = readings
+                        .iter()
+                        .zip(residuals_mm)
+                        .map(|(reading, mm)| (reading.angle_deg.to_radians(), mm * UM_PER_MM))
+                        .collect();
+                    let name = format!("{} {}", test.rotary_axis, test.bar_direction.as_str());
+                    let figure = PolarFigure {
+                        title: &format!("{name}: measured minus fitted"),
+                        radius_mm: request.bar_length_mm.unwrap_or(1.0),
+                        curves: &[PolarCurve { label: "residual, outward = bar longer", points: &points }],
+                        oval: None,
+                    };
+                    Ok(Some(polar_contour(&figure)?))
+                })
+                .collect::<Result<Vec<_>, PlotFault>>()
+                .map_err(Problem::from)
+        })
+        .await?
+}
+
+/// The figure of a trend.
+pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
+    let time = |text: &str| text.parse::<Timestamp>().map_or(0.0, |time| time.as_second() as f64);
+    let first = trend.points.first().map_or("", |point| point.measured_at.as_str());
+    let start_s = time(first);
+    let runs: Vec<TrendMark> = trend
+        .points
+        .iter()
+        .map(|point| TrendMark {
+            days: (time(&point.measured_at) - start_s) / SECONDS_PER_DAY,
+            value: point.value,
+            standard_uncertainty: point.standard_uncertainty,
+            identifiable: point.identifiable,
+        })
+        .collect();
+    let unit = if trend.unit == "urad" { "µrad" } else { "µm" };
+    calibration_trend(&TrendFigure {
+        title: &format!("{}: {} of the {} axis", trend.machine_id, trend.error, trend.axis),
+        time_name: &format!("days since {}", first.get(..10).unwrap_or("the first run")),
+        error_name: &format!("{} [{unit}]", trend.error),
+        runs: &runs,
+    })
+}
+
+const SECONDS_PER_DAY: f64 = 86_400.0;

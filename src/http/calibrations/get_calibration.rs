@@ -1,0 +1,56 @@
+//! Reads a run: its document, its figures, its report page.
+
+use axum::extract::State;
+use axum::response::{Html, IntoResponse, Response};
+use http::HeaderMap;
+
+use super::figures::{CalibrationFigure, SVG};
+use super::{document, find, report_page};
+use crate::http::AppState;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::CalibrationDocument;
+
+refusals!(
+    Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest, Busy
+);
+
+/// Read a calibration run
+///
+/// JSON as it was first answered; with `Accept: image/svg+xml` a figure (`plot`), with `Accept: text/html` a report with
+/// all of them, for people.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}",
+    tag = "calibrations",
+    operation_id = "get_calibration",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        CalibrationFigure,
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The run", content(
+            (CalibrationDocument = "application/json"), (String = "image/svg+xml"), (String = "text/html")),
+            headers(("ETag" = String, description = "Its tag"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_calibration(
+    State(app): State<AppState>,
+    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Query(figure): Query<CalibrationFigure>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let kind = choose(&headers, &["application/json", SVG, "text/html"])?;
+    let run = find(&app, &machine_id, &calibration_id).await?;
+    match kind {
+        SVG => figure.respond(&app, run).await,
+        "text/html" => Ok(Html(report_page::page(&app, run).await?).into_response()),
+        _ => document(&headers, &run),
+    }
+}

@@ -1,0 +1,46 @@
+//! Reads what was measured.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::conditional::unless_known;
+use crate::http::extract::{Path, Query, json_response};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{CalibrationRequest, NoParameters};
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest);
+
+/// Read the readings of a run
+///
+/// What was posted, with defaults left out; its SHA-256 is `run_sha256` of the run, and its `ETag`.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/run",
+    tag = "calibrations",
+    operation_id = "get_calibration_run",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The readings", body = CalibrationRequest, headers(("ETag" = String, description = "Its SHA-256"))),
+        (status = 304, description = "They are as you know them"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_calibration_run(
+    State(app): State<AppState>,
+    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["application/json"])?;
+    let run = find(&app, &machine_id, &calibration_id).await?;
+    unless_known(&headers, &run.document.run_sha256, || json_response(run.run.clone()))
+}

@@ -1,0 +1,85 @@
+//! Lists the runs of a machine.
+
+use axum::extract::State;
+use http::HeaderMap;
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::ever_existed;
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::paging::{Listed, PageQuery};
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::time_bound;
+use crate::store::CalibrationFilter;
+use crate::wire::{CalibrationDocument, CalibrationKind, Fault};
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
+
+/// Which runs, and which page of them.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields, default)]
+#[into_params(parameter_in = Query)]
+pub(super) struct CalibrationQuery {
+    /// How many items.
+    #[param(minimum = 1, maximum = 200, default = 50)]
+    limit: Option<u64>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+    /// Only of this kind.
+    #[param(inline)]
+    kind: Option<CalibrationKind>,
+    /// Only measured at this time or later (RFC 3339).
+    measured_from: Option<String>,
+    /// Only measured at this time or earlier (RFC 3339).
+    measured_to: Option<String>,
+}
+
+/// The bounds of a query as stored times are compared, and every fault of them.
+pub(super) fn bounds(
+    from: Option<&str>,
+    to: Option<&str>,
+) -> Result<(Option<String>, Option<String>), Vec<Fault>> {
+    let mut faults = Vec::new();
+    let mut bound = |name: &str, text: Option<&str>| {
+        text.and_then(|text| time_bound(name, text).map_err(|fault| faults.push(fault)).ok())
+    };
+    let bounds = (bound("/measured_from", from), bound("/measured_to", to));
+    if faults.is_empty() { Ok(bounds) } else { Err(faults) }
+}
+
+/// List calibration runs
+///
+/// The last stored first; also of a deleted machine.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/calibrations",
+    tag = "calibrations",
+    operation_id = "list_calibrations",
+    params(("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"), CalibrationQuery),
+    responses(
+        (status = 200, description = "A page of runs", body = Listed<CalibrationDocument>,
+            example = json!({"items": [], "next_cursor": null})),
+        Refusals,
+    )
+)]
+pub(super) async fn list_calibrations(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    Query(query): Query<CalibrationQuery>,
+    headers: HeaderMap,
+) -> Result<Json<Listed<CalibrationDocument>>, Problem> {
+    choose(&headers, &["application/json"])?;
+    let CalibrationQuery { limit, cursor, kind, measured_from, measured_to } = query;
+    let (limit, before) = PageQuery::new(limit, cursor).read()?;
+    let (measured_from, measured_to) = bounds(measured_from.as_deref(), measured_to.as_deref())
+        .map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    let filter = CalibrationFilter { kind, measured_from, measured_to };
+    let page = app.store.calibrations(&machine_id, &filter, limit, before).await?;
+    if page.items.is_empty() {
+        ever_existed(&app, &machine_id).await?;
+    }
+    Ok(Json(Listed::new(page, |run| run.document)))
+}
