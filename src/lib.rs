@@ -19,6 +19,8 @@ pub mod contact;
 
 pub mod servo;
 
+pub mod calibration;
+
 pub mod process;
 
 pub mod plot;

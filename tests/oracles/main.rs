@@ -1,5 +1,6 @@
 //! Oracles: numbers and formulas from outside (tables, closed forms, second methods), compared within named tolerances.
 
+mod control_export;
 mod cutter_contact;
 mod kinematics;
 mod servo;
