@@ -1,11 +1,18 @@
 //! Calibrated axes as text for a control, from sources that anyone can read.
 //!
-//! [`neutral`]: ISO 230-7 symbols, cascaded values and lines, complete and at full precision. Read back, the text gives
-//! the axes it was made from (`tests/oracles/control_export.rs`).
+//! [`neutral`]: ISO 230-7 symbols, cascaded values and lines, complete and at full precision. [`linuxcnc`]:
+//! what that control takes, as far as a public source fixes what a value means; what none fixes is left
+//! out, and the text says so. Read back, each text gives the axes it was made from (`tests/oracles/control_export.rs`).
 
 mod absolute;
+mod linuxcnc;
+mod linuxcnc_modules;
 mod neutral;
+mod remaining;
 mod text;
 
 pub use absolute::{AbsoluteError, absolute_errors};
+pub use linuxcnc::{LinuxCncExport, LinuxCncFault, linuxcnc};
+pub use linuxcnc_modules::LinuxCncModule;
 pub use neutral::neutral;
+pub use remaining::RemainingError;

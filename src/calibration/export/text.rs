@@ -3,6 +3,8 @@
 use std::fmt::Write;
 
 use crate::geometry::Vec3;
+use crate::machine::Squareness;
+use crate::units::URAD_PER_RAD;
 
 /// The shortest digits that read back as the same number; −0 is never written.
 pub(super) fn exact(value: f64) -> String {
@@ -32,4 +34,38 @@ pub(super) fn quoted(name: &str) -> String {
     }
     out.push('"');
     out
+}
+
+/// A name in a comment: on one line, whatever it holds.
+pub(super) fn in_comment(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Decimals of a length for a control: a nanometre.
+pub(super) const MM_DECIMALS: i32 = 6;
+
+/// The number as it is printed with so many decimals; −0 becomes 0.
+pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10.0_f64.powi(decimals);
+    (value * scale).round() / scale + 0.0
+}
+
+/// An angle for the eye, in µrad.
+pub(super) fn microradians(value_rad: f64) -> String {
+    format!("{:.1}", rounded(value_rad * URAD_PER_RAD, 1))
+}
+
+/// Squareness for the eye.
+pub(super) fn squareness(square: &Squareness) -> String {
+    format!(
+        "Y turned by {} urad about Z, Z by {} about Y and {} about X",
+        microradians(square.e_c0y_rad),
+        microradians(square.e_b0z_rad),
+        microradians(square.e_a0z_rad)
+    )
+}
+
+/// A length as a control reads it.
+pub(super) fn millimetres(value_mm: f64) -> String {
+    format!("{:.6}", rounded(value_mm, MM_DECIMALS))
 }
