@@ -1,12 +1,15 @@
 //! Texts for controls, read back by readers of their own: they give the axes and the transform they were made from.
-#![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what it did not expect")]
 #![expect(clippy::float_cmp, reason = "what is printed exactly reads back to the bit")]
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU16;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use trunnion::calibration::CommonPerpendicular;
-use trunnion::calibration::export::{LinuxCncFault, LinuxCncModule, absolute_errors, linuxcnc, neutral};
+use trunnion::calibration::export::{
+    LinuxCncFault, LinuxCncModule, SiemensForm, absolute_errors, linuxcnc, neutral, siemens,
+};
 use trunnion::geometry::{Screw, Vec3};
 use trunnion::kinematics::{Joints, Kinematics, Setup};
 use trunnion::machine::{
@@ -436,5 +439,144 @@ mod linuxcnc_pins {
         "x\nsetp xyzac-trt-kins.y-offset 99".clone_into(&mut parts.name);
         let machine = Machine::new(parts).unwrap();
         assert!(!read(&linuxcnc(&machine, 1.0).unwrap().text).values().any(|v| *v == 99.0));
+        assert_eq!(
+            siemens(&machine, SiemensForm::MachineData).lines().filter(|l| l.contains("99")).count(),
+            1
+        );
+    }
+}
+
+mod siemens_vectors {
+    use super::*;
+
+    /// Three offsets of six decimals, each off by half a unit of the last [mm].
+    const PRINTED_MM: f64 = 5e-6;
+    /// Twelve decimals of two directions.
+    const PRINTED: f64 = 5e-12;
+
+    fn read(text: &str) -> BTreeMap<String, String> {
+        text.lines()
+            .filter(|line| !line.starts_with(';'))
+            .map(|line| {
+                let (name, value) = line.split_once('=').unwrap();
+                (name.to_owned(), value.to_owned())
+            })
+            .collect()
+    }
+
+    /// Offsets base, joint, joint of the part, part, and both axis vectors, with the kind of chain.
+    struct Chain {
+        kind: u16,
+        base: V,
+        joint: V,
+        joint_part: V,
+        part: V,
+        axes: [V; 2],
+    }
+
+    fn from_machine_data(text: &str) -> Chain {
+        let read = read(text);
+        let vector = |name: &str| {
+            V::from_fn(|k, _| {
+                read.get(&format!("$MC_TRAFO5_{name}_1[{k}]")).map_or(0.0, |v| v.parse().unwrap())
+            })
+        };
+        Chain {
+            kind: read["$MC_TRAFO_TYPE_1"].parse().unwrap(),
+            base: vector("BASE_TOOL"),
+            joint: vector("JOINT_OFFSET"),
+            joint_part: vector("JOINT_OFFSET_PART"),
+            part: vector("PART_OFFSET"),
+            axes: [vector("AXIS1"), vector("AXIS2")],
+        }
+    }
+
+    fn from_carrier(text: &str) -> Chain {
+        let read = read(text);
+        let vector =
+            |first: usize| V::from_fn(|k, _| read[&format!("$TC_CARR{}[3]", first + k)].parse().unwrap());
+        let [l1, l2, l3, l4] = [1, 4, 15, 18].map(vector);
+        let axes = [7, 10].map(vector);
+        let none = V::zeros();
+        match read["$TC_CARR23[3]"].as_str() {
+            "\"T\"" => {
+                assert_eq!(l4, none);
+                Chain { kind: 24, base: l3, joint: l2, joint_part: none, part: l1, axes }
+            }
+            "\"P\"" => {
+                assert_eq!(l1, none);
+                Chain { kind: 40, base: l2, joint: l3, joint_part: none, part: l4, axes }
+            }
+            "\"M\"" => Chain { kind: 56, base: l2, joint: l1, joint_part: l3, part: l4, axes },
+            other => panic!("{other}"),
+        }
+    }
+
+    impl Chain {
+        /// Tip and tool axis in the workpiece; words in the order of the transformation.
+        fn pose(&self, q: V, tool_mm: f64, words: [f64; 2]) -> (V, V) {
+            let [r1, r2] = [0, 1].map(|k| move |v: V| turned(self.axes[k], words[k], v));
+            let back2 = |v: V| turned(self.axes[1], -words[1], v);
+            let back1 = |v: V| turned(self.axes[0], -words[0], v);
+            let tool = V::z() * tool_mm;
+            match self.kind {
+                // what the control counts as position is the tip with all axes at zero
+                24 => (q + tool - self.part - r1(self.joint + r2(self.base + tool)), r1(r2(V::z()))),
+                40 => (back2(back1(q - self.base) - self.joint) - self.part, back2(back1(V::z()))),
+                56 => {
+                    let tip = q + tool - self.joint - r1(self.base + tool);
+                    (back2(tip - self.joint_part) - self.part, back2(r1(V::z())))
+                }
+                other => panic!("{other}"),
+            }
+        }
+    }
+
+    #[test]
+    fn give_the_transform_back_for_every_layout() {
+        let mut next = stream(21);
+        for preset in &PRESETS {
+            let parts = MachineParts { squareness: Squareness::default(), ..measured(preset, &mut next) };
+            let machine = Machine::new(parts).unwrap();
+            let number = NonZeroU16::new(3).unwrap();
+            let chains = [
+                from_machine_data(&siemens(&machine, SiemensForm::MachineData)),
+                from_carrier(&siemens(&machine, SiemensForm::ToolCarrier(number))),
+            ];
+            let axes = machine.rotary_axes();
+            // of a mixed machine the head's axis is the first of the transformation
+            let order =
+                if axes[0].side == Side::Table && axes[1].side == Side::Head { [1, 0] } else { [0, 1] };
+            let tool_length_mm = 80.0;
+            let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm, ..Setup::default() });
+            for chain in chains {
+                // closed to the last digit printed
+                let sum = chain.base + chain.joint + chain.joint_part + chain.part;
+                assert!(sum.norm() < 1e-9, "{}: {sum}", preset.id);
+                for _ in 0..40 {
+                    let joints = joints(&mut next);
+                    let words = order.map(|k| axes[k].word_deg(joints.rotary_rad[k]).to_radians());
+                    let (tip, axis) = chain.pose(joints.linear_mm, tool_length_mm, words);
+                    let pose = kinematics.forward(&joints);
+                    let off = (pose.tip_mm - tip).norm();
+                    assert!(off < PRINTED_MM, "{}: {off}", preset.id);
+                    assert!((pose.axis - axis).norm() < PRINTED, "{}", preset.id);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn are_reversed_for_axes_that_move_the_workpiece() {
+        let text = siemens(&Machine::new(PRESETS[0].parts()).unwrap(), SiemensForm::MachineData);
+        let chain = from_machine_data(&text);
+        assert_eq!((chain.kind, chain.axes), (40, [-V::x(), -V::z()]));
+        let text = siemens(
+            &Machine::new(Preset::by_id("bc-head").unwrap().parts()).unwrap(),
+            SiemensForm::MachineData,
+        );
+        let chain = from_machine_data(&text);
+        assert_eq!((chain.kind, chain.axes), (24, [V::z(), V::y()]));
+        assert!(!text.contains("-0.000000"));
     }
 }

@@ -43,11 +43,18 @@ pub(super) fn in_comment(name: &str) -> String {
 
 /// Decimals of a length for a control: a nanometre.
 pub(super) const MM_DECIMALS: i32 = 6;
+/// Decimals of a direction for a control: a picometre at one metre.
+pub(super) const DIRECTION_DECIMALS: i32 = 12;
 
 /// The number as it is printed with so many decimals; −0 becomes 0.
 pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10.0_f64.powi(decimals);
     (value * scale).round() / scale + 0.0
+}
+
+/// [`rounded`] for every component.
+pub(super) fn rounded_vector(v: Vec3, decimals: i32) -> Vec3 {
+    v.map(|value| rounded(value, decimals))
 }
 
 /// An angle for the eye, in µrad.
