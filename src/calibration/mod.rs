@@ -5,5 +5,6 @@
 
 pub mod export;
 mod lines;
+pub mod rotary_sphere;
 
 pub use lines::{CommonPerpendicular, rotation_vector_rad};

@@ -3,6 +3,7 @@
 mod control_export;
 mod cutter_contact;
 mod kinematics;
+mod rotary_sphere;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;
