@@ -275,7 +275,7 @@ fn readings_that_show_no_axis_are_refused_by_facts() {
     }
     assert!(matches!(
         refused(&reversed)[..],
-        [SphereFault::SenseReversed { as_stated_mm, reversed_mm }] if reversed_mm < 1e-9 && as_stated_mm > 1.0
+        [SphereFault::SenseReversed { as_stated_mm, reversed_mm }] if reversed_mm < 1e-9 && as_stated_mm > 1.0 && as_stated_mm.is_finite()
     ));
     let on_axis = [truth.line.point_mm + truth.line.direction * 70.0 + Vec3::x() * 0.2];
     assert!(matches!(

@@ -42,12 +42,15 @@ pub fn fit_rotation(
     let stated = Rotation::of(readings, &active, expected, 1.0);
     let reversed = Rotation::of(readings, &active, expected, -1.0);
     if let Ok(reversed) = reversed {
-        let rms_mm = |rotation: &Rotation| (rotation.sum_mm2 / readings.len() as f64).sqrt();
-        let as_stated_mm = stated.as_ref().map_or(f64::INFINITY, rms_mm);
-        if rms_mm(&reversed) < as_stated_mm
-            && stated.as_ref().map_or(true, |stated| reversed.sum_mm2 < stated.sum_mm2)
-        {
-            return Err(vec![SphereFault::SenseReversed { as_stated_mm, reversed_mm: rms_mm(&reversed) }]);
+        let rms_mm = |sum_mm2: f64| (sum_mm2 / readings.len() as f64).sqrt();
+        // without a fit as stated, what the nominal axis leaves
+        let as_stated_mm2 =
+            stated.as_ref().map_or_else(|_| nominal_sum_mm2(readings, expected), |stated| stated.sum_mm2);
+        if reversed.sum_mm2 < as_stated_mm2 {
+            return Err(vec![SphereFault::SenseReversed {
+                as_stated_mm: rms_mm(as_stated_mm2),
+                reversed_mm: rms_mm(reversed.sum_mm2),
+            }]);
         }
     }
     let whole = stated?;
@@ -141,18 +144,7 @@ impl Rotation {
         sense: f64,
     ) -> Result<Self, Vec<SphereFault>> {
         let sense = if expected.side == Side::Table { -sense } else { sense };
-        let chosen: Vec<&SphereReading> = active.iter().filter_map(|k| readings.get(*k)).collect();
-        let mut names: Vec<usize> = chosen.iter().map(|reading| reading.ball).collect();
-        names.sort_unstable();
-        names.dedup();
-        let turned: Vec<Turned> = chosen
-            .iter()
-            .map(|reading| Turned {
-                place: names.binary_search(&reading.ball).unwrap_or(0),
-                center_mm: reading.center_mm,
-                angle_rad: sense * reading.angle_rad,
-            })
-            .collect();
+        let (turned, names) = turned(active.iter().filter_map(|k| readings.get(*k)), sense);
         let middle_mm =
             turned.iter().fold(Vec3::zeros(), |sum, t| sum + t.center_mm) / turned.len().max(1) as f64;
         // tilts are counted as displacements at this distance, so that unknowns are alike in size
@@ -284,6 +276,30 @@ impl Place {
     fn radius_mm(&self, axis: &Screw) -> f64 {
         across(self.at_zero_mm, axis.direction).norm()
     }
+}
+
+/// Readings with physical angles, and the names of their spheres in order.
+fn turned<'a>(readings: impl Iterator<Item = &'a SphereReading>, sense: f64) -> (Vec<Turned>, Vec<usize>) {
+    let chosen: Vec<&SphereReading> = readings.collect();
+    let mut names: Vec<usize> = chosen.iter().map(|reading| reading.ball).collect();
+    names.sort_unstable();
+    names.dedup();
+    let turned = chosen
+        .iter()
+        .map(|reading| Turned {
+            place: names.binary_search(&reading.ball).unwrap_or(0),
+            center_mm: reading.center_mm,
+            angle_rad: sense * reading.angle_rad,
+        })
+        .collect();
+    (turned, names)
+}
+
+/// The sum of squares that the nominal axis leaves with the angles as stated \[mm²\].
+fn nominal_sum_mm2(readings: &[SphereReading], expected: &ExpectedAxis) -> f64 {
+    let sense = if expected.side == Side::Table { -1.0 } else { 1.0 };
+    let (turned, names) = turned(readings.iter(), sense);
+    places(&expected.line, &turned, &names).1
 }
 
 /// Every sphere at zero as its readings say for this axis, and the sum of squares that leaves \[mm²\].
