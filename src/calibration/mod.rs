@@ -1,16 +1,22 @@
-//! Where a machine's rotary axes really are: location errors with uncertainties from measured runs.
+//! Where a machine's rotary axes really are: location errors with uncertainties from measured runs, and their values
+//! handed to the control.
+//!
+//! Cascaded values enter the profile (shared notation §1 "Location errors"), ISO 230-7 ones are absolute.
 
 mod absolute;
 mod ballbar;
 mod blind;
 mod decomposition;
 mod eccentricity;
+pub mod export;
 mod fault;
 mod identify;
+mod lines;
 mod observations;
 mod parameters;
 mod prediction;
 mod robust;
+pub mod rotary_sphere;
 mod warnings;
 
 pub use absolute::AbsoluteError;
@@ -19,5 +25,6 @@ pub use blind::{Blind, FurtherRun};
 pub use decomposition::RANK_THRESHOLD;
 pub use fault::RunFault;
 pub use identify::{Eccentricities, Identified, Outlier, Unknown, expected_readings, identify};
+pub use lines::{CommonPerpendicular, rotation_vector_rad};
 pub use parameters::{ErrorParameter, placing_parameters};
 pub use warnings::RunWarning;

@@ -3,10 +3,12 @@
 use jiff::{SignedDuration, Timestamp};
 
 use super::timestamp;
+use crate::calibration::rotary_sphere::identify_spheres;
 use crate::calibration::{Identified, identify};
 use crate::machine::Machine;
 use crate::wire::{
     CalibrationDocument, CalibrationHead, CalibrationKind, CalibrationRequest, Fault, FaultList, fit_fault,
+    sphere_fault,
 };
 
 /// How far ahead a measurement may lie: clocks of machines are set to local time now and then.
@@ -64,8 +66,11 @@ pub fn evaluate(
             Ok(CalibrationDocument::of_ballbar(head, request, machine, &found))
         }
         CalibrationKind::RotarySphere => {
-            faults.push(|| Fault::new("/kind", "rotary-sphere runs are not evaluated yet"));
-            Err(faults.into_result().err().unwrap_or_default())
+            let run = request.to_spheres(machine, &mut faults);
+            faults.into_result()?;
+            let found = identify_spheres(machine, &run.unwrap_or_default())
+                .map_err(|faults| faults.iter().map(sphere_fault).collect::<Vec<_>>())?;
+            Ok(CalibrationDocument::of_spheres(head, request, machine, &found))
         }
     }
 }

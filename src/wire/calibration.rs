@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{Fault, FaultList, Fixed};
+use crate::calibration::rotary_sphere::{AxisCenters, Center, SphereFault, SphereRunFault};
 use crate::calibration::{
     BallBarRun, BallBarTest, BarDirection, Observed, Reading, RunFault, SetupError, SpindleStep,
 };
@@ -363,23 +364,18 @@ const MAX_SPINDLE_ANGLES: usize = 1000;
 
 impl BallBarTestDoc {
     fn to_core(&self, index: usize, machine: &Machine, faults: &mut FaultList) -> Option<BallBarTest> {
-        let axes = machine.rotary_axes();
-        let axis = axes.iter().position(|axis| self.rotary_axis == axis.letter.as_char().to_string());
-        let Some(axis) = axis else {
-            let letters = axes.each_ref().map(|axis| axis.letter.as_char());
-            let detail = format!(
-                "the machine's rotary axes are {} and {}, not {:?}",
-                letters[0], letters[1], self.rotary_axis
-            );
-            faults.push(|| Fault::new(format!("/tests/{index}/rotary_axis"), detail));
+        let Some(axis) = axis_index(machine, &self.rotary_axis) else {
+            let pointer = format!("/tests/{index}/rotary_axis");
+            faults.push(|| Fault::new(pointer, no_such_axis(machine, &self.rotary_axis)));
             return None;
         };
+        let turned = &machine.rotary_axes()[axis];
         let observed = match (&self.readings, self.eccentricity_um) {
             (Some(readings), None) => Observed::Readings(
                 readings
                     .iter()
                     .map(|reading| Reading {
-                        angle_rad: axes[axis].angle_rad(reading.angle_deg),
+                        angle_rad: turned.angle_rad(reading.angle_deg),
                         length_change_mm: Length::from_um(reading.length_change_um).mm(),
                     })
                     .collect(),
@@ -400,6 +396,70 @@ impl BallBarTestDoc {
             observed,
         })
     }
+}
+
+impl CalibrationRequest {
+    /// The probed spheres in the core's terms; the place of everything that is wrong goes to `faults`.
+    pub fn to_spheres(&self, machine: &Machine, faults: &mut FaultList) -> Option<Vec<AxisCenters>> {
+        let Some(axes) = &self.axes else {
+            faults.push(|| Fault::new("/axes", "missing field `axes`"));
+            return None;
+        };
+        let mut run = Vec::new();
+        for (entry, probed) in axes.iter().enumerate().take(MAX_SPHERE_AXES) {
+            let Some(axis) = axis_index(machine, &probed.rotary_axis) else {
+                let pointer = format!("/axes/{entry}/rotary_axis");
+                faults.push(|| Fault::new(pointer, no_such_axis(machine, &probed.rotary_axis)));
+                continue;
+            };
+            let turned = &machine.rotary_axes()[axis];
+            let centers = probed
+                .centres
+                .iter()
+                .map(|centre| Center {
+                    ball: centre.sphere as usize,
+                    angle_rad: centre.angle_deg.map(|word_deg| turned.angle_rad(word_deg)),
+                    center_mm: Vec3::from(centre.centre_mm.0),
+                })
+                .collect();
+            run.push(AxisCenters { axis, centers });
+        }
+        (run.len() == axes.len().min(MAX_SPHERE_AXES)).then_some(run)
+    }
+}
+
+/// Axes of a run of spheres that are looked at: one more than any machine has, so that too many are seen.
+const MAX_SPHERE_AXES: usize = 3;
+
+fn axis_index(machine: &Machine, letter: &str) -> Option<usize> {
+    machine.rotary_axes().iter().position(|axis| letter == axis.letter.as_char().to_string())
+}
+
+fn no_such_axis(machine: &Machine, letter: &str) -> String {
+    let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+    format!("the machine's rotary axes are {first} and {second}, not {letter:?}")
+}
+
+/// A fault of probed spheres with its place in the document.
+#[must_use]
+pub fn sphere_fault(fault: &SphereRunFault) -> Fault {
+    let pointer = match *fault {
+        SphereRunFault::AxisCount { .. } | SphereRunFault::Location { .. } => "/axes".to_owned(),
+        SphereRunFault::NoSuchAxis { entry, .. }
+        | SphereRunFault::Repeated { entry }
+        | SphereRunFault::OnHead { entry } => format!("/axes/{entry}/rotary_axis"),
+        SphereRunFault::SomeAngles { entry, .. } | SphereRunFault::BallsWithoutAngles { entry, .. } => {
+            format!("/axes/{entry}/centres")
+        }
+        SphereRunFault::Fit { entry, fault: SphereFault::Coordinate { reading, component, .. } } => {
+            format!("/axes/{entry}/centres/{reading}/centre_mm/{component}")
+        }
+        SphereRunFault::Fit { entry, fault: SphereFault::Angle { reading, .. } } => {
+            format!("/axes/{entry}/centres/{reading}/angle_deg")
+        }
+        SphereRunFault::Fit { entry, .. } => format!("/axes/{entry}/centres"),
+    };
+    Fault::new(pointer, fault.to_string())
 }
 
 /// A fault of the core with its place in the document; `places` are the documents' tests that the core saw.

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::calibration::CalibrationKind;
 use super::calibration_words::{blind_words, further_words, warning_words};
-use super::{BarDirectionDoc, CalibrationRequest, SetupErrorDoc};
+use super::{BarDirectionDoc, CalibrationRequest, SetupErrorDoc, SphereAxisAnswer};
 use crate::calibration::{
-    Blind, Eccentricities, ErrorParameter, FurtherRun, Identified, RunWarning, Unknown, placing_parameters,
+    AbsoluteError, Blind, Eccentricities, ErrorParameter, FurtherRun, Identified, RunWarning, Unknown,
+    placing_parameters,
 };
 use crate::machine::Machine;
 use crate::units::{UM_PER_MM, URAD_PER_RAD};
@@ -184,8 +186,8 @@ pub struct CalibrationDocument {
     pub rank: usize,
     /// The location errors sought, and the two set-up errors where they were not given.
     pub unknowns: usize,
-    /// Largest singular value over the smallest, columns at unit length.
-    pub condition_number: f64,
+    /// Largest singular value over the smallest, columns at unit length; null where spheres were probed.
+    pub condition_number: Option<f64>,
     /// Observations less what was fitted to them.
     pub degrees_of_freedom: usize,
     /// Root of the mean square of the residuals.
@@ -195,6 +197,9 @@ pub struct CalibrationDocument {
     /// What only a ball-bar run has.
     #[serde(flatten)]
     pub ball_bar: Option<BallBarAnswer>,
+    /// The axes found, where spheres were probed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Vec<SphereAxisAnswer>>,
     /// What a metrologist would ask about.
     pub warnings: Vec<RunWarningDoc>,
 }
@@ -296,32 +301,16 @@ impl CalibrationDocument {
                 }
             }
         }
-        for error in &found.absolute {
-            let unit = per_unit(error.component);
-            let standard_uncertainty = error.variance.map(|variance| variance.max(0.0).sqrt() * unit);
-            let estimate = Estimate { value: error.value * unit, standard_uncertainty };
-            document.iso_230.insert(iso_name(machine, error.axis, error.component), estimate);
-        }
+        document.set_absolute(machine, &found.absolute);
         document.unidentifiable = unidentifiable(machine, found);
         document.blind = found.blind.iter().map(|blind| BlindDoc::of(machine, blind)).collect();
         document.rank = found.rank;
         document.unknowns = found.counted;
-        document.condition_number = found.condition_number;
+        document.condition_number = Some(found.condition_number);
         document.degrees_of_freedom = found.degrees_of_freedom;
         document.residual_rms_um = found.residual_rms_mm * UM_PER_MM;
-        document.covariance = found.covariance.as_ref().map(|matrix| {
-            let units: Vec<f64> = found.unknowns.iter().map(|unknown| unknown_per_unit(*unknown)).collect();
-            CovarianceDoc {
-                names: found.unknowns.iter().map(|unknown| unknown_name(machine, *unknown)).collect(),
-                matrix_um_urad: (0..units.len())
-                    .map(|row| {
-                        (0..units.len())
-                            .map(|column| matrix[(row, column)] * units[row] * units[column])
-                            .collect()
-                    })
-                    .collect(),
-            }
-        });
+        document.covariance =
+            found.covariance.as_ref().map(|matrix| CovarianceDoc::of(machine, &found.unknowns, matrix));
         document.warnings = found.warnings.iter().map(RunWarningDoc::of).collect();
         let [e_xs, e_ys] = setup;
         let source = SetupErrorDoc::source(request.setup_error_um.as_ref());
@@ -368,11 +357,12 @@ impl CalibrationDocument {
             blind: Vec::new(),
             rank: 0,
             unknowns: 0,
-            condition_number: 1.0,
+            condition_number: None,
             degrees_of_freedom: 0,
             residual_rms_um: 0.0,
             covariance: None,
             ball_bar: None,
+            axes: None,
             warnings: Vec::new(),
         }
     }
@@ -382,6 +372,32 @@ impl CalibrationDocument {
         if let Some(axis) = machine.rotary_axes().get(parameter.axis) {
             let of_axis = self.errors.entry(axis.letter.as_char().to_string()).or_default();
             of_axis.insert(component_name(parameter.component).to_owned(), estimate);
+        }
+    }
+}
+
+impl CalibrationDocument {
+    /// Puts the errors against the machine's frame into the document.
+    pub(super) fn set_absolute(&mut self, machine: &Machine, absolute: &[AbsoluteError]) {
+        for error in absolute {
+            let unit = per_unit(error.component);
+            let standard_uncertainty = error.variance.map(|variance| variance.max(0.0).sqrt() * unit);
+            let estimate = Estimate { value: error.value * unit, standard_uncertainty };
+            self.iso_230.insert(iso_name(machine, error.axis, error.component), estimate);
+        }
+    }
+}
+
+impl CovarianceDoc {
+    /// Of these unknowns, from the core's units.
+    pub(super) fn of(machine: &Machine, unknowns: &[Unknown], matrix: &DMatrix<f64>) -> Self {
+        let units: Vec<f64> = unknowns.iter().map(|unknown| unknown_per_unit(*unknown)).collect();
+        let row = |row: usize| -> Vec<f64> {
+            units.iter().enumerate().map(|(column, unit)| matrix[(row, column)] * units[row] * unit).collect()
+        };
+        Self {
+            names: unknowns.iter().map(|unknown| unknown_name(machine, *unknown)).collect(),
+            matrix_um_urad: (0..units.len()).map(row).collect(),
         }
     }
 }

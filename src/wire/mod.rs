@@ -21,10 +21,11 @@ mod servo_answer;
 mod servo_path;
 mod servo_program;
 mod solved_poses;
+mod sphere_answer;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
-    SphereAxisDoc, SphereCentreDoc, SpindleBar, fit_fault,
+    SphereAxisDoc, SphereCentreDoc, SpindleBar, fit_fault, sphere_fault,
 };
 pub use calibration_answer::{
     BallBarAnswer, BlindDoc, CalibrationDocument, CalibrationHead, CovarianceDoc, EccentricitiesDoc,
@@ -66,3 +67,4 @@ pub use servo_answer::{
 pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
+pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};

@@ -57,6 +57,9 @@ fn sweeps(shift_um: [f64; 3], noise_um: f64) -> Value {
     })
 }
 
+/// A change to a run.
+type Change = fn(&mut Value);
+
 async fn post(app: &App, run: &Value) -> Value {
     let response = app.post_json(RUNS, run).await;
     let status = response.status();
@@ -373,7 +376,6 @@ async fn runs_are_listed_compared_and_followed() {
 #[tokio::test]
 async fn bad_runs_are_refused_with_every_fault_and_nothing_is_stored() {
     let app = spawn().await;
-    type Change = fn(&mut Value);
     let cases: [(Change, &[&str]); 14] = [
         (|run| run["measured_at"] = "2126-01-01T00:00:00Z".into(), &["/measured_at"]),
         (|run| run["measured_at"] = "yesterday".into(), &["/measured_at"]),
@@ -404,14 +406,14 @@ async fn bad_runs_are_refused_with_every_fault_and_nothing_is_stored() {
         (
             |run| {
                 run["setup_error_um"] =
-                    json!({"spindle_deg": [0, 90], "bar_direction": "x", "length_change_um": [0]})
+                    json!({"spindle_deg": [0, 90], "bar_direction": "x", "length_change_um": [0]});
             },
             &["/setup_error_um"],
         ),
         (
             |run| {
                 run["setup_error_um"] =
-                    json!({"spindle_deg": [0, 90], "bar_direction": "x", "length_change_um": [0, 1]})
+                    json!({"spindle_deg": [0, 90], "bar_direction": "x", "length_change_um": [0, 1]});
             },
             &["/setup_error_um/spindle_deg"],
         ),

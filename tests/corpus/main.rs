@@ -3,6 +3,7 @@
 mod compensation;
 mod kinematics;
 mod program;
+mod rotary_sphere;
 #[path = "../models/tables.rs"]
 mod tables;
 

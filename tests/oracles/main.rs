@@ -3,8 +3,10 @@
 mod ballbar;
 #[path = "../models/bar_machine.rs"]
 mod bar_machine;
+mod control_export;
 mod cutter_contact;
 mod kinematics;
+mod rotary_sphere;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;

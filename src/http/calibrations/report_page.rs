@@ -45,6 +45,9 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
 
 fn facts(document: &CalibrationDocument) -> String {
     let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".to_owned());
+    let condition = document
+        .condition_number
+        .map_or_else(String::new, |number| format!(", condition number {number:.1}"));
     let rows = [
         ("run", document.id.clone()),
         ("machine", format!("{}, revision {}", document.machine_id, document.machine_revision)),
@@ -58,13 +61,7 @@ fn facts(document: &CalibrationDocument) -> String {
         ),
         ("note", text(&document.note)),
         ("SHA-256 of the readings", document.run_sha256.clone()),
-        (
-            "determined",
-            format!(
-                "{} of {} unknowns, condition number {:.1}",
-                document.rank, document.unknowns, document.condition_number
-            ),
-        ),
+        ("determined", format!("{} of {} unknowns{condition}", document.rank, document.unknowns)),
         (
             "residual, rms",
             format!(

@@ -1,0 +1,102 @@
+//! The complete calibration, for any reader.
+
+use std::fmt::Write;
+
+use super::absolute::absolute_errors;
+use super::text::{exact, exact_vector, quoted};
+use crate::machine::{Machine, Side};
+use crate::units::{UM_PER_MM, URAD_PER_RAD};
+
+/// What the values mean, above them in the text.
+const PREAMBLE: &str = "\
+# Rotary axes of a five-axis machine as calibrated. The text is TOML; numbers carry their unit in their name and as
+# many digits as they have.
+#
+# Frame and sense. M is right-handed along X Y Z; head points are relative to the gauge point with all axes at zero. A
+# positive word is the motion of the tool relative to the workpiece (ISO 841): a head axis turns by +word about its
+# direction (right hand), a table axis, which carries the workpiece, by -word; the other way round where
+# counts_opposite_to_iso_841 is true. A line or an error is where an axis IS, seen in M, minus where it is nominally;
+# a positive rotation is right-handed about +X, +Y or +Z.
+#
+# calibrated_*: the line itself, errors of the axes that carry it included.
+# location_error: cascaded. Displacement of the axis' own frame, rotation vector about nominal_point_mm, everything it
+#   carries moves along: line = G_1 ... G_r (nominal line), G = translation(e_x, e_y, e_z) rotation(e_a, e_b, e_c),
+#   axes in this order outward, from the bed for tables and from the ram for heads.
+# iso_230: ISO 230-7 symbols, absolute: each axis against M. Translation of nominal_point_mm, and rotation vector, under
+#   G_1 ... G_r. The two kinds must not be mixed. Components named redundant lie along or about the axis' own direction
+#   and move no line.
+# squareness_urad: e_c0y turns Y about Z, e_b0z and e_a0z turn Z about Y and X; X is the reference.
+";
+
+/// Names of the cascaded components, in order.
+const CASCADED: [&str; 6] = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"];
+
+/// The calibration of a machine with ISO 230-7 names (absolute), the cascaded values of the profile, and both axes'
+/// lines, nominal and calibrated, at full precision, as a TOML text that states its sign convention.
+///
+/// Translations in µm, rotations in µrad, points in mm. Total: every [`Machine`] has such a text.
+/// ISO 230-7:2015 gives the symbols (`E`, direction of the error, `0`, name of the axis).
+#[must_use]
+pub fn neutral(machine: &Machine) -> String {
+    let mut out = String::from(PREAMBLE);
+    let mut line = |text: String| {
+        out.push_str(&text);
+        out.push('\n');
+    };
+    line(String::from("\nformat = \"trunnion-calibration\"\nversion = 1"));
+    line(format!("machine = {}", quoted(machine.name())));
+    let lines = machine.screws(true);
+    for ((axis, calibrated), absolute) in
+        machine.rotary_axes().iter().zip(&lines).zip(absolute_errors(machine))
+    {
+        let side = match axis.side {
+            Side::Table => "table",
+            Side::Head => "head",
+        };
+        line(format!("\n[[rotary_axes]]\nname = \"{}\"\nside = \"{side}\"", axis.letter.as_char()));
+        line(format!("counts_opposite_to_iso_841 = {}", axis.reversed));
+        line(format!("nominal_direction = {}", exact_vector(axis.direction)));
+        line(format!("nominal_point_mm = {}", exact_vector(axis.point_mm)));
+        line(format!("calibrated_direction = {}", exact_vector(calibrated.direction)));
+        line(format!("calibrated_point_mm = {}", exact_vector(calibrated.point_mm)));
+        line(String::from("[rotary_axes.location_error]"));
+        let error = &axis.location_error;
+        for (component, name) in CASCADED.iter().enumerate() {
+            let value = if component < 3 {
+                error.translation_mm[component] * UM_PER_MM
+            } else {
+                error.rotation_rad[component - 3] * URAD_PER_RAD
+            };
+            line(format!("{name} = {}", exact(value)));
+        }
+        line(String::from("[rotary_axes.iso_230]"));
+        let mut redundant = String::new();
+        for component in 0..6 {
+            let symbol = absolute.symbol(component);
+            if absolute.is_redundant(component) {
+                let comma = if redundant.is_empty() { "" } else { ", " };
+                // writing to a String cannot fail
+                let _ = write!(redundant, "{comma}\"{symbol}\"");
+            } else if component < 3 {
+                line(format!("{symbol}_um = {}", exact(absolute.translation_mm[component] * UM_PER_MM)));
+            } else {
+                line(format!(
+                    "{symbol}_urad = {}",
+                    exact(absolute.rotation_rad[component - 3] * URAD_PER_RAD)
+                ));
+            }
+        }
+        if absolute.principal.is_none() {
+            line(String::from(
+                "# The direction is along none of X Y Z: one combination of the translations, and one of the\n# rotations, along and about the direction, moves no line.",
+            ));
+        }
+        line(format!("redundant = [{redundant}]"));
+    }
+    let square = machine.squareness();
+    line(String::from("\n[squareness_urad]"));
+    line(format!("e_c0y = {}", exact(square.e_c0y_rad * URAD_PER_RAD)));
+    line(format!("e_b0z = {}", exact(square.e_b0z_rad * URAD_PER_RAD)));
+    line(format!("e_a0z = {}", exact(square.e_a0z_rad * URAD_PER_RAD)));
+    out
+}

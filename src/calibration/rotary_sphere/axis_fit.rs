@@ -1,0 +1,161 @@
+//! What goes into the fit of an axis, and what comes out.
+
+use nalgebra::Matrix4;
+
+use super::{Outlier, SphereFault};
+use crate::geometry::{Screw, Vec3, across, angle_between};
+use crate::machine::{Machine, RotaryAxis, Side};
+
+/// A sphere's centre, probed with the axis at a known angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SphereReading {
+    /// Which sphere; any number that names it.
+    pub ball: usize,
+    /// Kinematic angle θ \[rad\]: the word with the control's sense undone.
+    pub angle_rad: f64,
+    /// Centre \[mm\], in the frame of the expected line: M for a table axis, with its linear axes as they are at zero pose.
+    pub center_mm: Vec3,
+}
+
+/// What is expected of the axis: where it is nominally, and what it carries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedAxis {
+    /// Nominal direction with its sense, and the reference point at which offsets are told \[mm\].
+    pub line: Screw,
+    /// A table axis turns its spheres by −θ, a head axis by +θ.
+    pub side: Side,
+}
+
+impl ExpectedAxis {
+    /// What the profile says of an axis.
+    #[must_use]
+    pub fn of(axis: &RotaryAxis) -> Self {
+        Self { line: axis.nominal_screw(), side: axis.side }
+    }
+
+    /// Two unit vectors across the nominal direction, a right-handed frame with it: Y Z for X, Z X for Y, X Y for Z.
+    #[must_use]
+    pub fn across(&self) -> [Vec3; 2] {
+        across_pair(self.line.direction)
+    }
+}
+
+/// What one reading is off the fitted circle or rotation, measured minus fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// Along the axis, out of the plane \[mm\].
+    pub axial_mm: f64,
+    /// Away from the axis \[mm\].
+    pub radial_mm: f64,
+    /// Along the circle, right-handed about the axis \[mm\]; `None` where angles are unknown.
+    pub tangential_mm: Option<f64>,
+}
+
+/// The circle of one sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Which sphere.
+    pub ball: usize,
+    /// Centre of its circle, on the axis \[mm\].
+    pub center_mm: Vec3,
+    /// Radius \[mm\].
+    pub radius_mm: f64,
+}
+
+/// An axis found from sphere centres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisFit {
+    /// The line, with the sense of the nominal direction; its point is that in the plane through the reference point
+    /// across the nominal direction.
+    pub line: Screw,
+    /// Directions about which tilts and along which offsets are told.
+    pub across: [Vec3; 2],
+    /// Rotation vector from the nominal direction to the one found, about both \[rad\].
+    pub tilt_rad: [f64; 2],
+    /// From the reference point to the line's point, along both \[mm\].
+    pub offset_mm: [f64; 2],
+    /// Covariance of both tilts and both offsets [rad, mm], Type A: from the residuals, to first order; `None` where
+    /// there are no more readings than unknowns.
+    pub covariance: Option<Matrix4<f64>>,
+    /// Readings beyond the unknowns: with unknown angles of plane and circle each, else of all coordinates.
+    pub degrees_of_freedom: usize,
+    /// Every sphere's circle.
+    pub balls: Vec<Ball>,
+    /// Of every reading, in order.
+    pub residuals: Vec<Residual>,
+    /// Readings that do not agree with the others, the worst first, at most 20. They took part in the fit.
+    pub outliers: Vec<Outlier>,
+}
+
+impl AxisFit {
+    /// Standard uncertainties of both tilts \[rad\] and both offsets \[mm\], Type A.
+    #[must_use]
+    pub fn standard_uncertainties(&self) -> Option<[f64; 4]> {
+        self.covariance.map(|covariance| std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt()))
+    }
+
+    /// Roots of the mean squares of the residuals: axial, radial and, where angles are known, tangential \[mm\].
+    #[must_use]
+    pub fn rms_mm(&self) -> (f64, f64, Option<f64>) {
+        let count = self.residuals.len().max(1) as f64;
+        let rms = |of: &dyn Fn(&Residual) -> f64| {
+            (self.residuals.iter().map(|r| of(r) * of(r)).sum::<f64>() / count).sqrt()
+        };
+        let known = self.residuals.iter().any(|r| r.tangential_mm.is_some());
+        (rms(&|r| r.axial_mm), rms(&|r| r.radial_mm), known.then(|| rms(&|r| r.tangential_mm.unwrap_or(0.0))))
+    }
+}
+
+/// Fewest and most readings.
+pub(super) const READINGS: [usize; 2] = [3, 10_000];
+/// A sphere that moves less stood still \[mm\].
+pub(super) const MIN_SPREAD_MM: f64 = 0.01;
+/// A sphere nearer to the axis does not show its direction \[mm\].
+pub(super) const MIN_RADIUS_MM: f64 = 1.0;
+/// A line farther from the nominal one is another axis \[rad\]: 10°.
+const MAX_TILT_RAD: f64 = 0.174_532_925_199_432_95;
+
+/// Faults of the numbers themselves.
+pub(super) fn check_centers(centers_mm: impl ExactSizeIterator<Item = Vec3>) -> Vec<SphereFault> {
+    let mut faults = Vec::new();
+    let [min, max] = READINGS;
+    let count = centers_mm.len();
+    if !(min..=max).contains(&count) {
+        faults.push(SphereFault::ReadingCount { count, min, max });
+    }
+    let max_mm = Machine::MAX_LENGTH_MM;
+    for (reading, center_mm) in centers_mm.take(max).enumerate() {
+        for component in 0..3 {
+            let value_mm = center_mm[component];
+            // NaN is not in the range either
+            if !(-max_mm..=max_mm).contains(&value_mm) {
+                faults.push(SphereFault::Coordinate { reading, component, value_mm, max_mm });
+            }
+        }
+    }
+    faults
+}
+
+/// Refuses an axis that is not the expected one.
+pub(super) fn check_direction(direction: Vec3, expected: &ExpectedAxis) -> Result<(), Vec<SphereFault>> {
+    let angle_rad = angle_between(direction, expected.line.direction);
+    let max_rad = MAX_TILT_RAD;
+    if angle_rad <= max_rad { Ok(()) } else { Err(vec![SphereFault::DirectionFar { angle_rad, max_rad }]) }
+}
+
+/// Two unit vectors across a unit vector, right-handed with it.
+pub(super) fn across_pair(direction: Vec3) -> [Vec3; 2] {
+    let largest = direction.iamax();
+    let mut next = Vec3::zeros();
+    next[(largest + 1) % 3] = 1.0;
+    let first = across(next, direction).normalize();
+    [first, direction.cross(&first)]
+}
+
+/// The short rotation vector from one unit vector to another, as components about both directions across `from` \[rad\].
+pub(super) fn tilts_rad(from: Vec3, to: Vec3, across: &[Vec3; 2]) -> [f64; 2] {
+    let cross = from.cross(&to);
+    let sine = cross.norm();
+    let scale = if sine > 0.0 { angle_between(from, to) / sine } else { 1.0 };
+    across.map(|axis| cross.dot(&axis) * scale)
+}
