@@ -21,7 +21,7 @@ mod sweep;
 mod tool_command;
 mod tool_run;
 
-pub use command::{CircleCommand, MAX_SAMPLES, Run};
+pub use command::{CircleCommand, MAX_SAMPLES, PathExtent, Run};
 pub use contour_error::{ContourError, FootTracker, LOOK_AHEAD};
 pub use discretise::{Step, TooStiff};
 pub use drive_model::{AxisLetter, Drive, DriveFault, Feedback, Resonance};
