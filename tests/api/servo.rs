@@ -119,6 +119,8 @@ async fn every_path_through_the_kinematics_of_the_machine_is_run() {
         assert!((0.0..5000.0).contains(&error_um), "{path}: {error_um}");
         let figure = svg(&app, &format!("{SIMULATE}?plot=contour-error"), &body).await;
         assert!(figure.contains("contour error of the tip"), "{path}");
+        let unit = if path["kind"] == "tip-hold" { "deg/min" } else { "mm/min" };
+        assert!(figure.contains(&format!("at 1200 {unit}")), "{path}");
     }
     // A corner cut on the inside, to the left of travel: negative.
     let corner = json!({"machine_id": "example-ac-table", "feed_mm_per_min": 1200,
