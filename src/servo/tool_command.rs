@@ -27,7 +27,7 @@ pub struct ToolCommand {
 /// A rotary axis that turns further than this in a sample has no drive that could follow \[rad\].
 const JUMP_RAD: f64 = 0.5;
 /// Share of a travel's end that is rounding \[mm or deg\].
-const TRAVEL_SLACK: f64 = 1e-6;
+pub const TRAVEL_SLACK: f64 = 1e-6;
 
 impl ToolCommand {
     /// Samples a path of the tool, through the machine's kinematics (poses to joints by the cheapest way).

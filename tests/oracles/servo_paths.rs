@@ -317,6 +317,19 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
 }
 
 #[test]
+fn a_program_that_leaves_the_travel_is_refused_as_a_path_is() {
+    let parameters = SimulationParameters::new(drives(30.0, 30.0));
+    let swing = |word: &str| {
+        let text = format!("G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 A{word} F6000\nM30\n");
+        run_program(text.as_bytes(), &parameters)
+    };
+    // A of this machine goes to 120°.
+    assert!(swing("-120").is_ok());
+    let beyond = swing("-300");
+    assert!(matches!(beyond, Err(Fault::Servo(ServoFault::OutOfTravel { axis: 'A', .. }))), "{beyond:?}");
+}
+
+#[test]
 fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
     let text =
         b"G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F1000\nG0 X0\nG1 X10\nG2 X20 Y10 R10\nG1 X30\nM30\n"
