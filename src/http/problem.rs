@@ -406,11 +406,16 @@ impl From<ServoFault> for Problem {
                 let detail = format!("poles [1/s]: {}", poles.join(", "));
                 at(ProblemType::UnstableLoop, format!("/drives/{axis}"), detail)
             }
-            ServoFault::TooStiff { .. } => {
+            ServoFault::TooStiff { .. }
+            | ServoFault::TooFewSamples { .. }
+            | ServoFault::TooFarBehind { .. } => {
                 at(ProblemType::InvalidRequest, "/sample_period_s".to_owned(), detail)
             }
             ServoFault::ThroughRotaryCenter { .. } => {
                 at(ProblemType::InvalidRequest, "/path/center_x_mm".to_owned(), detail)
+            }
+            ServoFault::NoGainWithinMargins { .. } => {
+                at(ProblemType::InvalidRequest, "/least_gain_margin".to_owned(), detail)
             }
             ServoFault::NoLength => at(ProblemType::InvalidRequest, "/path".to_owned(), detail),
             ServoFault::TooManySamples { .. } => Self::new(ProblemType::TooCostly, detail),

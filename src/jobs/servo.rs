@@ -76,7 +76,7 @@ impl ServoWork {
     pub fn simulate(&self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<Simulation, ServoWorkFault> {
         let ServoTask { drives, run, .. } = &self.task;
         self.with_path(|path| {
-            self.check_cost(path.samples(run) + path.settling_samples(run, drives))?;
+            self.check_cost(run.samples(&path.extent(run)) + path.settling_samples(run, drives))?;
             Ok(simulate(path, run, drives, Detail::Trace, stop)?)
         })?
     }
@@ -114,7 +114,8 @@ impl ServoWork {
         self.with_path(|path| {
             let at = |feed: &f64| Run { feed: Feedrate::from_mm_per_min(*feed), ..self.task.run };
             let settling: f64 = sets.iter().map(|set| path.settling_samples(&self.task.run, set)).sum();
-            let moving: f64 = feeds.iter().map(|feed| path.samples(&at(feed))).sum();
+            let extent = path.extent(&self.task.run);
+            let moving: f64 = feeds.iter().map(|feed| at(feed).samples(&extent)).sum();
             moving * sets.len() as f64 + settling * feeds.len() as f64
         })
     }

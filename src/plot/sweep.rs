@@ -13,8 +13,10 @@ pub struct SweepFigure<'a> {
     pub title: &'a str,
     /// What each row is.
     pub gains: &'a [String],
-    /// Feed of each column [mm/min].
-    pub feeds_mm_per_min: &'a [f64],
+    /// What the feeds count.
+    pub feed_unit: &'a str,
+    /// Feed of each column \[in that unit\].
+    pub feeds: &'a [f64],
     /// Largest contour error \[µm\], row by row; none where there is no result.
     pub max_abs_um: &'a [Vec<Option<f64>>],
 }
@@ -65,19 +67,19 @@ fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     } else {
         figure.title.to_owned()
     };
-    let feeds = range(figure.feeds_mm_per_min.iter().copied());
+    let feeds = range(figure.feeds.iter().copied());
     let errors = range(cells(figure).chain([0.0]));
     let mut builder = ChartBuilder::on(&root);
     frame(&mut builder, &title);
     let mut chart = builder.build_cartesian_2d(feeds, errors).ok()?;
-    mesh(&mut chart, "feed [mm/min]", "largest contour error [µm]")?;
+    mesh(&mut chart, &format!("feed [{}]", figure.feed_unit), "largest contour error [µm]")?;
     for index in 0..drawn {
         let row = if drawn > 1 { index * (rows - 1) / (drawn - 1) } else { 0 };
         let cells = figure.max_abs_um.get(row)?;
         let style = colour(index).stroke_width(2);
         // A missing cell parts the curve.
         let mut parts: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
-        for (feed, cell) in figure.feeds_mm_per_min.iter().zip(cells) {
+        for (feed, cell) in figure.feeds.iter().zip(cells) {
             match (cell, parts.last_mut()) {
                 (Some(error), Some(part)) if error.is_finite() => part.push((*feed, *error)),
                 _ => parts.push(Vec::new()),
@@ -112,8 +114,7 @@ pub fn sweep_map(figure: &SweepFigure<'_>) -> Result<String, PlotFault> {
 fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE).ok()?;
-    let (rows, columns) =
-        (figure.max_abs_um.len().max(1) as f64, figure.feeds_mm_per_min.len().max(1) as f64);
+    let (rows, columns) = (figure.max_abs_um.len().max(1) as f64, figure.feeds.len().max(1) as f64);
     let most = cells(figure).fold(0.0, f64::max);
     let (area, bar) = root.split_horizontally(SIZE.0 - 130);
     let name_of = |place: f64, names: &dyn Fn(usize) -> Option<String>| {
@@ -129,7 +130,7 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
         let index = place.round().max(0.0) as usize;
         names(index).unwrap_or_default()
     };
-    let feed_name = |index: usize| figure.feeds_mm_per_min.get(index).map(|feed| plain(*feed));
+    let feed_name = |index: usize| figure.feeds.get(index).map(|feed| plain(*feed));
     let gain_name = |index: usize| figure.gains.get(index).cloned();
     let mut chart = ChartBuilder::on(&area)
         .caption(figure.title, ("sans-serif", 18))
@@ -141,8 +142,8 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc("feed [mm/min]")
-        .x_labels(figure.feeds_mm_per_min.len().clamp(2, 11))
+        .x_desc(format!("feed [{}]", figure.feed_unit))
+        .x_labels(figure.feeds.len().clamp(2, 11))
         .y_labels(figure.gains.len().clamp(2, 13))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 15))
@@ -217,8 +218,13 @@ mod tests {
     #[test]
     fn both_figures_name_units_gains_and_feeds() {
         let (gains, feeds, cells) = figures();
-        let figure =
-            SweepFigure { title: "XC circle", gains: &gains, feeds_mm_per_min: &feeds, max_abs_um: &cells };
+        let figure = SweepFigure {
+            title: "XC circle",
+            feed_unit: "mm/min",
+            gains: &gains,
+            feeds: &feeds,
+            max_abs_um: &cells,
+        };
         let curves = sweep_curves(&figure).expect("a figure");
         for part in ["feed [mm/min]", "[µm]", "C × 0.6", "6 of 9 gains drawn"] {
             assert!(curves.contains(part), "{part}");
@@ -241,8 +247,13 @@ mod tests {
             (one.clone(), vec![900.0], vec![vec![None]]),
             (one, vec![900.0, 1800.0], vec![vec![Some(f64::NAN), Some(0.0)]]),
         ] {
-            let figure =
-                SweepFigure { title: "", gains: &gains, feeds_mm_per_min: &feeds, max_abs_um: &cells };
+            let figure = SweepFigure {
+                title: "",
+                feed_unit: "mm/min",
+                gains: &gains,
+                feeds: &feeds,
+                max_abs_um: &cells,
+            };
             for svg in [sweep_curves(&figure), sweep_map(&figure)] {
                 let svg = svg.expect("a figure");
                 assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));

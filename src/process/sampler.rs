@@ -10,7 +10,7 @@ use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{JointLanes, Kinematics};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
-use crate::servo::{AxisLetter, MovingAverage, ToolRun, letters_of};
+use crate::servo::{AxisLetter, MovingAverage, ServoFault, TRAVEL_SLACK, ToolRun, letters_of};
 
 /// Samples handed to the drives at a time, a multiple of a block of the stepping.
 const CHUNK: usize = 1024;
@@ -243,11 +243,28 @@ impl<'a> Sampler<'a> {
             Interpolation::Machine => linear_mm,
             Interpolation::Tcp => self.kinematics.linear_mm(Vec3::from(linear_mm), rotary_rad).into(),
         };
+        self.check_travel(linear_mm, rotary_deg)?;
         self.lanes.push(linear_mm, rotary_rad);
         self.lines.push(piece.line);
         self.samples += 1;
         if self.lines.len() == CHUNK {
             self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses words that the machine cannot take, as paths do.
+    fn check_travel(&self, linear_mm: [f64; 3], rotary_deg: [f64; 2]) -> Result<(), Fault> {
+        let linear = self.machine.linear_travel_mm().iter().zip(linear_mm);
+        let rotary = self.machine.rotary_axes().iter().map(|axis| &axis.travel_deg).zip(rotary_deg);
+        for (axis, (travel, commanded)) in self.axes.iter().zip(linear.chain(rotary)) {
+            if let Some(travel) = travel
+                && !travel.contains(commanded, TRAVEL_SLACK)
+            {
+                let at_s = self.samples as f64 * self.parameters.period_s;
+                let (axis, min, max) = (axis.as_char(), travel.min, travel.max);
+                return Err(ServoFault::OutOfTravel { at_s, axis, commanded, min, max }.into());
+            }
         }
         Ok(())
     }

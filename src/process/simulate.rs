@@ -177,7 +177,7 @@ pub fn simulate(
         passes,
         duration_s,
         axes,
-        outcome: run.finish(),
+        outcome: run.finish()?,
         left_out: left_out.0,
     })
 }

@@ -30,23 +30,58 @@ impl Run {
         Self { feed, period_s: 0.001, laps: 2, profile: None, stop_at_corners_above_rad: 10_f64.to_radians() }
     }
 
-    /// Refuses what would take too many samples, before any is made.
-    pub(super) fn check_samples(&self, length_mm: f64, stops: usize) -> Result<(), ServoFault> {
-        if length_mm.is_nan() || length_mm <= 0.0 {
-            return Err(ServoFault::NoLength);
-        }
+    /// How many samples the command of such a path takes, roughly: starts, stops and ends with a profile counted.
+    #[must_use]
+    pub fn samples(&self, extent: &PathExtent) -> f64 {
         let speed_mm_per_s = self.feed.mm_per_min() / S_PER_MIN;
-        let mut samples = length_mm / (speed_mm_per_s * self.period_s);
+        let mut samples = extent.length / (speed_mm_per_s * self.period_s);
         if let Some(profile) = self.profile {
             let [a, b] = profile.averages(speed_mm_per_s, self.period_s);
-            samples += (a as f64 + b as f64 + 2.0) * (stops as f64 + 1.0);
+            samples += (a as f64 + b as f64 + 2.0) * (extent.stops as f64 + 1.0);
         }
-        if samples <= MAX_SAMPLES as f64 {
-            return Ok(());
+        samples
+    }
+
+    /// Refuses, before any sample is made, a path that would take too many, and a lap of too few to tell its course.
+    pub(super) fn check_samples(&self, extent: &PathExtent) -> Result<(), ServoFault> {
+        if extent.length.is_nan() || extent.length <= 0.0 {
+            return Err(ServoFault::NoLength);
         }
-        Err(ServoFault::TooManySamples { samples, max: MAX_SAMPLES })
+        let samples = self.samples(extent);
+        if samples.is_nan() || samples > MAX_SAMPLES as f64 {
+            return Err(ServoFault::TooManySamples { samples, max: MAX_SAMPLES });
+        }
+        if let Some(lap) = extent.lap {
+            let samples = lap / (self.feed.mm_per_min() / S_PER_MIN * self.period_s);
+            if samples < LEAST_SAMPLES_IN_A_LAP {
+                return Err(ServoFault::TooFewSamples { samples, least: LEAST_SAMPLES_IN_A_LAP });
+            }
+        }
+        Ok(())
     }
 }
+
+/// How long a path is, as the feed counts it: mm of the tip, or degrees where only rotary axes turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathExtent {
+    /// All laps.
+    pub length: f64,
+    /// One of them, of a path that is closed.
+    pub lap: Option<f64>,
+    /// Exact stops on the way, which a profile makes.
+    pub stops: usize,
+}
+
+impl PathExtent {
+    /// That of a circle, run so often.
+    pub(super) fn of_circle(circle: &Circle, laps: u32) -> Self {
+        let lap = std::f64::consts::TAU * circle.radius_mm();
+        Self { length: lap * f64::from(laps.max(1)), lap: Some(lap), stops: 0 }
+    }
+}
+
+/// A quarter of a radian of a circle in each sample: with fewer, what is commanded is no longer the circle.
+const LEAST_SAMPLES_IN_A_LAP: f64 = 25.0;
 
 /// The commands of the two axes of a circle.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,16 +105,15 @@ impl CircleCommand {
     /// Samples a circle (P2 eq. (4), (5)): φ = F t / r.
     ///
     /// # Errors
-    /// Too many samples; an XC circle that comes too near the line of C.
+    /// Too many samples, or too few in a lap; an XC circle that comes too near the line of C.
     pub fn new(circle: Circle, run: &Run) -> Result<Self, ServoFault> {
         let radius_mm = circle.radius_mm();
-        let lap_mm = std::f64::consts::TAU * radius_mm;
-        let laps = run.laps.max(1);
-        let length_mm = lap_mm * f64::from(laps);
-        run.check_samples(length_mm, 0)?;
+        let extent = PathExtent::of_circle(&circle, run.laps);
+        run.check_samples(&extent)?;
+        let length_mm = extent.length;
         let step_mm = run.feed.mm_per_min() / S_PER_MIN * run.period_s;
         let distances = distances_mm(length_mm, run.feed, run.period_s, run.profile, &[]);
-        let judged_mm = length_mm - lap_mm;
+        let judged_mm = length_mm - std::f64::consts::TAU * radius_mm;
         let judged_from = distances.partition_point(|at_mm| *at_mm < judged_mm - 1e-9 * step_mm);
         let phi_rad: Vec<f64> = distances.iter().map(|at_mm| at_mm / radius_mm).collect();
         let mut first = Vec::with_capacity(phi_rad.len());

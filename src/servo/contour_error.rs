@@ -28,8 +28,12 @@ pub struct FootTracker {
     /// Index in the run of the segment of the previous foot.
     foot: usize,
     plane_normal: Option<Vec3>,
-    /// How far behind the command the foot can be \[segments\].
+    /// First sample of the place where the command stands.
+    arrived: usize,
+    /// How far behind the command the foot is looked for \[segments on which it moved\].
     longest_lag: usize,
+    /// Whether a foot has been further behind.
+    is_lost: bool,
 }
 
 /// Tip, and tool axis times [`AXIS_WEIGHT_MM`].
@@ -39,6 +43,8 @@ struct Sample {
     axis: Vec3,
     /// Length of the path up to here, as the search counts it.
     arc: f64,
+    /// Samples up to here at which the command moved.
+    moves: usize,
 }
 
 /// What a radian of tool axis counts beside a millimetre of tip in the search for the foot: so little that it does
@@ -52,7 +58,8 @@ const ARC_ROUNDING_MM: f64 = 1e-8;
 pub const LOOK_AHEAD: usize = 64;
 
 /// Where a tool is before any command.
-const NOWHERE: Sample = Sample { tip_mm: Vec3::new(0.0, 0.0, 0.0), axis: Vec3::new(0.0, 0.0, 1.0), arc: 0.0 };
+const NOWHERE: Sample =
+    Sample { tip_mm: Vec3::new(0.0, 0.0, 0.0), axis: Vec3::new(0.0, 0.0, 1.0), arc: 0.0, moves: 0 };
 
 impl Sample {
     fn separation(&self, other: &Self) -> f64 {
@@ -72,17 +79,24 @@ struct Foot {
 
 impl FootTracker {
     /// A tracker for a path that is yet to come; `plane_normal` gives the error a sign. The tool is looked for no
-    /// further behind the command than `longest_lag` samples.
+    /// further behind the command than `longest_lag` samples on which it moved.
     #[must_use]
     pub fn new(plane_normal: Option<Vec3>, longest_lag: usize) -> Self {
-        Self { path: Vec::new(), base: 0, foot: 0, plane_normal, longest_lag }
+        Self { path: Vec::new(), base: 0, foot: 0, arrived: 0, plane_normal, longest_lag, is_lost: false }
+    }
+
+    /// Whether the tool has ever been further behind its command than it is looked for: its errors are wrong then.
+    #[must_use]
+    pub const fn is_lost(&self) -> bool {
+        self.is_lost
     }
 
     /// Takes the next commanded pose.
     pub fn command(&mut self, pose: &ToolPose) {
-        let mut sample = Sample { tip_mm: pose.tip_mm, axis: pose.axis, arc: 0.0 };
+        let mut sample = Sample { tip_mm: pose.tip_mm, axis: pose.axis, arc: 0.0, moves: 0 };
         if let Some(last) = self.path.last() {
             sample.arc = last.arc + last.separation(&sample);
+            sample.moves = last.moves + usize::from(sample.arc > last.arc);
         }
         self.path.push(sample);
     }
@@ -90,11 +104,17 @@ impl FootTracker {
     /// The contour error of `actual` while the command stands at sample `now` of the run. Samples up to
     /// `now + LOOK_AHEAD` must have been commanded, as far as there are so many.
     pub fn judge(&mut self, actual: &ToolPose, now: usize) -> ContourError {
-        let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis, arc: 0.0 };
-        let first = self.foot.saturating_sub(BACK).max(now.saturating_sub(self.longest_lag)).max(self.base);
+        let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis, arc: 0.0, moves: 0 };
+        let Sample { arc, moves, .. } = *self.at(now);
+        let oldest = moves.saturating_sub(self.longest_lag);
+        self.is_lost |= self.at(self.foot).moves < oldest;
+        let window = self.base + self.path.partition_point(|sample| sample.moves < oldest);
+        // Where the command rests since then, there is one place to look at.
+        self.arrived = self.base + self.path.partition_point(|sample| sample.arc < arc);
+        let first = self.foot.min(self.arrived).saturating_sub(BACK).max(window);
         let mut best = self.foot_on(first.min(now), &actual);
         let mut segment = first;
-        while segment < now {
+        while segment < self.arrived.min(now) {
             let foot = self.foot_on(segment, &actual);
             // Of equals the later one: where nothing moves the foot keeps up with the command.
             if foot.separation <= best.separation {
@@ -102,10 +122,10 @@ impl FootTracker {
             }
             // The path cannot come nearer by more than its own length.
             let reach = self.at(segment + 1).arc + foot.separation - best.separation - ARC_ROUNDING_MM;
-            segment += 1;
-            while segment < now && self.at(segment + 1).arc < reach {
-                segment += 1;
-            }
+            segment = self.first_beyond(reach, segment + 1, now);
+        }
+        if best.segment + 1 >= self.arrived && best.fraction >= 1.0 && self.arrived < now {
+            best = self.foot_on(now - 1, &actual);
         }
         let is_at_the_command = best.segment + 1 >= now && best.fraction >= 1.0;
         if is_at_the_command || now == self.base {
@@ -121,9 +141,16 @@ impl FootTracker {
         self.error_at(&best, &actual)
     }
 
+    /// The first segment from `from` on, before `now`, whose end is not within this length of path.
+    fn first_beyond(&self, arc: f64, from: usize, now: usize) -> usize {
+        let ends = |segment: usize| (segment + 1).saturating_sub(self.base).min(self.path.len());
+        let within = self.path.get(ends(from)..ends(now)).unwrap_or_default();
+        from + within.partition_point(|end| end.arc < arc)
+    }
+
     /// Forgets what no later search will look at.
     pub fn trim(&mut self) {
-        let keep_from = self.foot.saturating_sub(BACK).max(self.base);
+        let keep_from = self.foot.min(self.arrived).saturating_sub(BACK).max(self.base);
         let count = (keep_from - self.base).min(self.path.len());
         self.path.drain(..count);
         self.base += count;
@@ -137,7 +164,12 @@ impl FootTracker {
         let length2 = tip.norm_squared() + weight * axis.norm_squared();
         let along = (actual.tip_mm - from.tip_mm).dot(&tip) + weight * (actual.axis - from.axis).dot(&axis);
         let fraction = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 1.0 };
-        let at = Sample { tip_mm: from.tip_mm + tip * fraction, axis: from.axis + axis * fraction, arc: 0.0 };
+        let at = Sample {
+            tip_mm: from.tip_mm + tip * fraction,
+            axis: from.axis + axis * fraction,
+            arc: 0.0,
+            moves: 0,
+        };
         Foot { segment, fraction, separation: actual.separation(&at) }
     }
 

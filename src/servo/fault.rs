@@ -53,6 +53,32 @@ pub enum ServoFault {
         /// Largest accepted.
         max: usize,
     },
+    /// So few samples in a lap that they do not tell its course.
+    #[error(
+        "a lap takes {samples:.1} samples at this feed and sample period; at least {least} tell its course"
+    )]
+    TooFewSamples {
+        /// How many.
+        samples: f64,
+        /// Fewest accepted.
+        least: f64,
+    },
+    /// The tool is further behind its command than it is looked for.
+    #[error(
+        "{at_s} s into the path the tool is {samples} samples behind its command, and is looked for no further back: take a longer sample period or more gain"
+    )]
+    TooFarBehind {
+        /// Time from the start \[s\].
+        at_s: f64,
+        /// How far back it is looked for.
+        samples: usize,
+    },
+    /// No gain keeps the margins asked for.
+    #[error("not even a position gain of {smallest_per_s} 1/s on every axis keeps these margins")]
+    NoGainWithinMargins {
+        /// The smallest tried \[1/s\].
+        smallest_per_s: f64,
+    },
     /// The machine cannot take the tool there.
     #[error("{at_s} s into the path: {fault}")]
     Unreachable {

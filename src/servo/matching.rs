@@ -70,8 +70,9 @@ const FEEDS_TRIED: u32 = 16;
 const HALVINGS: u32 = 12;
 /// Gains tried between the smallest and the largest.
 const GAINS_TRIED: u32 = 24;
-/// Smallest and largest common gain tried \[1/s\].
-const SMALLEST_GAIN_PER_S: f64 = 1.0;
+/// Smallest common gains tried \[1/s\], the first that keeps the margins: lower ones only where 1 does not.
+const SMALLEST_GAINS_PER_S: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
+/// Largest common gain tried \[1/s\].
 const LARGEST_GAIN_PER_S: f64 = 1e4;
 /// Most samples of one run: matching makes dozens.
 pub const MAX_MATCHING_SAMPLES: usize = 400_000;
@@ -83,10 +84,10 @@ const GAIN_HALVINGS: u32 = 40;
 pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options: &MatchingOptions) -> f64 {
     // The gains to be tried are not known yet: the slowest loop that is waited for.
     let settling = if path.is_open() { MAX_SETTLING_S / run.period_s } else { 0.0 };
-    let length = path.samples(run);
-    let at_feed = length + settling;
+    let extent = path.extent(run);
+    let at_feed = run.samples(&extent) + settling;
     let [slowest, fastest] = options.feeds_mm_per_min;
-    let at = |feed: f64| (length * run.feed.mm_per_min() / feed).min(MAX_MATCHING_SAMPLES as f64) + settling;
+    let at = |feed: f64| at_feed_of(run, feed).samples(&extent).min(MAX_MATCHING_SAMPLES as f64) + settling;
     let ratio = (fastest / slowest).max(1.0);
     let grid: f64 =
         (0..=FEEDS_TRIED).map(|k| at(slowest * ratio.powf(f64::from(k) / f64::from(FEEDS_TRIED)))).sum();
@@ -101,7 +102,7 @@ pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options
 /// reaches `targets_mm[0]`; margins of every axis are kept.
 ///
 /// # Errors
-/// Those of [`simulate`] for the present gains, whose run may have 400 000 samples. Feeds at which a run would have
+/// No gain keeps the margins; those of [`simulate`] for the present gains, whose run may have 400 000 samples. Feeds at which a run would have
 /// more are not tried.
 pub fn match_gains(
     path: &ServoPath<'_>,
@@ -111,7 +112,7 @@ pub fn match_gains(
     options: &MatchingOptions,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Matching, ServoFault> {
-    let samples = path.samples(run);
+    let samples = run.samples(&path.extent(run));
     if samples.is_nan() || samples > MAX_MATCHING_SAMPLES as f64 {
         return Err(ServoFault::TooManySamples { samples, max: MAX_MATCHING_SAMPLES });
     }
@@ -158,12 +159,20 @@ fn keeps_margins(drives: &DriveSet, axes: &[AxisLetter], options: &MatchingOptio
     })
 }
 
-/// The largest common Kv within the margins \[1/s\]; the smallest tried where none keeps them.
-fn largest_common_kv(drives: &DriveSet, axes: &[AxisLetter], options: &MatchingOptions) -> f64 {
+/// The smallest common Kv tried and the largest within the margins \[1/s\].
+fn common_kv_range(
+    drives: &DriveSet,
+    axes: &[AxisLetter],
+    options: &MatchingOptions,
+) -> Result<[f64; 2], ServoFault> {
     let keeps = |kv_per_s: f64| keeps_margins(&with_common_kv(drives, axes, kv_per_s), axes, options);
-    let (mut kept, mut lost) = (SMALLEST_GAIN_PER_S, LARGEST_GAIN_PER_S);
+    let Some(smallest) = SMALLEST_GAINS_PER_S.into_iter().find(|kv_per_s| keeps(*kv_per_s)) else {
+        let [.., smallest_per_s] = SMALLEST_GAINS_PER_S;
+        return Err(ServoFault::NoGainWithinMargins { smallest_per_s });
+    };
+    let (mut kept, mut lost) = (smallest, LARGEST_GAIN_PER_S);
     if keeps(lost) {
-        return lost;
+        return Ok([smallest, lost]);
     }
     for _ in 0..GAIN_HALVINGS {
         let middle = (kept * lost).sqrt();
@@ -173,7 +182,7 @@ fn largest_common_kv(drives: &DriveSet, axes: &[AxisLetter], options: &MatchingO
             lost = middle;
         }
     }
-    kept
+    Ok([smallest, kept])
 }
 
 fn common_gain(
@@ -185,17 +194,17 @@ fn common_gain(
     options: &MatchingOptions,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<MatchedGains, ServoFault> {
-    let largest_per_s = largest_common_kv(drives, axes, options);
+    let [smallest_per_s, largest_per_s] = common_kv_range(drives, axes, options)?;
     let sampled = path.sample(run, stop)?;
     let with =
         |kv_per_s: f64| sampled.simulate(&with_common_kv(drives, axes, kv_per_s), Detail::Summary, stop);
-    let ratio = (largest_per_s / SMALLEST_GAIN_PER_S).max(1.0);
+    let ratio = (largest_per_s / smallest_per_s).max(1.0);
     let mut best: Option<(f64, Simulation)> = None;
     let mut too_low = None;
     let mut found = None;
     for k in 0..=GAINS_TRIED {
         let share = f64::from(k) / f64::from(GAINS_TRIED);
-        let kv_per_s = SMALLEST_GAIN_PER_S * ratio.powf(share);
+        let kv_per_s = smallest_per_s * ratio.powf(share);
         let simulation = match with(kv_per_s) {
             Ok(simulation) => simulation,
             Err(ServoFault::Stopped) => return Err(ServoFault::Stopped),
@@ -233,6 +242,10 @@ fn common_gain(
     Ok(MatchedGains { position_gain_per_s, simulation, reached, largest_per_s })
 }
 
+fn at_feed_of(run: &Run, feed_mm_per_min: f64) -> Run {
+    Run { feed: Feedrate::from_mm_per_min(feed_mm_per_min), ..*run }
+}
+
 fn feed_limits(
     path: &ServoPath<'_>,
     run: &Run,
@@ -241,9 +254,11 @@ fn feed_limits(
     options: &MatchingOptions,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Vec<FeedLimit>, ServoFault> {
+    let extent = path.extent(run);
+    let is_short = |feed: f64| at_feed_of(run, feed).samples(&extent) <= MAX_MATCHING_SAMPLES as f64;
     // Infinite where the path cannot be run at this feed.
     let error_mm = |feed_mm_per_min: f64| -> Result<f64, ServoFault> {
-        let run = Run { feed: Feedrate::from_mm_per_min(feed_mm_per_min), ..*run };
+        let run = at_feed_of(run, feed_mm_per_min);
         match simulate(path, &run, drives, Detail::Summary, stop) {
             Ok(simulation) => Ok(simulation.contour.max_abs_mm),
             Err(ServoFault::Stopped) => Err(ServoFault::Stopped),
@@ -251,22 +266,26 @@ fn feed_limits(
         }
     };
     let [slowest, fastest] = options.feeds_mm_per_min;
-    // At a slower feed a run would take more samples than one may have.
-    let slowest =
-        slowest.max(run.feed.mm_per_min() * path.samples(run) / MAX_MATCHING_SAMPLES as f64).min(fastest);
+    // At a slower feed a run would take more samples than one may have, whatever a profile adds.
+    let plain = Run { profile: None, ..*run };
+    let slowest = slowest
+        .max(run.feed.mm_per_min() * plain.samples(&extent) / MAX_MATCHING_SAMPLES as f64)
+        .min(fastest);
     let ratio = (fastest / slowest).max(1.0);
     let mut tried: Vec<(f64, f64)> = Vec::new();
     for k in 0..=FEEDS_TRIED {
         let feed = slowest * ratio.powf(f64::from(k) / f64::from(FEEDS_TRIED));
-        tried.push((feed, error_mm(feed)?));
+        if is_short(feed) {
+            tried.push((feed, error_mm(feed)?));
+        }
     }
     targets_mm
         .iter()
         .map(|&target_mm| {
             let over = tried.iter().position(|(_, error)| *error > target_mm);
             let Some(over) = over else {
-                let feed = Some(Feedrate::from_mm_per_min(fastest));
-                return Ok(FeedLimit { target_mm, feed, beyond_range: true });
+                let feed = tried.last().map(|(feed, _)| Feedrate::from_mm_per_min(*feed));
+                return Ok(FeedLimit { target_mm, feed, beyond_range: feed.is_some() });
             };
             let Some(under) = over.checked_sub(1) else {
                 return Ok(FeedLimit { target_mm, feed: None, beyond_range: false });

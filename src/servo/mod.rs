@@ -21,7 +21,7 @@ mod sweep;
 mod tool_command;
 mod tool_run;
 
-pub use command::{CircleCommand, MAX_SAMPLES, Run};
+pub use command::{CircleCommand, MAX_SAMPLES, PathExtent, Run};
 pub use contour_error::{ContourError, FootTracker, LOOK_AHEAD};
 pub use discretise::{Step, TooStiff};
 pub use drive_model::{AxisLetter, Drive, DriveFault, Feedback, Resonance};
@@ -40,5 +40,5 @@ pub use state_space::StateSpace;
 pub use statistics::{ContourErrorSummary, FollowingErrorSummary, Oval, Trace, TracePoint};
 pub use stepping::AxisServo;
 pub use sweep::{SampledPath, ServoPath, simulate, sweep_at_feed};
-pub use tool_command::{ToolCommand, letters_of};
+pub use tool_command::{TRAVEL_SLACK, ToolCommand, letters_of};
 pub use tool_run::{ToolOutcome, ToolRun};

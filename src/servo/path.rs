@@ -3,7 +3,7 @@
 use crate::geometry::{GreatCircle, Vec3, trig};
 use crate::kinematics::ToolPose;
 
-use super::AxisLetter;
+use super::{AxisLetter, PathExtent, Run};
 
 /// A circle that two axes make without any other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,21 @@ impl ToolPath {
     #[must_use]
     pub const fn is_closed(&self) -> bool {
         !matches!(self, Self::Polyline { .. })
+    }
+
+    /// How long a run along it is.
+    #[must_use]
+    pub fn extent(&self, run: &Run) -> PathExtent {
+        let stretches = self.stretches();
+        let (count, lap) = (stretches.len(), stretches.iter().sum::<f64>());
+        let laps = if self.is_closed() { run.laps.max(1) as usize } else { 1 };
+        let stops_in_a_lap = if run.profile.is_some() {
+            (0..count).filter(|k| self.has_corner_after(*k, run.stop_at_corners_above_rad)).count()
+        } else {
+            0
+        };
+        let stops = stops_in_a_lap.saturating_mul(laps);
+        PathExtent { length: lap * laps as f64, lap: self.is_closed().then_some(lap), stops }
     }
 
     /// Lengths of its stretches as the feed counts them: mm of the tip, and degrees where only the axes turn.

@@ -210,7 +210,7 @@ pub fn simulate_tool_path(
             length += run.settling_samples();
         }
     }
-    let outcome = run.finish();
+    let outcome = run.finish()?;
     let axes = axes.iter().zip(outcome.following);
     Ok(Simulation {
         axes: axes

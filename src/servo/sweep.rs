@@ -3,13 +3,12 @@
 use std::ops::ControlFlow;
 
 use super::{
-    Circle, CircleCommand, Detail, DriveSet, Run, ServoFault, Simulation, ToolCommand, ToolPath, letters_of,
-    simulate_circle, simulate_tool_path,
+    Circle, CircleCommand, Detail, DriveSet, PathExtent, Run, ServoFault, Simulation, ToolCommand, ToolPath,
+    letters_of, simulate_circle, simulate_tool_path,
 };
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::units::S_PER_MIN;
 
 /// A path with what is needed to run it.
 #[derive(Debug, Clone, Copy)]
@@ -46,17 +45,13 @@ pub enum SampledPath<'a> {
 }
 
 impl<'a> ServoPath<'a> {
-    /// How many samples the command of a run takes, roughly: for estimates before the work starts.
+    /// How long a run is, whatever its feed: with [`Run::samples`] for estimates before the work starts.
     #[must_use]
-    pub fn samples(&self, run: &Run) -> f64 {
-        let laps = f64::from(run.laps.max(1));
-        let length = match self {
-            Self::Circle(circle) => std::f64::consts::TAU * circle.radius_mm() * laps,
-            Self::Tool { path, .. } => {
-                path.stretches().iter().sum::<f64>() * if path.is_closed() { laps } else { 1.0 }
-            }
-        };
-        length / (run.feed.mm_per_min() / S_PER_MIN * run.period_s)
+    pub fn extent(&self, run: &Run) -> PathExtent {
+        match self {
+            Self::Circle(circle) => PathExtent::of_circle(circle, run.laps),
+            Self::Tool { path, .. } => path.extent(run),
+        }
     }
 
     /// Whether the path ends elsewhere than it starts, so that the tool has to arrive.

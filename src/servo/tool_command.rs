@@ -27,7 +27,7 @@ pub struct ToolCommand {
 /// A rotary axis that turns further than this in a sample has no drive that could follow \[rad\].
 const JUMP_RAD: f64 = 0.5;
 /// Share of a travel's end that is rounding \[mm or deg\].
-const TRAVEL_SLACK: f64 = 1e-6;
+pub const TRAVEL_SLACK: f64 = 1e-6;
 
 impl ToolCommand {
     /// Samples a path of the tool, through the machine's kinematics (poses to joints by the cheapest way).
@@ -44,7 +44,7 @@ impl ToolCommand {
         let once = path.stretches();
         let laps = if path.is_closed() { run.laps.max(1) as usize } else { 1 };
         let lap: f64 = once.iter().sum();
-        run.check_samples(lap * laps as f64, once.len() * laps)?;
+        run.check_samples(&path.extent(run))?;
         let mut ends = Vec::with_capacity(once.len() * laps);
         let mut stops = Vec::new();
         let mut at = 0.0;
@@ -56,12 +56,16 @@ impl ToolCommand {
                 stops.push(at);
             }
         }
-        let distances = distances_mm(at, run.feed, run.period_s, run.profile, &stops);
+        let mut distances = distances_mm(at, run.feed, run.period_s, run.profile, &stops);
         let judged_from = if laps > 1 { distances.partition_point(|done| *done < at - lap) } else { 0 };
+        let comes_to_rest = !path.is_closed();
+        if comes_to_rest && distances.last().is_some_and(|last| *last < at) {
+            // The path ends between two samples: its end is the next.
+            distances.push(at);
+        }
         let waypoints = Waypoints { path, ends: &ends, stretches: once.len() };
         let joints = joints(machine, kinematics, &waypoints, &distances, run.period_s, stop)?;
         check_steps(machine, &joints, run.period_s)?;
-        let comes_to_rest = !path.is_closed();
         Ok(Self { axes: letters_of(machine), period_s: run.period_s, joints, judged_from, comes_to_rest })
     }
 }

@@ -37,6 +37,10 @@ pub struct ToolRun<'a> {
     servos: [Servo; 5],
     tracker: FootTracker,
     longest_lag: usize,
+    /// Since when the tool has been too far behind for its foot to be found \[s\]; only where the search is shorter
+    /// than the lag can be.
+    lost_at_s: Option<f64>,
+    is_search_cut: bool,
     /// Actual poses that wait for the command to go on.
     waiting: VecDeque<Waiting>,
     /// Sample of this stretch that is judged next, and how many were commanded.
@@ -92,8 +96,9 @@ impl<'a> ToolRun<'a> {
             .iter()
             .filter_map(|axis| drives.get(*axis))
             .fold(f64::INFINITY, |least, drive| least.min(drive.position_gain_per_s));
+        let lag = LAG_TIMES / (slowest_per_s * period_s);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let longest_lag = (LAG_TIMES / (slowest_per_s * period_s)).clamp(SHORTEST_LAG, LONGEST_LAG) as usize;
+        let longest_lag = lag.clamp(SHORTEST_LAG, LONGEST_LAG) as usize;
         Self {
             kinematics,
             axes,
@@ -103,6 +108,8 @@ impl<'a> ToolRun<'a> {
             servos: std::array::from_fn(|_| Servo::Resting),
             tracker: FootTracker::new(plane_normal, longest_lag),
             longest_lag,
+            lost_at_s: None,
+            is_search_cut: lag > LONGEST_LAG,
             waiting: VecDeque::new(),
             next: 0,
             commanded: 0,
@@ -121,7 +128,8 @@ impl<'a> ToolRun<'a> {
     /// Follows the next samples; `lines` are those of the program, empty without one.
     ///
     /// # Errors
-    /// An axis begins to move that has no drive, or one that is unstable or too stiff.
+    /// An axis begins to move that has no drive, or one that is unstable or too stiff; the tool is further behind than
+    /// it is looked for.
     pub fn follow(&mut self, commands: &JointLanes, lines: &[u64]) -> Result<(), ServoFault> {
         let lanes = lanes(commands);
         let actual = lanes_mut(&mut self.actual);
@@ -158,7 +166,14 @@ impl<'a> ToolRun<'a> {
         self.samples += commands.len() as u64;
         self.judge(LOOK_AHEAD);
         self.tracker.trim();
-        Ok(())
+        self.check_foot()
+    }
+
+    fn check_foot(&self) -> Result<(), ServoFault> {
+        match self.lost_at_s {
+            Some(at_s) => Err(ServoFault::TooFarBehind { at_s, samples: self.longest_lag }),
+            None => Ok(()),
+        }
     }
 
     /// How many samples more the tool is worth following once its command has come to rest: until the slowest axis
@@ -183,9 +198,12 @@ impl<'a> ToolRun<'a> {
     }
 
     /// Everything judged.
-    #[must_use]
-    pub fn finish(mut self) -> ToolOutcome {
+    ///
+    /// # Errors
+    /// The tool was further behind its command than it is looked for.
+    pub fn finish(mut self) -> Result<ToolOutcome, ServoFault> {
         self.judge(0);
+        self.check_foot()?;
         let following = std::array::from_fn(|slot| {
             let drive = self.drives.get(self.axes[slot])?;
             let statistics = &self.following[slot];
@@ -193,12 +211,12 @@ impl<'a> ToolRun<'a> {
                 .has_moved()
                 .then(|| statistics.summary(self.period_s, drive.velocity_gain_factor_per_s()))
         });
-        ToolOutcome {
+        Ok(ToolOutcome {
             following,
             contour: self.contour.summary(true),
             samples: self.samples,
             trace: self.trace.into_points(),
-        }
+        })
     }
 
     fn judge(&mut self, ahead: usize) {
@@ -209,6 +227,9 @@ impl<'a> ToolRun<'a> {
             // Sample of the whole run: those waiting are its last.
             let sample = self.samples - self.waiting.len() as u64 - 1;
             let time_s = sample as f64 * self.period_s;
+            if self.tracker.is_lost() && self.is_search_cut {
+                self.lost_at_s = self.lost_at_s.or(Some(time_s));
+            }
             if sample >= self.judged_from {
                 self.contour.take(error.tip_mm, error.axis_rad, time_s, line);
             }

@@ -306,6 +306,12 @@ impl ServoPathDoc {
         }
     }
 
+    /// What its feed counts.
+    #[must_use]
+    pub const fn feed_unit(&self) -> &'static str {
+        if matches!(self, Self::TipHold { .. }) { "deg/min" } else { "mm/min" }
+    }
+
     /// Whether the machine's kinematics are needed.
     #[must_use]
     pub const fn needs_machine(&self) -> bool {

@@ -119,6 +119,8 @@ async fn every_path_through_the_kinematics_of_the_machine_is_run() {
         assert!((0.0..5000.0).contains(&error_um), "{path}: {error_um}");
         let figure = svg(&app, &format!("{SIMULATE}?plot=contour-error"), &body).await;
         assert!(figure.contains("contour error of the tip"), "{path}");
+        let unit = if path["kind"] == "tip-hold" { "deg/min" } else { "mm/min" };
+        assert!(figure.contains(&format!("at 1200 {unit}")), "{path}");
     }
     // A corner cut on the inside, to the left of travel: negative.
     let corner = json!({"machine_id": "example-ac-table", "feed_mm_per_min": 1200,
@@ -237,6 +239,17 @@ async fn what_cannot_be_run_is_refused_with_its_reason() {
             pointer("/path/center_x_mm"),
         ),
         (json!({"feed_mm_per_min": 0.01, "sample_period_s": 1e-5}), "too-costly", vec![]),
+        (
+            json!({"path": {"kind": "circle", "axes": ["X", "Y"], "radius_mm": 0.001}, "feed_mm_per_min": 1e6}),
+            "invalid-request",
+            pointer("/sample_period_s"),
+        ),
+        (
+            json!({"path": {"kind": "polyline", "points": [{"x": 0, "y": 0, "z": 0}, {"x": 30, "y": 0, "z": 0}]},
+                "sample_period_s": 1e-5, "position_gain_scale": {"X": 0.1}}),
+            "invalid-request",
+            pointer("/sample_period_s"),
+        ),
         (json!({"feed_mm_per_min": 1, "laps": 1}), "too-costly", vec![]),
         (json!({"position_gain_scale": {"C": 900}}), "unstable-loop", pointer("/drives/C")),
         (json!({"machine_id": "bare"}), "invalid-request", pointer("/machine_id")),
@@ -415,6 +428,15 @@ async fn sweeps_and_matchings_are_bounded_before_they_start() {
     problem(app.post_json(SWEEP, &empty).await, "invalid-request").await;
     let slow = with(base.clone(), &json!({"feed_mm_per_min": 50, "target_um": [10]}));
     problem(app.post_json(MATCH, &slow).await, "too-costly").await;
+    // Hundreds of exact stops, each of thousands of samples: the profile is counted too.
+    let points: Vec<Value> =
+        (0..300).map(|k| json!({"x": 0.01 * f64::from(k % 2), "y": 0.01 * f64::from(k), "z": 0})).collect();
+    let stops = with(
+        base.clone(),
+        &json!({"path": {"kind": "polyline", "points": points}, "feed_mm_per_min": [6000],
+            "feed_profile": {"acceleration_mm_per_s2": 100, "jerk_mm_per_s3": 100}}),
+    );
+    problem(app.post_json(SWEEP, &stops).await, "too-costly").await;
     let no_target =
         with(base, &json!({"feed_mm_per_min": 1800, "target_um": [], "feed_range_mm_per_min": [900, 800]}));
     let found = problem(app.post_json(MATCH, &no_target).await, "invalid-request").await;

@@ -8,8 +8,8 @@ use trunnion::kinematics::{Kinematics, Setup, ToolPose};
 use trunnion::machine::{Machine, Preset};
 use trunnion::process::{Fault, ProgramSimulation, SimulationParameters, simulate as simulate_program};
 use trunnion::servo::{
-    AxisLetter, Circle, Detail, DrivePreset, DriveSet, FeedProfile, MatchingOptions, Run, ServoFault,
-    ServoPath, Simulation, ToolPath, match_gains, simulate,
+    AxisLetter, Circle, Detail, Drive, DrivePreset, DriveSet, FeedProfile, MatchingOptions, Resonance, Run,
+    ServoFault, ServoPath, Simulation, Stability, ToolCommand, ToolPath, match_gains, simulate,
 };
 use trunnion::units::Feedrate;
 
@@ -192,6 +192,87 @@ fn a_tool_is_followed_until_it_has_arrived_however_slow_its_drives_are() {
     }
 }
 
+fn straight(length_mm: f64) -> ToolPath {
+    let pose = |x: f64| ToolPose { tip_mm: Vec3::new(x, 0.0, 0.0), axis: Vec3::z() };
+    ToolPath::Polyline { poses: vec![pose(0.0), pose(length_mm)] }
+}
+
+#[test]
+fn a_command_ends_where_its_path_ends() {
+    let machine = machine("ac-table");
+    let kinematics = Kinematics::new(&machine, &Setup::default());
+    // Steps of 0.03 mm: the first ends between two samples, the second on one, the third within the first step.
+    for length_mm in [10.005, 9.0, 1e-6] {
+        let command = ToolCommand::new(&machine, &kinematics, &straight(length_mm), &at(1800.0), &go_on);
+        let end_mm = *command.expect("a command").joints.x_mm.last().expect("samples");
+        assert!((end_mm - length_mm).abs() < ROUNDING_MM, "{end_mm} is not {length_mm}");
+    }
+}
+
+#[test]
+fn a_straight_line_has_no_error_however_far_the_tool_is_behind() {
+    /// The integral part overshoots the end by 0.33 % of the lag v/K.
+    const OVERSHOOT: f64 = 3.4e-3;
+    let machine = machine("ac-table");
+    // Lags of 33, 200 and 3300 samples; the tool rests for tens of thousands.
+    for (gain_per_s, period_s) in [(30.0, 1e-3), (5.0, 1e-3), (30.0, 1e-5)] {
+        let run = Run { period_s, ..at(1800.0) };
+        let set = drives(gain_per_s, gain_per_s);
+        let found = along(&machine, &straight(9.0), &run, &set).expect("a run").contour;
+        assert!(found.max_abs_mm <= OVERSHOOT * 30.0 / gain_per_s, "{gain_per_s} {period_s}: {found:?}");
+    }
+    // 33 000 samples are more than the foot is looked for: no answer rather than a wrong one.
+    let run = Run { period_s: 1e-5, ..at(1800.0) };
+    let lost = along(&machine, &straight(30.0), &run, &drives(3.0, 3.0));
+    assert!(matches!(lost, Err(ServoFault::TooFarBehind { .. })), "{lost:?}");
+}
+
+#[test]
+fn a_lap_of_a_few_samples_is_no_circle() {
+    let machine = machine("ac-table");
+    let set = drives(30.0, 30.0);
+    // 2π mm a lap: 31 steps of 0.2 mm, 21 of 0.3 mm, none of 100 mm.
+    for (feed, is_told) in [(12_000.0, true), (18_000.0, false), (6e6, false)] {
+        let circles = [
+            ServoPath::Circle(Circle::Linear { axes: [X, Y], radius_mm: 1.0 }),
+            ServoPath::Circle(Circle::XC { radius_mm: 1.0, center_x_mm: 1e6 }),
+        ];
+        for circle in circles {
+            let found = simulate(&circle, &at(feed), &set, Detail::Summary, &go_on);
+            let is_refused = matches!(found, Err(ServoFault::TooFewSamples { .. }));
+            assert_eq!(is_refused, !is_told, "{feed}: {found:?}");
+        }
+        let frustum = ToolPath::ConeFrustum {
+            center_mm: Vec3::zeros(),
+            radius_mm: 1.0,
+            half_apex_rad: 0.0,
+            tilt_rad: 0.0,
+        };
+        let found = along(&machine, &frustum, &at(feed), &set);
+        assert_eq!(matches!(found, Err(ServoFault::TooFewSamples { .. })), !is_told, "{feed}: {found:?}");
+    }
+}
+
+#[test]
+fn proposed_gains_keep_the_margins_or_there_are_none() {
+    let circle = ServoPath::Circle(Circle::XC { radius_mm: 60.0, center_x_mm: 100.0 });
+    // A soft axis: 16 1/s is the limit of stability.
+    let resonance = Some(Resonance { frequency_hz: 5.0, damping_ratio: 0.05 });
+    let mut set = drives(0.5, 0.5);
+    set.set(X, Drive { resonance, ..*set.get(X).expect("a drive") });
+    let options = MatchingOptions { least_gain_margin: 20.0, ..MatchingOptions::default() };
+    let found = match_gains(&circle, &at(1800.0), &set, &[0.01], &options, &go_on).expect("an answer");
+    assert!(!found.gains.reached, "{found:?}");
+    for (axis, gain_per_s) in found.gains.position_gain_per_s {
+        let drive = set.get(axis).expect("a drive").with_position_gain(gain_per_s);
+        let margin = Stability::of(&drive).expect("a stable loop").gain_margin.expect("a margin");
+        assert!(margin >= options.least_gain_margin, "{axis}: {margin}");
+    }
+    let options = MatchingOptions { least_gain_margin: 1e6, ..options };
+    let none = match_gains(&circle, &at(1800.0), &set, &[0.01], &options, &go_on);
+    assert!(matches!(none, Err(ServoFault::NoGainWithinMargins { .. })), "{none:?}");
+}
+
 /// The circle of the linear axes as a program of short blocks, with TCP or without.
 fn circle_program(tcp: bool, feed: f64) -> Vec<u8> {
     let mut text = String::from("G90 G21 G94 G17\n");
@@ -233,6 +314,19 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
         assert!((contour.max_mm - expected.max_mm).abs() < CHORDS_MM, "{contour:?} {expected:?}");
         assert!(contour.worst_line > 3, "{contour:?}");
     }
+}
+
+#[test]
+fn a_program_that_leaves_the_travel_is_refused_as_a_path_is() {
+    let parameters = SimulationParameters::new(drives(30.0, 30.0));
+    let swing = |word: &str| {
+        let text = format!("G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 A{word} F6000\nM30\n");
+        run_program(text.as_bytes(), &parameters)
+    };
+    // A of this machine goes to 120°.
+    assert!(swing("-120").is_ok());
+    let beyond = swing("-300");
+    assert!(matches!(beyond, Err(Fault::Servo(ServoFault::OutOfTravel { axis: 'A', .. }))), "{beyond:?}");
 }
 
 #[test]

@@ -71,11 +71,11 @@ impl SimulationFigure {
     pub(super) fn draw(
         self,
         path: &ServoPathDoc,
-        feed_mm_per_min: f64,
+        feed: f64,
         answer: &SimulationAnswer,
     ) -> Result<String, PlotFault> {
         let radius_mm = path.circle_radius_mm();
-        let title = format!("{} at {feed_mm_per_min} mm/min", path.title());
+        let title = format!("{} at {feed} {}", path.title(), path.feed_unit());
         let samples = &answer.samples;
         let wanted = self.plot.unwrap_or(if radius_mm.is_some() {
             SimulationPlot::Polar
@@ -162,7 +162,8 @@ impl SweepFigureChoice {
         let figure = SweepFigure {
             title: &title,
             gains: &answer.gains,
-            feeds_mm_per_min: &answer.feed_mm_per_min,
+            feeds: &answer.feed_mm_per_min,
+            feed_unit: path.feed_unit(),
             max_abs_um: &max_abs_um,
         };
         match self.plot.unwrap_or_default() {
