@@ -93,6 +93,8 @@ catalogue! {
         "Words keep the decimals of the source block; the detail gives the tolerance that they can keep. Ask for that, or post the program with more decimals.";
     UnstableLoop = UNPROCESSABLE_ENTITY, "unstable-loop", "A servo loop is unstable",
         "A closed loop has a pole that does not decay: nothing it does can be simulated. Each entry of errors names an axis and its poles. Lower the position gain or the velocity gain.";
+    ControlDoesNotFit = UNPROCESSABLE_ENTITY, "control-does-not-fit", "The control cannot be told these axes",
+        "The control's published kinematics has no place for this machine's axes. Each entry of errors says why. The neutral format takes every machine.";
     TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
         "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",

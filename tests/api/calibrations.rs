@@ -255,13 +255,112 @@ async fn a_run_is_applied_once_and_changes_what_is_computed() {
     assert_eq!(back["revision"], 4, "going back is a revision of its own");
     assert_eq!(&back["kinematics"]["rotary_axes"][0]["location_error"], error);
 
-    // At A = 90° a table 30 µm too high in z is met 30 µm aside in y.
-    let poses = json!({"poses": [{"x": 0, "y": 0, "z": 0, "i": 0, "j": -1, "k": 0}], "selection": "nearest"});
+    // At A = 90°, C = 0 the table carries its origin from (10, −20, 30) µm about the displaced A axis: Y = dy − dz,
+    // Z = dz + dy.
+    let poses =
+        json!({"poses": [{"x": 0, "y": 0, "z": 0, "i": 0, "j": -1, "k": 0}], "start": {"A": 90, "C": 0}});
     let solved = app.post_json("/v1/machines/example-ac-table/inverse-kinematics", &poses).await;
     let solved: Value = solved.json().await.unwrap();
-    assert_eq!(solved["machine_revision"], 4);
-    let y = solved["joints"][0]["Y"].as_f64().unwrap();
-    assert!((y.abs() - 0.010).abs() < 2e-3 || (y.abs() - 0.050).abs() < 2e-3, "{solved}");
+    assert_eq!(solved["machine_revision"], 4, "{solved}");
+    let word = |letter: &str| solved["joints"][0][letter].as_f64().unwrap();
+    assert!((word("A") - 90.0).abs() < 0.01, "{solved}");
+    assert!((word("Y") + 0.050).abs() < 1e-3 && (word("Z") - 0.010).abs() < 1e-3, "{solved}");
+}
+
+#[tokio::test]
+async fn probed_spheres_give_an_axis_that_can_be_applied() {
+    let app = spawn().await;
+    // C through (20, −30, 0) µm, leaning by 100 µrad about X: centres on its circle of 140 mm at 5 angles, 50 mm up.
+    let centres: Vec<Value> = (0..5_i32)
+        .map(|k| {
+            let (sin, cos) = (f64::from(k) * 72.0).to_radians().sin_cos();
+            let (x, y) = (140.0 * cos, -140.0 * sin);
+            // A rotation about X by 1e-4 of (x, y, 50), then the shift; the table turns by −θ.
+            let tilt = 1e-4_f64;
+            let centre =
+                [x + 0.020, y * tilt.cos() - 50.0 * tilt.sin() - 0.030, y * tilt.sin() + 50.0 * tilt.cos()];
+            json!({"centre_mm": centre, "angle_deg": f64::from(k) * 72.0})
+        })
+        .collect();
+    let run = json!({
+        "kind": "rotary-sphere", "measured_at": "2025-05-01T00:00:00Z",
+        "axes": [{"rotary_axis": "C", "centres": centres}]
+    });
+    let document = post(&app, &run).await;
+    let close = |pointer: &str, expected: f64| {
+        let value = document.pointer(pointer).and_then(Value::as_f64).unwrap();
+        // 1e-6 µm and µrad of rounding, and the difference of tilt and its sine.
+        assert!((value - expected).abs() < 1e-5, "{pointer}: {value} is not {expected}");
+    };
+    close("/errors/C/e_x_um/value", 20.0);
+    close("/errors/C/e_y_um/value", -30.0);
+    close("/errors/C/e_a_urad/value", 100.0);
+    close("/errors/C/e_b_urad/value", 0.0);
+    close("/iso_230/E_A0C_urad/value", 100.0);
+    close("/axes/0/spheres/0/radius_mm", 140.0);
+    assert!(document["errors"]["A"].is_null(), "A was not measured");
+    assert!(document["condition_number"].is_null() && document["eccentricities_um"].is_null());
+    let (tag, _) = machine(&app).await;
+    let applied: Value = apply(&app, document["id"].as_str().unwrap(), &tag, "").await.json().await.unwrap();
+    assert!(
+        (applied["kinematics"]["rotary_axes"][1]["location_error"]["e_x_um"].as_f64().unwrap() - 20.0).abs()
+            < 1e-5
+    );
+
+    let cases: [(Change, &[&str]); 5] = [
+        (|run| run["axes"][0]["rotary_axis"] = "B".into(), &["/axes/0/rotary_axis"]),
+        (|run| run["axes"][0]["centres"].as_array_mut().unwrap().truncate(2), &["/axes/0/centres"]),
+        (
+            |run| {
+                run["axes"][0]["centres"][1].as_object_mut().unwrap().remove("angle_deg");
+            },
+            &["/axes/0/centres"],
+        ),
+        (
+            |run| run["axes"][0]["centres"][1]["centre_mm"][2] = 1e300.into(),
+            &["/axes/0/centres/1/centre_mm/2"],
+        ),
+        (
+            |run| {
+                run.as_object_mut().unwrap().remove("axes");
+                run["bar_length_mm"] = 100.into();
+            },
+            &["/axes", "/bar_length_mm"],
+        ),
+    ];
+    for (change, expected) in cases {
+        let mut run = run.clone();
+        change(&mut run);
+        let refused = problem(app.post_json(RUNS, &run).await, "invalid-request").await;
+        let mut found = pointers(&refused);
+        found.sort();
+        assert_eq!(found, expected, "{refused}");
+    }
+}
+
+#[tokio::test]
+async fn a_run_is_exported_to_controls() {
+    let app = spawn().await;
+    let run = post(&app, &sweeps([10.0, -20.0, 30.0], 0.0)).await;
+    let export = format!("{RUNS}/{}/export", run["id"].as_str().unwrap());
+    for (format, part) in [
+        ("iso230", "E_Y0A"),
+        ("linuxcnc", "xyzac-trt-kins"),
+        ("siemens", "TRAFO5_AXIS1_1"),
+        ("siemens-tool-carrier&tool_carrier=3", "TC_CARR"),
+    ] {
+        let response = app.get(&format!("{export}?format={format}")).await;
+        assert_eq!(response.status(), StatusCode::OK, "{format}");
+        assert_eq!(response.headers()["content-type"], "text/plain; charset=utf-8");
+        let text = response.text().await.unwrap();
+        assert!(text.contains(part), "{format}: {text}");
+    }
+    let refused =
+        problem(app.get(&format!("{export}?format=linuxcnc&radius_mm=-1")).await, "control-does-not-fit")
+            .await;
+    assert_eq!(pointers(&refused), ["/format"]);
+    let unknown = problem(app.get(&format!("{export}?format=other")).await, "invalid-request").await;
+    assert_eq!(pointers(&unknown), ["/format"]);
 }
 
 #[tokio::test]

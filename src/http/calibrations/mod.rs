@@ -3,6 +3,7 @@
 mod apply_calibration;
 mod compare_calibrations;
 mod create_calibration;
+mod export_calibration;
 mod figures;
 mod get_calibration;
 mod get_run;
@@ -28,6 +29,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_calibration::get_calibration))
         .routes(routes!(get_run::get_calibration_run))
         .routes(routes!(compare_calibrations::compare_calibrations))
+        .routes(routes!(export_calibration::export_calibration))
         .routes(routes!(apply_calibration::apply_calibration))
 }
 

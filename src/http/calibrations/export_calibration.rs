@@ -1,0 +1,114 @@
+//! Hands the calibrated axes to a control.
+
+use std::num::NonZeroU16;
+
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use http::HeaderMap;
+use http::header::CONTENT_TYPE;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{find, measured_revision};
+use crate::calibration::export::{SiemensForm, linuxcnc, neutral, siemens};
+use crate::http::AppState;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::wire::Fault;
+
+refusals!(
+    Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest,
+    ControlDoesNotFit
+);
+
+/// What reads the text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ExportFormat {
+    /// Symbols of ISO 230-7, cascaded values and lines at full precision, as TOML.
+    Iso230,
+    /// HAL commands for the kinematics module that has these axes.
+    Linuxcnc,
+    /// Machine data of SINUMERIK's generic five-axis transformation.
+    Siemens,
+    /// The same vectors as a tool carrier.
+    SiemensToolCarrier,
+}
+
+/// Which text.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct ExportQuery {
+    /// What reads the text.
+    #[param(inline, example = "iso230")]
+    format: ExportFormat,
+    /// With `linuxcnc`: radius for which the error that stays is told.
+    #[param(default = 100.0)]
+    radius_mm: Option<f64>,
+    /// With `siemens-tool-carrier`: number of the tool carrier.
+    #[param(value_type = Option<u16>, default = 1, minimum = 1)]
+    tool_carrier: Option<NonZeroU16>,
+}
+
+/// Radius at which what a module cannot take is told \[mm\].
+const RADIUS_MM: f64 = 100.0;
+
+/// Export a calibration run to a control
+///
+/// The machine with the errors of this run, as text. Each text says its sign convention, its sources, and what the
+/// control cannot be told.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/export",
+    tag = "calibrations",
+    operation_id = "export_calibration",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ExportQuery,
+    ),
+    responses(
+        (status = 200, description = "The text", body = String, content_type = "text/plain", example = "# location errors"),
+        Refusals,
+    )
+)]
+pub(super) async fn export_calibration(
+    State(app): State<AppState>,
+    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Query(query): Query<ExportQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["text/plain"])?;
+    let run = find(&app, &machine_id, &calibration_id).await?;
+    let measured = measured_revision(&app, &run).await?.document.profile;
+    let applied = run
+        .document
+        .apply_to(&measured, &measured)
+        .map_err(|_same_axes| Problem::internal(&"a profile does not fit itself"))?;
+    let (_, machine) = applied
+        .profile
+        .into_machine()
+        .map_err(|faults| Problem::invalid(ProblemType::ControlDoesNotFit, faults))?;
+    let text = match query.format {
+        ExportFormat::Iso230 => neutral(&machine),
+        ExportFormat::Linuxcnc => {
+            let export = linuxcnc(&machine, query.radius_mm.unwrap_or(RADIUS_MM));
+            let refuse = |faults: Vec<_>| {
+                let name = |fault: &crate::calibration::export::LinuxCncFault| {
+                    Fault::new("/format", fault.to_string())
+                };
+                Problem::invalid(ProblemType::ControlDoesNotFit, faults.iter().map(name).collect())
+            };
+            export.map_err(refuse)?.text
+        }
+        ExportFormat::Siemens => siemens(&machine, SiemensForm::MachineData),
+        ExportFormat::SiemensToolCarrier => {
+            let number = query.tool_carrier.unwrap_or(NonZeroU16::MIN);
+            siemens(&machine, SiemensForm::ToolCarrier(number))
+        }
+    };
+    Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response())
+}
