@@ -45,10 +45,12 @@ fn draw(figure: &EccentricityFigure<'_>, svg: &mut String) -> Option<()> {
     let heights = range(values);
     let mut builder = ChartBuilder::on(&root);
     frame(&mut builder, figure.title);
-    builder.x_label_area_size(20);
+    builder.x_label_area_size(0);
     let count = figure.bars.len().max(1) as f64;
-    let floor = heights.start - 0.14 * (heights.end - heights.start);
-    let mut chart = builder.build_cartesian_2d(-0.6..count - 0.4, floor..heights.end).ok()?;
+    // Room for the labels below and the legend above.
+    let span = heights.end - heights.start;
+    let (floor, top) = (heights.start - 0.12 * span, heights.end + 0.22 * span);
+    let mut chart = builder.build_cartesian_2d(-0.6..count - 0.4, floor..top).ok()?;
     mesh(&mut chart, "", "eccentricity [µm]")?;
     for (index, name) in NAMES.into_iter().enumerate() {
         let bars = figure.bars.iter().enumerate().filter_map(|(place, bars)| {

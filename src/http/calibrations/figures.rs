@@ -141,9 +141,12 @@ pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
     let time = |text: &str| text.parse::<Timestamp>().map_or(0.0, |time| time.as_second() as f64);
     let first = trend.points.first().map_or("", |point| point.measured_at.as_str());
     let start_s = time(first);
-    let runs: Vec<TrendMark> = trend
-        .points
-        .iter()
+    // Counted from the last run, which is always drawn.
+    let every = trend.points.len().div_ceil(MOST_DRAWN).max(1);
+    let last = trend.points.len().saturating_sub(1);
+    let drawn = trend.points.iter().enumerate().filter(|(index, _)| (last - index) % every == 0);
+    let runs: Vec<TrendMark> = drawn
+        .map(|(_, point)| point)
         .map(|point| TrendMark {
             days: (time(&point.measured_at) - start_s) / SECONDS_PER_DAY,
             value: point.value,
@@ -151,13 +154,16 @@ pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
             identifiable: point.identifiable,
         })
         .collect();
+    let thinned = if every > 1 { format!(", every {every} runs one") } else { String::new() };
     let unit = if trend.unit == "urad" { "µrad" } else { "µm" };
     calibration_trend(&TrendFigure {
-        title: &format!("{}: {} of the {} axis", trend.machine_id, trend.error, trend.axis),
+        title: &format!("{}: {} of the {} axis{thinned}", trend.machine_id, trend.error, trend.axis),
         time_name: &format!("days since {}", first.get(..10).unwrap_or("the first run")),
         error_name: &format!("{} [{unit}]", trend.error),
         runs: &runs,
     })
 }
 
+/// Runs beyond which a figure shows no more by drawing more.
+const MOST_DRAWN: usize = 2000;
 const SECONDS_PER_DAY: f64 = 86_400.0;
