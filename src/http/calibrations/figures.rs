@@ -144,7 +144,7 @@ pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
     // Counted from the last run, which is always drawn.
     let every = trend.points.len().div_ceil(MOST_DRAWN).max(1);
     let last = trend.points.len().saturating_sub(1);
-    let drawn = trend.points.iter().enumerate().filter(|(index, _)| (last - index) % every == 0);
+    let drawn = trend.points.iter().enumerate().filter(|(index, _)| (last - index).is_multiple_of(every));
     let runs: Vec<TrendMark> = drawn
         .map(|(_, point)| point)
         .map(|point| TrendMark {
