@@ -1,9 +1,12 @@
 //! Oracles: numbers and formulas from outside (tables, closed forms, second methods), compared within named tolerances.
 
 mod cutter_contact;
+#[path = "../models/double_double.rs"]
+mod double_double;
 mod kinematics;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;
 #[path = "../models/tables.rs"]
 mod tables;
+mod wear_scallop;
