@@ -15,7 +15,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::negotiate::choose;
 use super::problem::Problem;
-use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service, servo};
+use super::{AppState, edge, jobs, kinematics, machines, openapi, programs, service, servo, wear};
 
 /// Every described route, and the description.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
@@ -24,6 +24,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(kinematics::router())
         .merge(programs::router())
         .merge(servo::router())
+        .merge(wear::router())
         .merge(jobs::router())
         .merge(service::router())
         .split_for_parts();

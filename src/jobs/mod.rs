@@ -11,6 +11,7 @@ mod program_job;
 mod servo;
 mod servo_program;
 mod spool;
+mod wear;
 
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
@@ -25,3 +26,4 @@ pub use program_job::{JobFault, ProgramJob};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
+pub use wear::{WearFault, scallop_heights};

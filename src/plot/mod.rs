@@ -4,6 +4,7 @@ mod contour_error;
 mod deviation_along_path;
 mod following_error;
 mod polar_contour;
+mod scallop;
 mod style;
 mod sweep;
 
@@ -13,6 +14,7 @@ pub use contour_error::{ContourFigure, ContourPoint, contour_error_along};
 pub use deviation_along_path::{DeviationFigure, DeviationPoint, deviation_along_path};
 pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_error_over_time};
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
+pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
 
 /// A figure could not be drawn: a defect of this software, never of the figure's numbers.

@@ -32,7 +32,7 @@ pub enum ScallopFault {
     },
     /// A concave surface narrower than the tool.
     #[error(
-        "a tool radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm: at most {surface_radius_mm} mm"
+        "a tool that cuts with a radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm: at most {surface_radius_mm} mm"
     )]
     Gouge {
         /// r \[mm\].

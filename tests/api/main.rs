@@ -17,3 +17,4 @@ mod service;
 mod servo;
 mod support;
 mod upgrade;
+mod wear;
