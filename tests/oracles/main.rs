@@ -9,4 +9,5 @@ mod servo_paths;
 mod servo_second_methods;
 #[path = "../models/tables.rs"]
 mod tables;
+mod wear_compensation;
 mod wear_scallop;
