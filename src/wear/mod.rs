@@ -1,6 +1,7 @@
 //! What a worn or reground cutter does to the part, and what can be mended: scallop height between passes, the shift of
 //! the tip that keeps the contact, and what remains.
 
+mod advice;
 mod cutter_wear;
 mod effective_radius;
 mod end_milling;
@@ -13,6 +14,7 @@ mod surface;
 mod tip_shift;
 mod wear_table;
 
+pub use advice::{Advice, Outlook, WearAdvice, WearQuestion, advise};
 pub use cutter_wear::CutterWear;
 pub use effective_radius::{LEAD_RANGE_DEG, LeadFault, cutter_radius, effective_radius};
 pub use end_milling::{end_milling_shift, uncompensated_excess_mm};

@@ -17,8 +17,10 @@ mod servo_answer;
 mod servo_path;
 mod servo_program;
 mod solved_poses;
+mod wear_advice;
 mod wear_numbers;
 mod wear_scallop;
+mod wear_tool;
 
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
@@ -52,5 +54,7 @@ pub use servo_answer::{
 pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
+pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_scallop::{ScallopAnswer, ScallopAxis, ScallopRequest, SurfaceKind};
+pub use wear_tool::ToolDoc;

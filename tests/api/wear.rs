@@ -127,13 +127,7 @@ async fn every_bad_element_is_named() {
     let app = spawn().await;
     let base =
         json!({"stepover_mm": 0.1, "tool_radius_mm": 5, "surface": "concave", "surface_radius_mm": 10});
-    let with = |more: Value| {
-        let mut body = base.clone();
-        for (name, value) in more.as_object().unwrap() {
-            body[name] = value.clone();
-        }
-        body
-    };
+    let with = |more: Value| with(base.clone(), &more);
     for (more, expected) in [
         (json!({"stepover_mm": [0.1, 0.2, 0.3, -1, 0.5]}), vec!["/stepover_mm/3"]),
         (json!({"stepover_mm": [0.1, 10.0, 0.3, 20.5]}), vec!["/stepover_mm/3"]),
@@ -215,4 +209,111 @@ async fn too_many_elements_are_refused_before_they_are_computed() {
     problem(app.post_json(SCALLOP, &body).await, "too-costly").await;
     let body = json!({"stepover_mm": vec![0.1; 100], "tool_radius_mm": 5, "surface": "flat"});
     answer(&app, SCALLOP, &body).await;
+}
+
+const ADVICE: &str = "/v1/wear-advice";
+
+fn question() -> Value {
+    json!({"nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.75}, "stepover_mm": 0.893_532_316,
+        "surface": "flat", "allowed_scallop_um": 20})
+}
+
+/// `base` with the members of `more`.
+fn with(mut base: Value, more: &Value) -> Value {
+    for (name, value) in more.as_object().unwrap() {
+        base[name] = value.clone();
+    }
+    base
+}
+
+#[tokio::test]
+async fn advice_goes_from_keeping_to_changing_as_the_tool_wears() {
+    let app = spawn().await;
+    for (radius, advice) in [
+        (4.999_999, "reduce-stepover"),
+        (4.75, "reduce-stepover"),
+        (4.5, "reduce-stepover"),
+        (4.0, "change-tool"),
+    ] {
+        let found =
+            answer(&app, ADVICE, &with(question(), &json!({"actual_tool": {"radius_mm": radius}}))).await;
+        assert_eq!(found["advice"], advice, "{found}");
+        close(&found["nominal"]["scallop_height_um"], 20.0);
+        close(&found["min_tool_radius_mm"], 5.0);
+        // contact angles up to 90° unless said
+        let most_um = found["offset"]["max_um"].as_f64().unwrap();
+        assert!((most_um - (5.0 - radius) * 1e3).abs() < 1e-9, "{found}");
+        if advice == "change-tool" {
+            assert_eq!(found["stepover_mm"], Value::Null);
+            close(&found["residual_after_um"], 20.0);
+            continue;
+        }
+        close(&found["residual_after_um"], 20.0);
+        // What is left by the step-over advised, asked from the other operation.
+        let again = json!({"stepover_mm": found["stepover_mm"], "tool_radius_mm": radius, "surface": "flat"});
+        close(&answer(&app, SCALLOP, &again).await["scallop_height_um"], 20.0);
+    }
+    let allowed = with(question(), &json!({"allowed_scallop_um": 30}));
+    let found = answer(&app, ADVICE, &allowed).await;
+    assert_eq!(found["advice"], "compensate");
+    assert!(found["residual_before_um"].as_f64().unwrap() > 250.0, "{found}");
+    assert!(found["residual_after_um"].as_f64().unwrap() < 22.0, "{found}");
+    assert!(found["detail"].as_str().unwrap().contains("instead of"), "{found}");
+    // On a part that leans by at most two degrees the same wear is not seen.
+    let gentle = with(allowed.clone(), &json!({"contact_angle_deg": [0, 2]}));
+    assert_eq!(answer(&app, ADVICE, &gentle).await["advice"], "keep");
+    // A control that has the nominal length lets a tool 0.1 mm shorter leave that much.
+    let short = with(
+        gentle,
+        &json!({"nominal_tool": {"radius_mm": 5, "length_mm": 80}, "actual_tool": {"radius_mm": 4.75, "length_mm": 79.9}}),
+    );
+    let found = answer(&app, ADVICE, &short).await;
+    assert_eq!(found["advice"], "compensate");
+    close(&found["offset"]["max_um"], 100.0 + 150.0 * (1.0 - 2.0_f64.to_radians().cos()));
+    // A step-over that is worth running all the same.
+    let patient = with(question(), &json!({"actual_tool": {"radius_mm": 4}, "min_stepover_mm": 0.5}));
+    assert_eq!(answer(&app, ADVICE, &patient).await["advice"], "reduce-stepover");
+}
+
+#[tokio::test]
+async fn a_larger_tool_gouges_until_it_is_compensated() {
+    let app = spawn().await;
+    let reground = with(question(), &json!({"actual_tool": {"radius_mm": 5.001}, "allowed_scallop_um": 30}));
+    let found = answer(&app, ADVICE, &reground).await;
+    assert_eq!(found["advice"], "compensate", "{found}");
+    close(&found["offset"]["min_um"], -1.0);
+    // Inclined, a new corner makes the cutter flatter than the hollow.
+    let hollow = json!({"nominal_tool": {"radius_mm": 5, "corner_radius_mm": 4.5}, "actual_tool": {"radius_mm": 5, "corner_radius_mm": 1},
+        "stepover_mm": 0.5, "surface": "concave", "surface_radius_mm": 12, "lead_deg": 5, "allowed_scallop_um": 20});
+    let found = answer(&app, ADVICE, &hollow).await;
+    assert_eq!((&found["advice"], &found["actual"]), (&json!("change-tool"), &Value::Null));
+    assert!(found["detail"].as_str().unwrap().contains("gouges"), "{found}");
+}
+
+#[tokio::test]
+async fn every_bad_value_of_a_question_for_advice_is_named() {
+    let app = spawn().await;
+    for (more, expected) in [
+        (
+            json!({"nominal_tool": {"radius_mm": 0}, "actual_tool": {"radius_mm": 4, "corner_radius_mm": 4.1}}),
+            vec!["/nominal_tool/radius_mm", "/actual_tool/corner_radius_mm"],
+        ),
+        (json!({"actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}}), vec!["/lead_deg"]),
+        (json!({"actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}, "lead_deg": 0}), vec!["/lead_deg"]),
+        (json!({"stepover_mm": 11}), vec!["/stepover_mm"]),
+        (json!({"stepover_mm": -1, "allowed_scallop_um": 0}), vec!["/stepover_mm", "/allowed_scallop_um"]),
+        (json!({"surface": "concave"}), vec!["/surface_radius_mm"]),
+        (json!({"surface_radius_mm": 10}), vec!["/surface_radius_mm"]),
+        (json!({"surface": "concave", "surface_radius_mm": 4.9}), vec!["/nominal_tool/radius_mm"]),
+        (json!({"contact_angle_deg": [20, 10]}), vec!["/contact_angle_deg"]),
+        (json!({"contact_angle_deg": [0, 91]}), vec!["/contact_angle_deg/1"]),
+        (json!({"contact_angle_deg": [0]}), vec!["/contact_angle_deg"]),
+        (json!({"nominal_tool": {"radius_mm": 5, "length_mm": -1}}), vec!["/nominal_tool/length_mm"]),
+        (json!({"nominal_tool": {"radius_mm": 5, "teeth": 2}}), vec!["/nominal_tool/teeth"]),
+        (json!({"actual_tool": {}}), vec!["/actual_tool/radius_mm"]),
+        (json!({"min_stepover_mm": -1}), vec!["/min_stepover_mm"]),
+    ] {
+        let body = with(question(), &more);
+        assert_eq!(pointers(&refused(&app, ADVICE, &body).await), expected, "{body}");
+    }
 }

@@ -10,3 +10,4 @@ mod machines;
 mod path;
 mod program;
 mod programs;
+mod wear;

@@ -6,8 +6,9 @@ use trunnion::kinematics::{Kinematics, Setup, ToolPose};
 use trunnion::machine::Tool;
 use trunnion::units::{Angle, Length};
 use trunnion::wear::{
-    CutterWear, FlatContact, ShiftFault, WearTable, WearTableFault, end_milling_shift, end_milling_shift_at,
-    side_milling_shift, side_milling_shift_at, uncompensated_excess_mm,
+    Advice, CutterWear, FlatContact, ShiftFault, Surface, WearQuestion, WearTable, WearTableFault, advise,
+    end_milling_shift, end_milling_shift_at, largest_stepover, side_milling_shift, side_milling_shift_at,
+    uncompensated_excess_mm,
 };
 
 use crate::cutter_contact::ac_table;
@@ -318,5 +319,43 @@ fn tables_are_read_linearly_and_never_beyond_their_end() {
     }
     for um in [f64::NAN, 1e5, f64::NEG_INFINITY] {
         assert!(matches!(table(&[(0.0, um)]), Err(WearTableFault::Deviation { index: 0, .. })));
+    }
+}
+
+#[test]
+fn p3_says_that_five_and_ten_per_cent_pay_and_twenty_do_not() {
+    // Its finishing leaves 0.02 mm with the nominal ball of 10 mm.
+    let allowed = mm(0.02);
+    for surface in [Surface::Flat, Surface::Concave { radius: mm(60.0) }] {
+        let stepover = largest_stepover(allowed, mm(5.0), surface).expect("a step-over");
+        for (radius, expected) in [
+            (5.0, Advice::Keep),
+            (4.75, Advice::ReduceStepover),
+            (4.5, Advice::ReduceStepover),
+            (4.0, Advice::ChangeTool),
+        ] {
+            let question = WearQuestion {
+                wear: wear([5.0, 5.0], [radius, radius]),
+                lead: Angle::from_deg(90.0),
+                surface,
+                stepover,
+                allowed,
+                least_stepover: stepover * 0.9,
+                contact_angles: [Angle::from_deg(0.0), Angle::from_deg(60.0)],
+            };
+            let found = advise(&question).expect("advice");
+            assert_eq!(found.advice, expected, "{radius} {surface:?}");
+            // compensation takes away (r − r′)(1 − cos 60°)
+            let [least, most] = found.offset.map(Length::mm);
+            assert!(least.abs() < ROUNDING_MM && (most - 0.5 * (5.0 - radius)).abs() < ROUNDING_MM);
+            // Its own limit of 0.03 mm lets compensation alone do for all three.
+            let wider = advise(&WearQuestion { allowed: mm(0.03), ..question }).expect("advice");
+            assert_eq!(
+                wider.advice,
+                if radius < 5.0 { Advice::Compensate } else { Advice::Keep },
+                "{radius}"
+            );
+            assert!(wider.after <= wider.before);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Scallop heights, and what to do about a worn cutter.
 
+mod advise_wear;
 mod scallop_height;
 
 use utoipa_axum::router::OpenApiRouter;
@@ -9,5 +10,7 @@ use super::AppState;
 
 /// The routes of this resource.
 pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(scallop_height::compute_scallop_height))
+    OpenApiRouter::new()
+        .routes(routes!(scallop_height::compute_scallop_height))
+        .routes(routes!(advise_wear::advise_wear))
 }
