@@ -20,6 +20,7 @@ mod solved_poses;
 mod wear_advice;
 mod wear_numbers;
 mod wear_scallop;
+mod wear_scallop_curves;
 mod wear_tool;
 
 pub use compensation::{
@@ -56,5 +57,6 @@ pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_numbers::{Answers, Numbers};
-pub use wear_scallop::{ScallopAnswer, ScallopAxis, ScallopRequest, SurfaceKind};
+pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
+pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;

@@ -7,7 +7,6 @@ use utoipa::ToSchema;
 
 use super::{Answers, Fault, FaultList, Numbers};
 use crate::machine::{Tool, ToolFault};
-use crate::plot::ScallopCurve;
 use crate::units::{Angle, Length};
 use crate::wear::{CutterPass, LEAD_RANGE_DEG, PassFault, ScallopQuantity, Surface};
 
@@ -87,17 +86,6 @@ pub struct ScallopAnswer {
     pub min_tool_radius_mm: Option<Answers>,
 }
 
-/// What a curve of scallop heights runs over.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ScallopAxis {
-    /// The step-over.
-    #[default]
-    Stepover,
-    /// The tool radius.
-    Radius,
-}
-
 /// The members with their names in the contract.
 const STEPOVER: &str = "stepover_mm";
 const TOOL_RADIUS: &str = "tool_radius_mm";
@@ -114,9 +102,9 @@ const ALLOWED_RANGE_UM: [f64; 2] = [0.0, 1e9];
 
 /// One element of a question.
 #[derive(Debug, Clone, Copy)]
-struct Element {
-    pass: CutterPass,
-    stepover: Length,
+pub(super) struct Element {
+    pub(super) pass: CutterPass,
+    pub(super) stepover: Length,
 }
 
 impl ScallopRequest {
@@ -246,7 +234,8 @@ impl ScallopRequest {
         }
     }
 
-    fn element(&self, index: usize) -> Result<Element, Blame> {
+    /// One element, all of it.
+    pub(super) fn element(&self, index: usize) -> Result<Element, Blame> {
         let at = |numbers: &Option<Numbers>| numbers.as_ref().map(|numbers: &Numbers| numbers.at(index));
         let radius_mm = self.tool_radius_mm.at(index);
         let corner_mm = at(&self.corner_radius_mm).unwrap_or(radius_mm);
@@ -286,7 +275,7 @@ impl ScallopRequest {
 }
 
 /// Members to blame, the first of them most, and what is wrong.
-type Blame = (&'static [&'static str], String);
+pub(super) type Blame = (&'static [&'static str], String);
 
 fn blame(fault: PassFault) -> Blame {
     let members: &[&str] = match fault {
@@ -311,119 +300,4 @@ fn range(name: &str) -> [f64; 2] {
         SURFACE_RADIUS => SURFACE_RANGE_MM,
         _ => ALLOWED_RANGE_UM,
     }
-}
-
-/// Curves of one figure, and points of a curve \[count\].
-const MAX_CURVES: usize = 6;
-const CURVE_POINTS: u32 = 96;
-const MAX_DOTS: usize = 400;
-/// A curve runs on past what was asked by this share.
-const BEYOND: f64 = 0.25;
-
-impl ScallopRequest {
-    /// Curves of the height \[µm\] through the elements of a question that was answered, with the elements as dots:
-    /// elements that differ in nothing but what the curves run over share one. Of many curves as many as there are
-    /// colours, evenly chosen; and how many there are.
-    #[must_use]
-    pub fn curves(&self, answer: &ScallopAnswer, axis: ScallopAxis) -> (Vec<ScallopCurve>, usize) {
-        let elements: Vec<(Element, f64)> = (0..self.count())
-            .filter_map(|index| Some((self.element(index).ok()?, answer.scallop_height_um.at(index)?)))
-            .collect();
-        let mut groups: Vec<([u64; 5], Vec<usize>)> = Vec::new();
-        let mut places = std::collections::BTreeMap::new();
-        for (index, (element, _)) in elements.iter().enumerate() {
-            let key = key(element, axis);
-            let place = *places.entry(key).or_insert_with(|| {
-                groups.push((key, Vec::new()));
-                groups.len() - 1
-            });
-            if let Some((_, members)) = groups.get_mut(place) {
-                members.push(index);
-            }
-        }
-        let drawn = groups.len().min(MAX_CURVES);
-        let chosen = (0..drawn)
-            .filter_map(|k| groups.get(if drawn > 1 { k * (groups.len() - 1) / (drawn - 1) } else { 0 }));
-        let curves = chosen
-            .filter_map(|(_, members)| {
-                let members: Vec<_> = members.iter().filter_map(|index| elements.get(*index)).collect();
-                curve(&members, axis)
-            })
-            .collect();
-        (curves, groups.len())
-    }
-}
-
-/// What elements of one curve have in common.
-fn key(element: &Element, axis: ScallopAxis) -> [u64; 5] {
-    let CutterPass { tool, lead, surface } = element.pass;
-    let radius_mm = match surface {
-        Surface::Flat => 0.0,
-        Surface::Convex { radius } | Surface::Concave { radius } => radius.mm(),
-    };
-    // A ball stays a ball along its curve.
-    let corner_mm = if tool.is_ball() { -1.0 } else { tool.corner_radius().mm() };
-    let [tool_mm, stepover_mm] = match axis {
-        ScallopAxis::Stepover => [tool.radius().mm(), 0.0],
-        ScallopAxis::Radius => [0.0, element.stepover.mm()],
-    };
-    [tool_mm, corner_mm, lead.rad(), radius_mm, stepover_mm].map(f64::to_bits)
-}
-
-fn curve(members: &[&(Element, f64)], axis: ScallopAxis) -> Option<ScallopCurve> {
-    let (first, _) = members.first()?;
-    let place_mm = |element: &Element| match axis {
-        ScallopAxis::Stepover => element.stepover.mm(),
-        ScallopAxis::Radius => element.pass.tool.radius().mm(),
-    };
-    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-    for (element, _) in members {
-        least = least.min(place_mm(element));
-        most = most.max(place_mm(element));
-    }
-    let from_mm = if axis == ScallopAxis::Stepover { 0.0 } else { least * (1.0 - BEYOND) };
-    let to_mm = if most > 0.0 { most * (1.0 + BEYOND) } else { first.pass.tool.radius().mm() };
-    let CutterPass { tool, lead, surface } = first.pass;
-    let height_um = |place_mm: f64| {
-        let place = Length::from_mm(place_mm);
-        let height = match axis {
-            ScallopAxis::Stepover => first.pass.height(place),
-            ScallopAxis::Radius => {
-                let corner = if tool.is_ball() { place } else { tool.corner_radius() };
-                let tool = Tool::new(place, corner).ok()?;
-                CutterPass { tool, lead, surface }.height(first.stepover)
-            }
-        };
-        height.ok().map(Length::um)
-    };
-    // Places that cannot be cut are left out: they lie at the ends.
-    let line = (0..=CURVE_POINTS)
-        .filter_map(|k| {
-            let place_mm = from_mm + (to_mm - from_mm) * f64::from(k) / f64::from(CURVE_POINTS);
-            Some((place_mm, height_um(place_mm)?))
-        })
-        .collect();
-    let step = members.len().div_ceil(MAX_DOTS);
-    let dots =
-        members.iter().step_by(step.max(1)).map(|(element, height_um)| (place_mm(element), *height_um));
-    Some(ScallopCurve { label: label(first, axis), line, dots: dots.collect() })
-}
-
-fn label(element: &Element, axis: ScallopAxis) -> String {
-    let CutterPass { tool, lead, surface } = element.pass;
-    let mut parts = match axis {
-        ScallopAxis::Stepover => vec![format!("tool radius {} mm", tool.radius().mm())],
-        ScallopAxis::Radius => vec![format!("step-over {} mm", element.stepover.mm())],
-    };
-    if !tool.is_ball() {
-        parts.push(format!(
-            "corner {} mm at {}°",
-            tool.corner_radius().mm(),
-            (lead.deg() * 1e3).round() / 1e3
-        ));
-    }
-    if let Surface::Convex { radius } | Surface::Concave { radius } = surface {
-        parts.push(format!("surface radius {} mm", radius.mm()));
-    }
-    parts.join(", ")
 }

@@ -106,6 +106,7 @@ fn the_height_keeps_fourteen_digits_of_the_printed_formula() {
         worst = worst.max(off);
         assert!(off <= STATED, "k {k} D {d} r {r} Rs {rs}: off by {off:e}");
     }
+    println!("{counted:?} compared, {near_limit} near the limit, worst {worst:e}");
     assert!(counted.iter().all(|count| *count > 50_000) && near_limit > 10_000, "{counted:?} {near_limit}");
     assert!(worst > 1e-16, "nothing was compared");
 }
