@@ -365,6 +365,7 @@ impl From<WearFault> for Problem {
     fn from(fault: WearFault) -> Self {
         match fault {
             WearFault::Values(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
+            WearFault::TooMany { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
             WearFault::TooCostly(fault) => fault.into(),
             WearFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
         }

@@ -13,6 +13,14 @@ pub enum WearFault {
     /// Values that cannot be.
     #[error("{} values are wrong", .0.len())]
     Values(Vec<Fault>),
+    /// More elements than one request may have.
+    #[error("{count} elements, and the limit is {limit}")]
+    TooMany {
+        /// How many.
+        count: usize,
+        /// Most accepted.
+        limit: usize,
+    },
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
@@ -30,6 +38,10 @@ pub fn scallop_heights(
     limits: Limits,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ScallopAnswer, WearFault> {
-    Cost::of_scallops(request.count()).within(limits.max_cost_s)?;
+    let (count, limit) = (request.count(), limits.max_poses);
+    if count > limit {
+        return Err(WearFault::TooMany { count, limit });
+    }
+    Cost::of_scallops(count).within(limits.max_cost_s)?;
     request.solve(stop).map_err(WearFault::Values)?.ok_or(WearFault::Cancelled)
 }

@@ -140,6 +140,7 @@ impl ScallopRequest {
         self.check_ranges(&mut faults);
         let count = self.count();
         let [mut heights, mut radii, mut stepovers, mut tools] = [const { Vec::new() }; 4];
+        let (corners, allowed) = (self.corner_radius_mm.is_some(), self.allowed_scallop_um.is_some());
         let mut said = false;
         for index in 0..count {
             if index % 4096 == 0 && stop().is_break() {
@@ -151,9 +152,13 @@ impl ScallopRequest {
             match self.element(index).and_then(|element| self.answer(index, &element)) {
                 Ok([height, radius, stepover, tool]) => {
                     heights.push(height);
-                    radii.push(radius);
-                    stepovers.push(stepover);
-                    tools.push(tool);
+                    if corners {
+                        radii.push(radius);
+                    }
+                    if allowed {
+                        stepovers.push(stepover);
+                        tools.push(tool);
+                    }
                 }
                 Err((members, detail)) => {
                     let pointer = self.pointer(members, index);
@@ -168,10 +173,9 @@ impl ScallopRequest {
         }
         faults.into_result()?;
         let many = self.members().any(|(_, numbers)| numbers.count().is_some());
-        let allowed = self.allowed_scallop_um.is_some();
         Ok(Some(ScallopAnswer {
             scallop_height_um: Answers::of(many, heights),
-            effective_radius_mm: self.corner_radius_mm.is_some().then(|| Answers::of(many, radii)),
+            effective_radius_mm: corners.then(|| Answers::of(many, radii)),
             max_stepover_mm: allowed.then(|| Answers::of(many, stepovers)),
             min_tool_radius_mm: allowed.then(|| Answers::of(many, tools)),
         }))

@@ -27,6 +27,8 @@ pub enum ScallopAxis {
 const MAX_CURVES: usize = 6;
 const CURVE_POINTS: u32 = 96;
 const MAX_DOTS: usize = 400;
+/// Elements looked at for a figure, evenly chosen \[count\].
+const MAX_ELEMENTS: usize = 10_000;
 /// A curve runs on past what was asked by this share.
 const BEYOND: f64 = 0.25;
 
@@ -36,7 +38,9 @@ impl ScallopRequest {
     /// colours, evenly chosen; and how many there are.
     #[must_use]
     pub fn curves(&self, answer: &ScallopAnswer, axis: ScallopAxis) -> (Vec<ScallopCurve>, usize) {
+        let step = self.count().div_ceil(MAX_ELEMENTS).max(1);
         let elements: Vec<(Element, f64)> = (0..self.count())
+            .step_by(step)
             .filter_map(|index| Some((self.element(index).ok()?, answer.scallop_height_um.at(index)?)))
             .collect();
         let mut groups: Vec<([u64; 5], Vec<usize>)> = Vec::new();
