@@ -17,6 +17,8 @@ pub mod motion;
 
 pub mod contact;
 
+pub mod wear;
+
 pub mod servo;
 
 pub mod calibration;

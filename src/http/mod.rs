@@ -21,6 +21,7 @@ mod router;
 mod service;
 mod servo;
 mod state;
+mod wear;
 
 pub use openapi::{document, operations};
 pub use router::router;

@@ -10,7 +10,7 @@ use super::problem::ProblemDocument;
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation and calibration for five-axis machine tools. Lengths are mm and angles degrees unless a name says otherwise; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are mm and angles degrees unless a name says otherwise; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),
@@ -19,6 +19,7 @@ use super::problem::ProblemDocument;
         (name = "kinematics", description = "Tool poses to axis words and back"),
         (name = "programs", description = "NC programs in, compensated programs out"),
         (name = "servo", description = "What loop gains and feed do to the part"),
+        (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
         (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
         (name = "jobs", description = "Everything that was computed, with its report and its program"),
         (name = "service", description = "The service itself"),

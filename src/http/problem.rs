@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 
 use crate::jobs::{
     CompensatorFault, ComputeFault, JobFault, KinematicsFault, RefusalClass, ServoWorkFault, SpoolFault,
-    TooCostly,
+    TooCostly, WearFault,
 };
 use crate::plot::PlotFault;
 use crate::servo::ServoFault;
@@ -379,6 +379,17 @@ impl From<KinematicsFault> for Problem {
                 Self::new(ProblemType::UnreachablePose, detail).at_pose(pose)
             }
             KinematicsFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
+        }
+    }
+}
+
+impl From<WearFault> for Problem {
+    fn from(fault: WearFault) -> Self {
+        match fault {
+            WearFault::Values(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
+            WearFault::TooMany { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
+            WearFault::TooCostly(fault) => fault.into(),
+            WearFault::Cancelled => Self::new(ProblemType::TimedOut, fault.to_string()),
         }
     }
 }

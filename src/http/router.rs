@@ -15,7 +15,9 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::negotiate::choose;
 use super::problem::Problem;
-use super::{AppState, calibrations, edge, jobs, kinematics, machines, openapi, programs, service, servo};
+use super::{
+    AppState, calibrations, edge, jobs, kinematics, machines, openapi, programs, service, servo, wear,
+};
 
 /// Every described route, and the description.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
@@ -24,6 +26,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(kinematics::router())
         .merge(programs::router())
         .merge(servo::router())
+        .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
         .merge(service::router())

@@ -36,7 +36,16 @@ const CIRCLE_SAMPLE_S: f64 = 1e-7;
 /// measured.
 const TOOL_SAMPLE_S: f64 = 4e-6;
 
+/// One scallop height with its inverses, read and printed \[s\].
+const SCALLOP_S: f64 = 3e-6;
+
 impl Cost {
+    /// Of so many scallop heights.
+    #[must_use]
+    pub fn of_scallops(count: usize) -> Self {
+        Self { seconds: count as f64 * SCALLOP_S }
+    }
+
     /// Of so many samples through the drives, of the whole machine or of two axes.
     #[must_use]
     pub fn of_servo(samples: f64, whole_machine: bool) -> Self {

@@ -14,6 +14,7 @@ mod refusals;
 mod servo;
 mod servo_program;
 mod spool;
+mod wear;
 
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
@@ -29,3 +30,4 @@ pub use program_job::{JobFault, ProgramJob};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
+pub use wear::{WearFault, scallop_heights};

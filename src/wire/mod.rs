@@ -22,6 +22,11 @@ mod servo_path;
 mod servo_program;
 mod solved_poses;
 mod sphere_answer;
+mod wear_advice;
+mod wear_numbers;
+mod wear_scallop;
+mod wear_scallop_curves;
+mod wear_tool;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
@@ -68,3 +73,8 @@ pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, 
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
+pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
+pub use wear_numbers::{Answers, Numbers};
+pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
+pub use wear_scallop_curves::ScallopAxis;
+pub use wear_tool::ToolDoc;

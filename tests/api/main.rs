@@ -18,3 +18,4 @@ mod service;
 mod servo;
 mod support;
 mod upgrade;
+mod wear;

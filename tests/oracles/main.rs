@@ -5,6 +5,8 @@ mod ballbar;
 mod bar_machine;
 mod control_export;
 mod cutter_contact;
+#[path = "../models/double_double.rs"]
+mod double_double;
 mod kinematics;
 mod rotary_sphere;
 mod servo;
@@ -12,3 +14,5 @@ mod servo_paths;
 mod servo_second_methods;
 #[path = "../models/tables.rs"]
 mod tables;
+mod wear_compensation;
+mod wear_scallop;

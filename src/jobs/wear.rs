@@ -1,0 +1,47 @@
+//! Questions about worn cutters, inside the pool.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::{Cost, Limits, TooCostly};
+use crate::wire::{Fault, ScallopAnswer, ScallopRequest};
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WearFault {
+    /// Values that cannot be.
+    #[error("{} values are wrong", .0.len())]
+    Values(Vec<Fault>),
+    /// More elements than one request may have.
+    #[error("{count} elements, and the limit is {limit}")]
+    TooMany {
+        /// How many.
+        count: usize,
+        /// Most accepted.
+        limit: usize,
+    },
+    /// The estimate is over the limit.
+    #[error(transparent)]
+    TooCostly(#[from] TooCostly),
+    /// The request was given up.
+    #[error("the computation was stopped")]
+    Cancelled,
+}
+
+/// Scallop heights with what else was asked.
+///
+/// # Errors
+/// Bad elements, too many of them, or stopped.
+pub fn scallop_heights(
+    request: &ScallopRequest,
+    limits: Limits,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ScallopAnswer, WearFault> {
+    let (count, limit) = (request.count(), limits.max_poses);
+    if count > limit {
+        return Err(WearFault::TooMany { count, limit });
+    }
+    Cost::of_scallops(count).within(limits.max_cost_s)?;
+    request.solve(stop).map_err(WearFault::Values)?.ok_or(WearFault::Cancelled)
+}

@@ -1,0 +1,28 @@
+//! What a worn or reground cutter does to the part, and what can be mended: scallop height between passes, the shift of
+//! the tip that keeps the contact, and what remains.
+
+mod advice;
+mod cutter_wear;
+mod effective_radius;
+mod end_milling;
+mod pass;
+mod scallop;
+mod scallop_fault;
+mod side_milling;
+mod stated_contact;
+mod surface;
+mod tip_shift;
+mod wear_table;
+
+pub use advice::{Advice, Outlook, WearAdvice, WearQuestion, advise};
+pub use cutter_wear::CutterWear;
+pub use effective_radius::{LEAD_RANGE_DEG, LeadFault, cutter_radius, effective_radius};
+pub use end_milling::{end_milling_shift, uncompensated_excess_mm};
+pub use pass::{CutterPass, PassFault};
+pub use scallop::{largest_stepover, scallop_height, smallest_tool_radius};
+pub use scallop_fault::{ScallopFault, ScallopQuantity};
+pub use side_milling::side_milling_shift;
+pub use stated_contact::{StatedShift, end_milling_shift_at, side_milling_shift_at};
+pub use surface::Surface;
+pub use tip_shift::{FlatContact, ShiftFault, TipShift};
+pub use wear_table::{WearTable, WearTableFault};

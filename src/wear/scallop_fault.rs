@@ -1,0 +1,75 @@
+//! Why there is no scallop height, or no inverse of it.
+
+use thiserror::Error;
+
+/// Which of the numbers of a scallop a fault is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScallopQuantity {
+    /// D, the chord between neighbouring contact points.
+    Stepover,
+    /// r, the radius of the ball, or the effective one.
+    ToolRadius,
+    /// Rs, the radius of the surface.
+    SurfaceRadius,
+    /// h allowed.
+    AllowedHeight,
+}
+
+/// Why there is no scallop height, or no inverse of it; every bound is in the message.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum ScallopFault {
+    /// Not a number, or not one of a real cut.
+    #[error("{value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
+    OutOfRange {
+        /// Which number.
+        quantity: ScallopQuantity,
+        /// Its value \[mm\].
+        value_mm: f64,
+        /// Smallest accepted \[mm\].
+        min_mm: f64,
+        /// Largest accepted \[mm\].
+        max_mm: f64,
+    },
+    /// A concave surface narrower than the tool.
+    #[error(
+        "a tool that cuts with a radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm: at most {surface_radius_mm} mm"
+    )]
+    Gouge {
+        /// r \[mm\].
+        tool_radius_mm: f64,
+        /// Rs \[mm\].
+        surface_radius_mm: f64,
+    },
+    /// Neighbouring passes leave a strip uncut between them (w > r).
+    #[error(
+        "at a step-over of {stepover_mm} mm neighbouring passes do not meet: at most {max_stepover_mm} mm"
+    )]
+    PassesDoNotMeet {
+        /// D \[mm\].
+        stepover_mm: f64,
+        /// Largest D at which they do \[mm\].
+        max_stepover_mm: f64,
+    },
+    /// A chord longer than the surface's diameter.
+    #[error(
+        "a step-over of {stepover_mm} mm is no chord of a surface of this radius: at most {max_stepover_mm} mm"
+    )]
+    NoChord {
+        /// D \[mm\].
+        stepover_mm: f64,
+        /// 2 Rs \[mm\].
+        max_stepover_mm: f64,
+    },
+}
+
+impl ScallopFault {
+    /// The number to change first.
+    #[must_use]
+    pub const fn quantity(&self) -> ScallopQuantity {
+        match self {
+            Self::OutOfRange { quantity, .. } => *quantity,
+            Self::Gouge { .. } => ScallopQuantity::ToolRadius,
+            Self::PassesDoNotMeet { .. } | Self::NoChord { .. } => ScallopQuantity::Stepover,
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The contact of a nominal cutter stated as a point, as U V W words do.
+
+use super::tip_shift::{checked_normal, length_shift_mm};
+use super::{CutterWear, FlatContact, ShiftFault, TipShift, end_milling_shift, side_milling_shift};
+use crate::contact::{ContactFault, CutterContact, Touch};
+use crate::geometry::{Vec3, across};
+use crate::kinematics::ToolPose;
+use crate::machine::Tool;
+
+/// A shift from a stated contact point, and how far that point lies off the stated cutter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StatedShift {
+    /// The shift.
+    pub shift: TipShift,
+    /// Distance of the point from the nominal cutter's surface \[mm\]; above [`Touch::ON_TOOL_MM`] it is worth a warning.
+    pub off_tool_mm: f64,
+}
+
+/// [`end_milling_shift`] for the nominal cutter at `pose` touching at `contact_mm` in W. A point off the cutter counts
+/// with the normal of the nearest point of its corner, and is reported with its distance.
+///
+/// # Errors
+/// A point on the side away from the part (an undercut), one without a normal, one on the edge of a flat cutter where
+/// the worn one has a corner radius.
+pub fn end_milling_shift_at(
+    wear: &CutterWear,
+    pose: &ToolPose,
+    contact_mm: Vec3,
+) -> Result<StatedShift, ShiftFault> {
+    let (tool, axis) = (&wear.nominal, pose.axis);
+    let touch = Touch::from_point(tool, pose, contact_mm, None).map_err(|fault| match fault {
+        ContactFault::Undercut { angle_deg } => ShiftFault::Undercut { angle_deg },
+        ContactFault::ZeroNormal { length } => ShiftFault::ZeroNormal { length },
+    })?;
+    let off_tool_mm = touch.off_tool_mm;
+    let stated = |shift| StatedShift { shift, off_tool_mm };
+    let (axial_mm, radial_mm, inward) = match touch.contact {
+        CutterContact::Normal { direction, .. } => {
+            return end_milling_shift(wear, axis, direction).map(stated);
+        }
+        CutterContact::Offset { axial_mm, radial_mm, inward } => (axial_mm, radial_mm, inward),
+        CutterContact::Tip => return Err(ShiftFault::NoNormal { off_tool_mm }),
+    };
+    let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+    if corner == 0.0 && radial_mm > core - Touch::ON_TOOL_MM {
+        return edge(wear, axis, inward).map(stated);
+    }
+    if core > 0.0 && radial_mm <= core {
+        let note = Some(FlatContact::Whole);
+        let shift_mm = length_shift_mm(wear.shorter_by, axis);
+        return Ok(stated(TipShift { shift_mm, note }));
+    }
+    let scaled_normal = inward * (radial_mm - core) + axis * (corner - axial_mm);
+    if scaled_normal.norm() < 0.5 * corner {
+        return Err(ShiftFault::NoNormal { off_tool_mm });
+    }
+    end_milling_shift(wear, axis, checked_normal(axis, scaled_normal)?).map(stated)
+}
+
+/// On the sharp edge of a flat cutter: only the side is known, and only another sharp edge can be put there.
+fn edge(wear: &CutterWear, axis: Vec3, inward: Vec3) -> Result<TipShift, ShiftFault> {
+    let corner_mm = wear.actual.corner_radius().mm();
+    if corner_mm > 0.0 {
+        return Err(ShiftFault::EdgeWithoutNormal { corner_mm });
+    }
+    let shift_mm = inward * wear.core_change_mm() + length_shift_mm(wear.shorter_by, axis);
+    Ok(TipShift { shift_mm, note: None })
+}
+
+/// [`side_milling_shift`] for the flank of the nominal cutter at `pose` touching at `contact_mm` in W; the normal is
+/// the direction from the point to the axis.
+///
+/// # Errors
+/// A point on the tool axis.
+pub fn side_milling_shift_at(
+    wear: &CutterWear,
+    pose: &ToolPose,
+    contact_mm: Vec3,
+) -> Result<StatedShift, ShiftFault> {
+    let to_tip = pose.tip_mm - contact_mm;
+    let radial = across(to_tip, pose.axis);
+    let radial_mm = radial.norm();
+    let off_tool_mm = off_flank_mm(&wear.nominal, -to_tip.dot(&pose.axis), radial_mm);
+    if radial_mm < CutterContact::ON_AXIS_MM {
+        return Err(ShiftFault::NoNormal { off_tool_mm });
+    }
+    let shift = side_milling_shift(wear, pose.axis, radial)?;
+    Ok(StatedShift { shift, off_tool_mm })
+}
+
+/// Distance from the flank, which begins above the corner \[mm\].
+fn off_flank_mm(tool: &Tool, axial_mm: f64, radial_mm: f64) -> f64 {
+    (radial_mm - tool.radius().mm()).hypot((tool.corner_radius().mm() - axial_mm).max(0.0))
+}

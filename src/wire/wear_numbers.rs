@@ -1,0 +1,152 @@
+//! One number, or many: a question and its answer take the same form.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+/// One number for every element, or one for each.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Numbers {
+    /// The same for all.
+    One(f64),
+    /// One for each.
+    Many(Vec<f64>),
+}
+
+impl Numbers {
+    /// How many there are, where there are many.
+    #[must_use]
+    pub fn count(&self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Many(numbers) => Some(numbers.len()),
+        }
+    }
+
+    /// The number of the element of this index; not a number where there is none.
+    #[must_use]
+    pub fn at(&self, index: usize) -> f64 {
+        match self {
+            Self::One(number) => *number,
+            Self::Many(numbers) => numbers.get(index).copied().unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Every number written.
+    #[must_use]
+    pub fn written(&self) -> &[f64] {
+        match self {
+            Self::One(number) => std::slice::from_ref(number),
+            Self::Many(numbers) => numbers,
+        }
+    }
+}
+
+struct OneOrMany;
+
+impl<'de> Visitor<'de> for OneOrMany {
+    type Value = Numbers;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number or an array of numbers")
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Numbers, E> {
+        Ok(Numbers::One(number))
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, number: u64) -> Result<Numbers, E> {
+        Ok(Numbers::One(number as f64))
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Numbers, E> {
+        Ok(Numbers::One(number as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Numbers, A::Error> {
+        let mut numbers = Vec::new();
+        while let Some(number) = seq.next_element()? {
+            numbers.push(number);
+        }
+        if numbers.is_empty() {
+            return Err(A::Error::invalid_length(0, &"at least one number"));
+        }
+        Ok(Numbers::Many(numbers))
+    }
+}
+
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(OneOrMany)
+    }
+}
+
+impl Serialize for Numbers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::One(number) => serializer.serialize_f64(*number),
+            Self::Many(numbers) => numbers.serialize(serializer),
+        }
+    }
+}
+
+/// Answers in the form of the question; null where there is none.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Answers {
+    /// To a question of single numbers.
+    One(Option<f64>),
+    /// To a question of many.
+    Many(Vec<Option<f64>>),
+}
+
+impl Answers {
+    /// The answers to a question with arrays, or the only one.
+    #[must_use]
+    pub fn of(many: bool, answers: Vec<Option<f64>>) -> Self {
+        if many { Self::Many(answers) } else { Self::One(answers.first().copied().flatten()) }
+    }
+
+    /// The answer to the element of this index.
+    #[must_use]
+    pub fn at(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::One(answer) => *answer,
+            Self::Many(answers) => answers.get(index).copied().flatten(),
+        }
+    }
+}
+
+fn one_or_many(kind: &SchemaType) -> RefOr<Schema> {
+    let number = || ObjectBuilder::new().schema_type(kind.clone());
+    OneOfBuilder::new().item(number()).item(ArrayBuilder::new().items(number())).into()
+}
+
+impl PartialSchema for Numbers {
+    fn schema() -> RefOr<Schema> {
+        one_or_many(&SchemaType::Type(Type::Number))
+    }
+}
+
+impl ToSchema for Numbers {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("NumbersOrOne")
+    }
+}
+
+impl PartialSchema for Answers {
+    fn schema() -> RefOr<Schema> {
+        one_or_many(&SchemaType::from_iter([Type::Number, Type::Null]))
+    }
+}
+
+impl ToSchema for Answers {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("NumbersOrNull")
+    }
+}

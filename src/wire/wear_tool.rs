@@ -1,0 +1,57 @@
+//! A cutter of a question about wear.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Fault, FaultList};
+use crate::machine::{Tool, ToolFault};
+use crate::units::Length;
+use crate::wear::CutterWear;
+
+/// A cutter, nominal or as measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = WearTool)]
+pub struct ToolDoc {
+    /// Cutter radius.
+    #[schema(example = 5.0)]
+    pub radius_mm: f64,
+    /// Corner radius: the radius for a ball (where it is left out), 0 for a flat cutter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_radius_mm: Option<f64>,
+    /// Length. Given for both cutters, the control keeps the nominal one; else it has the measured one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_mm: Option<f64>,
+}
+
+/// Longest tool taken for real \[mm\].
+const MAX_LENGTH_MM: f64 = 10_000.0;
+
+impl ToolDoc {
+    /// The cutter; faults join `faults` under `pointer`.
+    pub fn to_core(self, pointer: &str, faults: &mut FaultList) -> Option<Tool> {
+        if let Some(length_mm) = self.length_mm {
+            faults.check_range(|| format!("{pointer}/length_mm"), length_mm, 0.0, MAX_LENGTH_MM);
+        }
+        let corner_mm = self.corner_radius_mm.unwrap_or(self.radius_mm);
+        match Tool::new(Length::from_mm(self.radius_mm), Length::from_mm(corner_mm)) {
+            Ok(tool) => Some(tool),
+            Err(fault) => {
+                let member = match fault {
+                    ToolFault::Radius { .. } => "radius_mm",
+                    ToolFault::CornerRadius { .. } => "corner_radius_mm",
+                };
+                faults.push(|| Fault::new(format!("{pointer}/{member}"), fault.to_string()));
+                None
+            }
+        }
+    }
+
+    /// A worn cutter against its nominal one; faults join `faults`.
+    pub fn wear(nominal: &Self, actual: &Self, faults: &mut FaultList) -> Option<CutterWear> {
+        let tools = [nominal.to_core("/nominal_tool", faults), actual.to_core("/actual_tool", faults)];
+        let shorter_mm = nominal.length_mm.zip(actual.length_mm).map_or(0.0, |(full, left)| full - left);
+        let [Some(nominal), Some(actual)] = tools else { return None };
+        Some(CutterWear { nominal, actual, shorter_by: Length::from_mm(shorter_mm) })
+    }
+}
