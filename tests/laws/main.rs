@@ -3,6 +3,7 @@
 #[path = "../models/mod.rs"]
 mod models;
 
+mod calibration;
 mod compensation;
 mod example;
 mod inverse;

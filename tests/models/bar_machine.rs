@@ -69,6 +69,11 @@ impl BarMachine {
         chain(angles) * chain([0.0; 2]).inverse()
     }
 
+    /// Where a point of the table stands at these angles [mm], seen from where it stands at zero.
+    pub(crate) fn on_table(&self, errors: &AxisErrors, angles: [f64; 2], point: [f64; 3]) -> Vector3<f64> {
+        (self.moved(false, errors, angles) * Point3::from(point)).coords
+    }
+
     /// Where the last table axis stands; its origin without one.
     fn center(&self) -> Vector3<f64> {
         self.axes.iter().rev().find(|axis| !axis.head).map_or_else(Vector3::zeros, |axis| axis.point)

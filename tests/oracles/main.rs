@@ -12,6 +12,7 @@ mod rotary_sphere;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;
+mod sphere_run;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear_compensation;
