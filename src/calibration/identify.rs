@@ -2,15 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::absolute::{AbsoluteError, absolute_errors};
+use super::absolute::{AbsoluteError, absolute_estimates};
 use super::blind::{Blind, blind_combinations};
 use super::decomposition::{Decomposition, product};
 use super::eccentricity::{Harmonic, HarmonicFit};
 use super::observations::Observations;
 use super::robust::{Outliers, keep};
 use super::warnings::{RunWarning, warnings};
-use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters};
+use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters, told_per_unit};
 use crate::machine::{LocationError, Machine};
+use crate::units::UM_PER_MM;
 
 /// Something that is not known before the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,6 +20,17 @@ pub enum Unknown {
     Error(ErrorParameter),
     /// A component of the set-up error \[mm\]: 0 `e_xs`, 1 `e_ys`.
     SetupError(usize),
+}
+
+impl Unknown {
+    /// The unit in which it is told, per unit in which it is computed: µm per mm, µrad per rad.
+    #[must_use]
+    pub fn told_per_unit(&self) -> f64 {
+        match self {
+            Self::Error(parameter) => told_per_unit(parameter.component),
+            Self::SetupError(_) => UM_PER_MM,
+        }
+    }
 }
 
 /// Eccentricities of one test \[mm\]; `None` where the angles do not determine them.
@@ -307,7 +319,7 @@ impl<'a> Fit<'a> {
             .collect();
         let blind = blind_combinations(self.machine, self.run, &every, &self.counted);
         let undetermined = self.solved.touched();
-        let absolute = absolute_errors(
+        let absolute = absolute_estimates(
             self.machine,
             &solution.errors,
             &self.unknowns,
