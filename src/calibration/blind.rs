@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::decomposition::Decomposition;
 use super::eccentricity::reachable_turns;
-use super::observations::Observations;
+use super::observations::{Observations, Predicted};
 use super::parameters::MovedLines;
 use super::prediction::TestModel;
 use super::{BallBarRun, BallBarTest, BarDirection, ErrorParameter, Observed, Unknown};
@@ -50,12 +50,15 @@ const LONGER_MM: f64 = 100.0;
 /// Where further balls are thought of, besides those of the run \[mm\]: a good plan has C tests far out, A tests high.
 const FURTHER_BALLS_MM: [[f64; 3]; 3] = [[150.0, 0.0, 60.0], [150.0, 0.0, 160.0], [0.0, 150.0, 60.0]];
 
-/// The combinations of `unknowns` outside what `counted` determines, each with as few parts as elimination leaves.
+/// The combinations of `unknowns` outside what `counted` determines, each with as few parts as elimination leaves;
+/// `at_zero` is what the model says of the observations without errors.
 pub(super) fn blind_combinations(
     machine: &Machine,
     run: &BallBarRun,
     unknowns: &[Unknown],
     counted: &Decomposition,
+    observations: &Observations,
+    at_zero: &Predicted,
 ) -> Vec<Blind> {
     let basis = counted.unscaled_blind();
     if basis.ncols() == 0 {
@@ -71,10 +74,6 @@ pub(super) fn blind_combinations(
             Unknown::SetupError(_) => None,
         })
         .collect();
-    let observations = Observations::new(machine, run);
-    let nominal = machine.screws(false);
-    let at_zero =
-        observations.predict(machine, &nominal, &parameters, &[LocationError::default(); 2], [0.0; 2]);
     let mut combinations = Vec::new();
     for row in reduced(natural).row_iter() {
         let parts: Vec<(Unknown, f64)> =

@@ -4,6 +4,7 @@
 //! Cascaded values enter the profile (shared notation §1 "Location errors"), ISO 230-7 ones are absolute.
 
 mod absolute;
+mod angles;
 mod ballbar;
 mod blind;
 mod decomposition;

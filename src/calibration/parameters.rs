@@ -44,6 +44,11 @@ impl ErrorParameter {
         }
     }
 
+    /// Largest magnitude that a profile takes for an error \[mm or rad\].
+    pub(super) fn max_abs(&self) -> f64 {
+        if self.is_angle() { Machine::MAX_ERROR_RAD } else { Machine::MAX_ERROR_MM }
+    }
+
     /// Puts `value` \[mm or rad\] into `errors`.
     pub(super) fn set(&self, errors: &mut [LocationError; 2], value: f64) {
         let error = &mut errors[self.axis];

@@ -373,7 +373,7 @@ impl CalibrationDocument {
 impl CovarianceDoc {
     /// Of these unknowns, from the core's units.
     pub(super) fn of(machine: &Machine, unknowns: &[Unknown], matrix: &DMatrix<f64>) -> Self {
-        let units: Vec<f64> = unknowns.iter().map(|unknown| unknown.told_per_unit()).collect();
+        let units: Vec<f64> = unknowns.iter().map(Unknown::told_per_unit).collect();
         let row = |row: usize| -> Vec<f64> {
             units.iter().enumerate().map(|(column, unit)| matrix[(row, column)] * units[row] * unit).collect()
         };
