@@ -86,7 +86,7 @@ pub struct Identified {
     pub residuals_mm: Vec<Vec<f64>>,
     /// The offset of each test \[mm\], `None` where none was fitted.
     pub offsets_mm: Vec<Option<f64>>,
-    /// What was left out.
+    /// What was left out, by test and reading.
     pub outliers: Vec<Outlier>,
     /// By test.
     pub eccentricities: Vec<Eccentricities>,
