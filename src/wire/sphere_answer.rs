@@ -37,7 +37,7 @@ pub struct SphereAxisAnswer {
     pub rotary_axis: String,
     /// Unit direction, in the nominal sense.
     pub direction: Fixed<3>,
-    /// The point of the line nearest the nominal reference point.
+    /// Where the line meets the plane through the nominal reference point, across the nominal direction.
     pub point_mm: Fixed<3>,
     /// How many centres.
     pub centres: usize,
