@@ -114,10 +114,19 @@ fn distances(fit: &Fit<'_>, solution: &Solution, passing: &[f64], weights: &[f64
     distances
 }
 
-/// The judged rows that stand out, ascending.
+/// The judged rows that stand out, ascending. A test that scatters more than all together is judged by its own scatter:
+/// what all its readings share is no outlier.
 fn far(fit: &Fit<'_>, solution: &Solution, passing: &[f64], judged: &[usize]) -> Vec<usize> {
     let distances = distances(fit, solution, passing, &fit.observations.weights);
-    let Some(median) = median(&distances, judged) else { return Vec::new() };
-    let limit = (LIMIT_SIGMAS * SIGMA_PER_MEDIAN * median).max(LEAST_LIMIT_MM);
-    judged.iter().copied().filter(|row| distances[*row] > limit).collect()
+    let Some(of_all) = median(&distances, judged) else { return Vec::new() };
+    let mut far = Vec::new();
+    for block in &fit.observations.blocks {
+        let end = block.first + block.rows;
+        let first = judged.partition_point(|row| *row < block.first);
+        let rows = &judged[first..judged.partition_point(|row| *row < end)];
+        let Some(of_block) = median(&distances, rows) else { continue };
+        let limit = (LIMIT_SIGMAS * SIGMA_PER_MEDIAN * of_block.max(of_all)).max(LEAST_LIMIT_MM);
+        far.extend(rows.iter().copied().filter(|row| distances[*row] > limit));
+    }
+    far
 }

@@ -498,6 +498,38 @@ fn outliers_are_left_out_and_listed() {
 }
 
 #[test]
+fn a_test_that_scatters_more_than_the_others_is_not_taken_for_outliers() {
+    /// Three standard uncertainties, of which the scatter of all 220 readings understates those of a test that has all
+    /// of it in 37 by √(220/37).
+    const SIGMAS: f64 = 7.4;
+    let machine = ac_table([2.0, 0.3, -50.0]);
+    let errors = p4([12.0, -21.0, 34.0, 15.0], [41.0, -63.0, 29.0, 27.0]);
+    let run = run_of(plan([150.0, 20.0, 60.0], [30.0, 10.0, 160.0], 5), SetupError::Known([0.0; 2]));
+    let clean = measured(&machine, run, &errors, [0.0; 2]);
+    let truth = errors_of(&errors);
+    for noisy in 0..4 {
+        let mut run = clean.clone();
+        let mut seeded = Seeded(23);
+        for (index, test) in run.tests.iter_mut().enumerate() {
+            let sigma_mm = if index == noisy { 9e-3 } else { 3e-4 };
+            if let Observed::Readings(readings) = &mut test.observed {
+                for reading in readings.iter_mut() {
+                    reading.length_change_mm += seeded.normal() * sigma_mm;
+                }
+            }
+        }
+        let found = identify(&machine, &run).expect("a fit");
+        assert!(found.outliers.is_empty(), "test {noisy}: {} left out", found.outliers.len());
+        let covariance = found.covariance.as_ref().expect("many readings");
+        for (index, parameter) in trunnion::calibration::placing_parameters(&machine).iter().enumerate() {
+            let off = (parameter.value(&found.errors) - parameter.value(&truth)).abs();
+            let sigmas = off / covariance[(index, index)].sqrt();
+            assert!(sigmas < SIGMAS, "test {noisy}: {parameter:?} is off by {sigmas} sigma");
+        }
+    }
+}
+
+#[test]
 fn a_test_given_twice_counts_as_one_of_half_the_variance() {
     /// Rounding of a fit of some 150 readings [µm, µrad].
     const ROUNDING: f64 = 1e-6;
