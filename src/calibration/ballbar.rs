@@ -16,6 +16,9 @@ pub enum BarDirection {
     Axial,
 }
 
+/// Sine below which a direction is nearly along an axis: 6°.
+const NEARLY_ALONG: f64 = 0.1;
+
 impl BarDirection {
     /// Every direction.
     pub const ALL: [Self; 3] = [Self::Radial, Self::Tangential, Self::Axial];
@@ -41,7 +44,7 @@ impl BarDirection {
         };
         // An axis along its own radial direction (a B axis that points in z) takes the tangential one for it.
         let radial = across(radial, axis);
-        let radial = if radial.norm() < 0.1 { across(tangential, axis) } else { radial }.normalize();
+        let radial = if radial.norm() < NEARLY_ALONG { across(tangential, axis) } else { radial }.normalize();
         match self {
             Self::Radial => radial,
             Self::Axial => axis,

@@ -188,7 +188,7 @@ pub struct CalibrationDocument {
     pub unknowns: usize,
     /// Largest singular value over the smallest, columns at unit length; null where spheres were probed.
     pub condition_number: Option<f64>,
-    /// Observations less what was fitted to them.
+    /// Observations less what was fitted to them; of spheres without angles, of planes and circles each.
     pub degrees_of_freedom: usize,
     /// Root of the mean square of the residuals.
     pub residual_rms_um: f64,
