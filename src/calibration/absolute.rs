@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 
 use super::blind::Blind;
 use super::{ErrorParameter, Unknown};
-use crate::geometry::Vec3;
-use crate::machine::{LocationError, Machine};
+use crate::geometry::{Vec3, across};
+use crate::machine::{LocationError, Machine, RotaryLetter};
 
-/// One location error of one axis against the machine's frame.
+/// One location error of one axis against the machine's frame: of a shift or turn, the part across the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AbsoluteError {
     /// The axis, in the profile's order.
@@ -16,14 +16,28 @@ pub struct AbsoluteError {
     pub component: usize,
     /// \[mm or rad\]
     pub value: f64,
-    /// Variance \[mm² or rad²\], `None` where the readings give none.
+    /// Variance \[mm² or rad²\], `None` where readings give none.
     pub variance: Option<f64>,
     /// Whether the readings determine it; if not, the value holds for what was assumed.
     pub identifiable: bool,
 }
 
-/// An axis this parallel to X, Y or Z has no error along or about it.
+/// An axis this parallel to X, Y or Z has no error along or about it: the cosine of 45 µrad.
 const ALONG: f64 = 1.0 - 1e-9;
+
+/// The symbol of ISO 230-7 for a component (0–5) of an axis' error against the machine's frame: `E_X0C`.
+#[must_use]
+pub fn iso_230_symbol(letter: RotaryLetter, component: usize) -> String {
+    let motion = ['X', 'Y', 'Z', 'A', 'B', 'C'].get(component).copied().unwrap_or('?');
+    format!("E_{motion}0{}", letter.as_char())
+}
+
+/// The absolute errors of both axes of a machine, from the location errors of its profile; no variances.
+#[must_use]
+pub fn absolute_errors(machine: &Machine) -> Vec<AbsoluteError> {
+    let errors = machine.rotary_axes().each_ref().map(|axis| axis.location_error);
+    absolute_estimates(machine, &errors, &[], None, &[], &[])
+}
 
 /// What each cascaded component adds to an absolute one, first order in the errors (shared notation §1, end): an
 /// inner axis of the same chain carries the outer one's reference point along.
@@ -40,18 +54,17 @@ fn share(machine: &Machine, parameter: ErrorParameter, axis: usize, component: u
         (unit, Vec3::zeros())
     };
     let whole = if component < 3 { shift } else { turn };
-    let along = carried.direction;
-    (whole - along * along.dot(&whole))[component % 3]
+    across(whole, carried.direction)[component % 3]
 }
 
 /// The components that an axis has: those not along or about it.
-pub(super) fn components(machine: &Machine, axis: usize) -> impl Iterator<Item = usize> {
+fn components(machine: &Machine, axis: usize) -> impl Iterator<Item = usize> {
     let direction = machine.rotary_axes()[axis].direction;
     (0..6).filter(move |component| direction[component % 3].abs() < ALONG)
 }
 
 /// The absolute errors of both axes, with variances from the covariance of `unknowns`.
-pub(super) fn absolute_errors(
+pub(super) fn absolute_estimates(
     machine: &Machine,
     errors: &[LocationError; 2],
     unknowns: &[Unknown],

@@ -1,6 +1,7 @@
 //! A ball-bar run as it was measured.
 
 use super::RunFault;
+use super::angles::different_angles;
 use crate::geometry::{Vec3, across};
 use crate::machine::{Machine, RotaryLetter, Side};
 
@@ -14,6 +15,9 @@ pub enum BarDirection {
     /// Along the axis.
     Axial,
 }
+
+/// Sine below which a direction is nearly along an axis: 6°.
+const NEARLY_ALONG: f64 = 0.1;
 
 impl BarDirection {
     /// Every direction.
@@ -40,7 +44,7 @@ impl BarDirection {
         };
         // An axis along its own radial direction (a B axis that points in z) takes the tangential one for it.
         let radial = across(radial, axis);
-        let radial = if radial.norm() < 0.1 { across(tangential, axis) } else { radial }.normalize();
+        let radial = if radial.norm() < NEARLY_ALONG { across(tangential, axis) } else { radial }.normalize();
         match self {
             Self::Radial => radial,
             Self::Axial => axis,
@@ -132,8 +136,10 @@ impl BallBarRun {
     pub const BAR_LENGTH_RANGE_MM: [f64; 2] = [10.0, 5000.0];
     /// Farthest ball from the axis' reference point, and longest tool \[mm\].
     pub const MAX_DISTANCE_MM: f64 = 1e4;
-    /// Largest change of length taken for real \[mm\]: no ball bar measures a tenth of it.
+    /// Largest change of length taken for real \[mm\]: ten times what common ball bars measure.
     pub const MAX_CHANGE_MM: f64 = 10.0;
+    /// Smallest and largest relative uncertainty of a test's readings: beyond, its weight is none or all.
+    pub const UNCERTAINTY_RANGE: [f64; 2] = [1e-6, 1e6];
     /// Largest angle of an axis \[rad\]: a thousand turns.
     pub const MAX_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
     /// Fewest different angles of a test: three numbers, offset, sine and cosine, describe its circle.
@@ -220,7 +226,7 @@ impl BallBarTest {
         if !(0.0..=max_mm).contains(&self.tool_length_mm) {
             faults.push(RunFault::ToolLength { test, length_mm: self.tool_length_mm, max_mm });
         }
-        let (min, max) = (1e-6, 1e6);
+        let [min, max] = BallBarRun::UNCERTAINTY_RANGE;
         if !(min..=max).contains(&self.reading_uncertainty) {
             faults.push(RunFault::ReadingUncertainty { test, value: self.reading_uncertainty, min, max });
         }
@@ -250,19 +256,10 @@ fn check_readings(test: Option<usize>, readings: &[Reading], faults: &mut Vec<Ru
             faults.push(RunFault::LengthChange { test, reading, value_mm: value.length_change_mm, max_mm });
         }
     }
-    let (angles, min) = (different_angles(readings), BallBarRun::MIN_ANGLES);
+    let angles_rad = readings.iter().map(|reading| reading.angle_rad);
+    let (angles, min) = (different_angles(angles_rad, BallBarRun::SAME_ANGLE_RAD), BallBarRun::MIN_ANGLES);
+    // Angles that are no numbers are not counted.
     if faults.len() == before && angles < min {
         faults.push(RunFault::TooFewAngles { test, angles, min });
     }
-}
-
-/// How many angles of one turn were visited.
-fn different_angles(readings: &[Reading]) -> usize {
-    let mut angles: Vec<f64> =
-        readings.iter().map(|reading| reading.angle_rad.rem_euclid(std::f64::consts::TAU)).collect();
-    angles.sort_by(f64::total_cmp);
-    angles.dedup_by(|after, before| *after - *before < BallBarRun::SAME_ANGLE_RAD);
-    let wraps = angles.len() > 1
-        && angles[0] + std::f64::consts::TAU - angles[angles.len() - 1] < BallBarRun::SAME_ANGLE_RAD;
-    angles.len() - usize::from(wraps)
 }

@@ -4,13 +4,13 @@ use nalgebra::DMatrix;
 
 use super::decomposition::Decomposition;
 use super::eccentricity::reachable_turns;
-use super::observations::Observations;
+use super::observations::{Observations, Predicted};
 use super::parameters::MovedLines;
 use super::prediction::TestModel;
 use super::{BallBarRun, BallBarTest, BarDirection, ErrorParameter, Observed, Unknown};
 use crate::geometry::Vec3;
 use crate::machine::{LocationError, Machine, Side};
-use crate::units::{UM_PER_MM, URAD_PER_RAD};
+use crate::units::UM_PER_MM;
 
 /// A combination of unknowns that changes no reading, or only readings' offsets.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,29 +50,22 @@ const LONGER_MM: f64 = 100.0;
 /// Where further balls are thought of, besides those of the run \[mm\]: a good plan has C tests far out, A tests high.
 const FURTHER_BALLS_MM: [[f64; 3]; 3] = [[150.0, 0.0, 60.0], [150.0, 0.0, 160.0], [0.0, 150.0, 60.0]];
 
-impl Unknown {
-    /// µm or µrad in one of its units.
-    pub(super) fn per_unit(&self) -> f64 {
-        match self {
-            Self::Error(parameter) if parameter.is_angle() => URAD_PER_RAD,
-            Self::Error(_) | Self::SetupError(_) => UM_PER_MM,
-        }
-    }
-}
-
-/// The combinations of `unknowns` outside what `counted` determines, each with as few parts as elimination leaves.
+/// The combinations of `unknowns` outside what `counted` determines, each with as few parts as elimination leaves;
+/// `at_zero` is what the model says of the observations without errors.
 pub(super) fn blind_combinations(
     machine: &Machine,
     run: &BallBarRun,
     unknowns: &[Unknown],
     counted: &Decomposition,
+    observations: &Observations,
+    at_zero: &Predicted,
 ) -> Vec<Blind> {
     let basis = counted.unscaled_blind();
     if basis.ncols() == 0 {
         return Vec::new();
     }
     let natural = DMatrix::from_fn(basis.ncols(), basis.nrows(), |row, column| {
-        basis[(column, row)] * unknowns[column].per_unit()
+        basis[(column, row)] * unknowns[column].told_per_unit()
     });
     let parameters: Vec<ErrorParameter> = unknowns
         .iter()
@@ -81,17 +74,13 @@ pub(super) fn blind_combinations(
             Unknown::SetupError(_) => None,
         })
         .collect();
-    let observations = Observations::new(machine, run);
-    let nominal = machine.screws(false);
-    let at_zero =
-        observations.predict(machine, &nominal, &parameters, &[LocationError::default(); 2], [0.0; 2]);
     let mut combinations = Vec::new();
     for row in reduced(natural).row_iter() {
         let parts: Vec<(Unknown, f64)> =
             unknowns.iter().copied().zip(row.iter().copied()).filter(|(_, part)| *part != 0.0).collect();
         // In the units of the slopes, for 1 µm or µrad.
         let change: Vec<f64> =
-            unknowns.iter().zip(row.iter()).map(|(unknown, part)| part / unknown.per_unit()).collect();
+            unknowns.iter().zip(row.iter()).map(|(unknown, part)| part / unknown.told_per_unit()).collect();
         let offsets = observations
             .blocks
             .iter()

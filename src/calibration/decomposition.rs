@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SVD};
 
 /// A singular value below this part of the largest counts as zero (shared notation §5 "Rank").
-pub const RANK_THRESHOLD: f64 = 1e-9;
+const RANK_THRESHOLD: f64 = 1e-9;
 /// A column shorter than this \[mm per mm or rad, root of the sum over rows\] is no column: what rounding leaves of
 /// an effect that is not there.
 const NO_EFFECT: f64 = 1e-10;
@@ -13,12 +13,12 @@ const MAX_PASSES: usize = 1000;
 /// The columns' space of unknowns, split.
 #[derive(Debug, Clone)]
 pub(super) struct Decomposition {
-    /// Length of each column.
-    pub(super) scales: Vec<f64>,
+    /// Length of each column, 1 where it has none.
+    scales: Vec<f64>,
     /// What is determined: one column of unknowns, times their scales, for each singular value kept.
-    pub(super) seen: DMatrix<f64>,
+    seen: DMatrix<f64>,
     /// What is not: the same, orthonormal.
-    pub(super) blind: DMatrix<f64>,
+    blind: DMatrix<f64>,
     /// Largest kept singular value over the smallest.
     pub(super) condition: f64,
 }

@@ -35,8 +35,8 @@ impl Harmonic {
         Self { axis: axis.direction, pair, bar }
     }
 
-    /// What a unit shift along each of the pair adds to the reading at this angle, but for a constant: the turned
-    /// bar's components, a table turning by −θ.
+    /// What a unit shift along each of the pair adds to the reading at this angle, but for a constant: the components of
+    /// the bar turned by −θ, as a table turns it; on a head the ball turns by θ before a bar that stands, which is the same.
     pub(super) fn at(&self, (sin, cos): (f64, f64)) -> [f64; 2] {
         let turned = Screw { direction: self.axis, point_mm: Vec3::zeros() }.turn_by((-sin, cos), self.bar);
         self.pair.map(|direction| direction.dot(&turned))

@@ -2,15 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::absolute::{AbsoluteError, absolute_errors};
+use super::absolute::{AbsoluteError, absolute_estimates};
 use super::blind::{Blind, blind_combinations};
 use super::decomposition::{Decomposition, product};
 use super::eccentricity::{Harmonic, HarmonicFit};
 use super::observations::Observations;
 use super::robust::{Outliers, keep};
 use super::warnings::{RunWarning, warnings};
-use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters};
+use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters, told_per_unit};
 use crate::machine::{LocationError, Machine};
+use crate::units::UM_PER_MM;
 
 /// Something that is not known before the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,6 +20,17 @@ pub enum Unknown {
     Error(ErrorParameter),
     /// A component of the set-up error \[mm\]: 0 `e_xs`, 1 `e_ys`.
     SetupError(usize),
+}
+
+impl Unknown {
+    /// The unit in which it is told, per unit in which it is computed: µm per mm, µrad per rad.
+    #[must_use]
+    pub fn told_per_unit(&self) -> f64 {
+        match self {
+            Self::Error(parameter) => told_per_unit(parameter.component),
+            Self::SetupError(_) => UM_PER_MM,
+        }
+    }
 }
 
 /// Eccentricities of one test \[mm\]; `None` where the angles do not determine them.
@@ -74,7 +86,7 @@ pub struct Identified {
     pub residuals_mm: Vec<Vec<f64>>,
     /// The offset of each test \[mm\], `None` where none was fitted.
     pub offsets_mm: Vec<Option<f64>>,
-    /// What was left out.
+    /// What was left out, by test and reading.
     pub outliers: Vec<Outlier>,
     /// By test.
     pub eccentricities: Vec<Eccentricities>,
@@ -138,9 +150,12 @@ pub(super) struct Fit<'a> {
     unknowns: Vec<Unknown>,
     pub(super) observations: Observations,
     solved: Decomposition,
-    counted: Decomposition,
     /// From the determined combinations to the unknowns in their units.
     directions: DMatrix<f64>,
+    /// Of the unknowns and, where it was not given, the set-up error: how many the readings determine, and of how many.
+    rank: usize,
+    counted: usize,
+    blind: Vec<Blind>,
 }
 
 /// Where a fit stands.
@@ -172,12 +187,25 @@ impl<'a> Fit<'a> {
         };
         let with_setup = matches!(run.setup_error, SetupError::Spindle(_));
         let counts_setup = !matches!(run.setup_error, SetupError::Known(_));
-        let solved_columns = parameters.len() + if with_setup { 2 } else { 0 };
-        let solved = decomposed(solved_columns)?;
-        let counted = decomposed(parameters.len() + if counts_setup { 2 } else { 0 })?;
+        let columns = |setup: bool| parameters.len() + if setup { 2 } else { 0 };
+        let solved = decomposed(columns(with_setup))?;
+        let counted = decomposed(columns(counts_setup))?;
         let directions = solved.unscaled_seen();
-        let unknowns = every.into_iter().take(solved_columns).collect();
-        Ok(Self { machine, run, parameters, unknowns, observations, solved, counted, directions })
+        let unknowns = every.iter().copied().take(columns(with_setup)).collect();
+        let counted_unknowns: Vec<Unknown> = every.into_iter().take(columns(counts_setup)).collect();
+        let blind = blind_combinations(machine, run, &counted_unknowns, &counted, &observations, &at_zero);
+        Ok(Self {
+            machine,
+            run,
+            parameters,
+            unknowns,
+            observations,
+            solved,
+            directions,
+            rank: counted.rank(),
+            counted: counted_unknowns.len(),
+            blind,
+        })
     }
 
     fn run(&self) -> Result<Identified, RunFault> {
@@ -296,24 +324,14 @@ impl<'a> Fit<'a> {
             }
         }
         let covariance = self.covariance(solution, weights, weighted.norm_squared(), degrees_of_freedom);
-        let touched = self.counted.touched();
-        let every: Vec<Unknown> = self
-            .parameters
-            .iter()
-            .copied()
-            .map(Unknown::Error)
-            .chain([0, 1].map(Unknown::SetupError))
-            .take(touched.len())
-            .collect();
-        let blind = blind_combinations(self.machine, self.run, &every, &self.counted);
         let undetermined = self.solved.touched();
-        let absolute = absolute_errors(
+        let absolute = absolute_estimates(
             self.machine,
             &solution.errors,
             &self.unknowns,
             covariance.as_ref(),
             &undetermined,
-            &blind,
+            &self.blind,
         );
         Identified {
             errors: solution.errors,
@@ -322,9 +340,9 @@ impl<'a> Fit<'a> {
             covariance,
             undetermined,
             absolute,
-            blind,
-            rank: self.counted.rank(),
-            counted: every.len(),
+            blind: self.blind.clone(),
+            rank: self.rank,
+            counted: self.counted,
             condition_number: self.solved.condition,
             degrees_of_freedom,
             residual_rms_mm: if kept > 0.0 { f64::sqrt(squares / kept) } else { 0.0 },

@@ -15,14 +15,17 @@ pub struct CommonPerpendicular {
     pub angle_rad: f64,
 }
 
+/// Sine of the angle below which lines are parallel: rounding of a direction then moves the feet by metres.
+const PARALLEL: f64 = 1e-9;
+
 impl CommonPerpendicular {
-    /// The common perpendicular of two lines; `None` where their directions are parallel to the last digits.
+    /// The common perpendicular of two lines; `None` where their directions are parallel.
     #[must_use]
     pub fn of(first: &Screw, second: &Screw) -> Option<Self> {
         let cross = first.direction.cross(&second.direction);
         let sine = cross.norm();
         // NaN is not above either.
-        if !sine.gt(&1e-9) {
+        if !sine.gt(&PARALLEL) {
             return None;
         }
         let direction = cross / sine;

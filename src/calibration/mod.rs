@@ -4,6 +4,7 @@
 //! Cascaded values enter the profile (shared notation §1 "Location errors"), ISO 230-7 ones are absolute.
 
 mod absolute;
+mod angles;
 mod ballbar;
 mod blind;
 mod decomposition;
@@ -19,12 +20,11 @@ mod robust;
 pub mod rotary_sphere;
 mod warnings;
 
-pub use absolute::AbsoluteError;
+pub use absolute::{AbsoluteError, absolute_errors, iso_230_symbol};
 pub use ballbar::{BallBarRun, BallBarTest, BarDirection, Observed, Reading, SetupError, SpindleStep};
 pub use blind::{Blind, FurtherRun};
-pub use decomposition::RANK_THRESHOLD;
 pub use fault::RunFault;
 pub use identify::{Eccentricities, Identified, Outlier, Unknown, expected_readings, identify};
 pub use lines::{CommonPerpendicular, rotation_vector_rad};
-pub use parameters::{ErrorParameter, placing_parameters};
+pub use parameters::{COMPONENT_NAMES, ErrorParameter, placing_parameters, told_per_unit};
 pub use warnings::RunWarning;

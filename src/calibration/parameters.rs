@@ -2,6 +2,16 @@
 
 use crate::geometry::{Mat3, RigidMotion, Screw, Vec3};
 use crate::machine::{LocationError, Machine};
+use crate::units::{UM_PER_MM, URAD_PER_RAD};
+
+/// Names of the components of a location error, each with the unit in which it is told.
+pub const COMPONENT_NAMES: [&str; 6] = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"];
+
+/// The unit in which a component (0–5) is told, per unit in which it is computed: µm per mm, µrad per rad.
+#[must_use]
+pub const fn told_per_unit(component: usize) -> f64 {
+    if component < 3 { UM_PER_MM } else { URAD_PER_RAD }
+}
 
 /// One component of one axis' location error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,6 +42,11 @@ impl ErrorParameter {
             component @ 0..3 => error.translation_mm[component],
             component => error.rotation_rad[component - 3],
         }
+    }
+
+    /// Largest magnitude that a profile takes for an error \[mm or rad\].
+    pub(super) fn max_abs(&self) -> f64 {
+        if self.is_angle() { Machine::MAX_ERROR_RAD } else { Machine::MAX_ERROR_MM }
     }
 
     /// Puts `value` \[mm or rad\] into `errors`.
@@ -109,7 +124,8 @@ impl MovedLines {
 /// The left Jacobian of the rotation with this rotation vector: `R(ω + dω) = R(J dω) R(ω)` for small dω.
 fn left_jacobian(rotation_rad: Vec3) -> Mat3 {
     let angle_squared = rotation_rad.norm_squared();
-    // (1 − cos θ)/θ² and (θ − sin θ)/θ³ as series: location errors stay below 0.05 rad, where θ⁶ is lost in rounding.
+    // (1 − cos θ)/θ² and (θ − sin θ)/θ³ as series: location errors stay below 0.1 rad (three components of 0.05), where
+    // the terms left out are below 1e-10; a slope needs no more.
     let first = 0.5 - angle_squared * (1.0 / 24.0 - angle_squared / 720.0);
     let second = 1.0 / 6.0 - angle_squared * (1.0 / 120.0 - angle_squared / 5040.0);
     let cross = rotation_rad.cross_matrix();
@@ -171,7 +187,7 @@ mod tests {
             .iter()
             .map(|parameter| {
                 let letter = axes[parameter.axis].letter.as_char();
-                format!("{letter}.{}", b"xyzabc"[parameter.component] as char)
+                format!("{letter}.{}", COMPONENT_NAMES[parameter.component])
             })
             .collect()
     }
@@ -179,7 +195,17 @@ mod tests {
     #[test]
     fn an_ac_table_has_the_eight_errors_of_the_paper() {
         let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
-        assert_eq!(names(&machine), ["A.x", "A.y", "A.z", "A.a", "A.b", "A.c", "C.y", "C.b"]);
+        let expected = [
+            "A.e_x_um",
+            "A.e_y_um",
+            "A.e_z_um",
+            "A.e_a_urad",
+            "A.e_b_urad",
+            "A.e_c_urad",
+            "C.e_y_um",
+            "C.e_b_urad",
+        ];
+        assert_eq!(names(&machine), expected);
     }
 
     #[test]

@@ -10,9 +10,9 @@ const LIMIT_SIGMAS: f64 = 5.0;
 const LEAST_LIMIT_MM: f64 = 1e-4;
 /// Readings of a test below which none is judged: too few to tell an outlier from the rest.
 const MIN_READINGS: usize = 12;
-/// Passes that weigh by the inverse of the distance, which is what far readings pull least at.
+/// Passes that weigh squares by the inverse of the distance, so that a reading pulls alike however far it is.
 const MEDIAN_PASSES: usize = 12;
-/// Passes that judge anew; more never change anything but by one borderline reading.
+/// Most passes that judge anew; where a borderline reading still goes in and out, the last judgement stands.
 const JUDGING_PASSES: usize = 10;
 /// Standard deviation of a normal distribution over the median of its magnitudes.
 const SIGMA_PER_MEDIAN: f64 = 1.482_602_218_505_602;
@@ -53,36 +53,28 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         for row in &judged {
             passing[*row] = weights[*row] / residuals[*row].max(LEAST_LIMIT_MM).sqrt();
         }
-        // Only the ratio of weights counts; rows that are not judged keep the mean one.
+        // Only the ratio of weights counts: 1 in the mean, beside the rows that are not judged.
         let mean = judged.iter().map(|row| passing[*row]).sum::<f64>() / judged.len() as f64;
-        for weight in &mut passing {
-            *weight /= mean;
-        }
-        for block in fit.observations.blocks.iter().filter(|block| block.rows < MIN_READINGS) {
-            let rows = block.first..block.first + block.rows;
-            passing[rows.clone()].copy_from_slice(&weights[rows]);
+        for row in &judged {
+            passing[*row] /= mean;
         }
         (solution, _) = fit.step(&solution, &passing)?;
     }
     let mut left_out = far(fit, &solution, &passing, &judged);
-    for _ in 0..JUDGING_PASSES {
+    let mut pass = 0;
+    loop {
         let mut kept = weights.clone();
         for row in &left_out {
             kept[*row] = 0.0;
         }
         solution = fit.descend(solution, &kept)?;
         let again = far(fit, &solution, &kept, &judged);
-        if again == left_out {
+        if again == left_out || pass == JUDGING_PASSES {
             return Ok(Outliers { solution, weights: kept, left_out });
         }
         left_out = again;
+        pass += 1;
     }
-    let mut kept = weights;
-    for row in &left_out {
-        kept[*row] = 0.0;
-    }
-    solution = fit.descend(solution, &kept)?;
-    Ok(Outliers { solution, weights: kept, left_out })
 }
 
 /// Whether the residuals look like normal noise with something else in it: a reading stands far out, or the middle of
@@ -92,14 +84,21 @@ fn suspicious(fit: &Fit<'_>, solution: &Solution, weights: &[f64], judged: &[usi
         return true;
     }
     let distances = distances(fit, solution, weights, weights);
+    let Some(median) = median(&distances, judged) else { return false };
+    let squares: f64 = judged.iter().map(|row| distances[*row] * distances[*row]).sum();
+    let rms = (squares / judged.len() as f64).sqrt();
+    rms > LEAST_LIMIT_MM && SIGMA_PER_MEDIAN * median < TOO_PEAKED * rms
+}
+
+/// The middle one of the judged rows' distances.
+fn median(distances: &[f64], judged: &[usize]) -> Option<f64> {
     let mut sizes: Vec<f64> = judged.iter().map(|row| distances[*row]).collect();
     if sizes.is_empty() {
-        return false;
+        return None;
     }
-    let rms = (sizes.iter().map(|size| size * size).sum::<f64>() / sizes.len() as f64).sqrt();
     let middle = sizes.len() / 2;
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    rms > LEAST_LIMIT_MM && SIGMA_PER_MEDIAN * *median < TOO_PEAKED * rms
+    Some(*median)
 }
 
 /// Every row's distance from the fit, offsets (by `passing`) taken out, in units of its own test's readings.
@@ -115,15 +114,19 @@ fn distances(fit: &Fit<'_>, solution: &Solution, passing: &[f64], weights: &[f64
     distances
 }
 
-/// The judged rows that stand out, ascending.
+/// The judged rows that stand out, ascending. A test that scatters more than all together is judged by its own scatter:
+/// what all its readings share is no outlier.
 fn far(fit: &Fit<'_>, solution: &Solution, passing: &[f64], judged: &[usize]) -> Vec<usize> {
     let distances = distances(fit, solution, passing, &fit.observations.weights);
-    let mut sizes: Vec<f64> = judged.iter().map(|row| distances[*row]).collect();
-    if sizes.is_empty() {
-        return Vec::new();
+    let Some(of_all) = median(&distances, judged) else { return Vec::new() };
+    let mut far = Vec::new();
+    for block in &fit.observations.blocks {
+        let end = block.first + block.rows;
+        let first = judged.partition_point(|row| *row < block.first);
+        let rows = &judged[first..judged.partition_point(|row| *row < end)];
+        let Some(of_block) = median(&distances, rows) else { continue };
+        let limit = (LIMIT_SIGMAS * SIGMA_PER_MEDIAN * of_block.max(of_all)).max(LEAST_LIMIT_MM);
+        far.extend(rows.iter().copied().filter(|row| distances[*row] > limit));
     }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    let limit = (LIMIT_SIGMAS * SIGMA_PER_MEDIAN * *median).max(LEAST_LIMIT_MM);
-    judged.iter().copied().filter(|row| distances[*row] > limit).collect()
+    far
 }

@@ -11,6 +11,15 @@ pub fn angle_between(a: Vec3, b: Vec3) -> f64 {
     trig::atan2(a.cross(&b).norm(), a.dot(&b))
 }
 
+/// The rotation vector \[rad\] that turns the unit vector `from` into the unit vector `to` the short way, across both;
+/// zero where they are parallel or opposite.
+#[must_use]
+pub fn shortest_turn_rad(from: Vec3, to: Vec3) -> Vec3 {
+    let cross = from.cross(&to);
+    let sine = cross.norm();
+    if sine > 0.0 { cross * (angle_between(from, to) / sine) } else { Vec3::zeros() }
+}
+
 /// The angle about the unit vector `axis` that turns the projection of `from` across `axis` onto that of `to`,
 /// in (−π, π] \[rad\]. Both are projected before any product is taken. Where a projection vanishes the angle is 0.
 #[must_use]
@@ -29,6 +38,18 @@ pub fn wrap_rad(angle_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_short_turn_turns_one_into_the_other() {
+        let from = Vec3::new(1.0, -2.0, 0.5).normalize();
+        for to in [Vec3::new(1.0, -2.0, 0.5001), Vec3::new(-1.0, 1.9, 0.3), from] {
+            let to = to.normalize();
+            let turn_rad = shortest_turn_rad(from, to);
+            assert!((crate::geometry::rotation_from_vector(turn_rad) * from - to).norm() < 1e-15);
+            assert!(turn_rad.dot(&from).abs() < 1e-15 && turn_rad.dot(&to).abs() < 1e-15);
+        }
+        assert_eq!(shortest_turn_rad(from, -from), Vec3::zeros());
+    }
 
     #[test]
     fn wrap_keeps_pi_and_moves_minus_pi() {

@@ -69,8 +69,8 @@ catalogue! {
         "The Idempotency-Key was first used with another body, query or path. Use a new key for a new request.";
     ConfirmationNeeded = CONFLICT, "confirmation-needed", "The change is large or uncertain, and not confirmed",
         "Applying the run would change a location error by more than 0.2 mm or 1000 µrad, or the run leaves errors open. Each entry of errors names one. Look at them; if they are meant, send {\"confirm\": true}.";
-    AxesChanged = CONFLICT, "axes-changed", "The run measured other nominal axes",
-        "The machine's nominal rotary axes have changed since the run, so that its errors mean something else. Measure again, or put the profile back to the axes that were measured.";
+    AxesChanged = CONFLICT, "axes-changed", "The run measured other axes",
+        "The machine's nominal rotary axes have changed since the run, or the location error of an axis that carries the measured one, so that its errors mean something else. Measure again, or put the profile back to the axes that were measured.";
     PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the state you believe",
         "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine. Read it again, decide again.";
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",

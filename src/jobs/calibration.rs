@@ -67,9 +67,14 @@ pub fn evaluate(
         }
         CalibrationKind::RotarySphere => {
             let run = request.to_spheres(machine, &mut faults);
+            let found = run.map(|run| identify_spheres(machine, &run));
+            if let Some(Err(found)) = &found {
+                for fault in found {
+                    faults.push(|| sphere_fault(fault));
+                }
+            }
             faults.into_result()?;
-            let found = identify_spheres(machine, &run.unwrap_or_default())
-                .map_err(|faults| faults.iter().map(sphere_fault).collect::<Vec<_>>())?;
+            let found = found.and_then(Result::ok).ok_or_else(Vec::new)?;
             Ok(CalibrationDocument::of_spheres(head, request, machine, &found))
         }
     }

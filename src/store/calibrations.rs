@@ -62,7 +62,6 @@ pub struct TrendQuery<'a> {
 }
 
 struct StoredCalibration {
-    seq: i64,
     id: String,
     document: String,
     document_sha256: String,
@@ -71,14 +70,18 @@ struct StoredCalibration {
 
 impl StoredCalibration {
     fn read(self) -> Result<CalibrationRow, StoreError> {
-        let Self { id, document: text, document_sha256, run, .. } = self;
-        let document = serde_json::from_str(&text).map_err(|source| StoreError::Unreadable {
-            what: "calibration",
-            key: id,
-            source,
-        })?;
+        let Self { id, document: text, document_sha256, run } = self;
+        let document = read(id, &text)?;
         Ok(CalibrationRow { text, document, document_sha256, run })
     }
+}
+
+fn read(id: String, text: &str) -> Result<CalibrationDocument, StoreError> {
+    serde_json::from_str(text).map_err(|source| StoreError::Unreadable {
+        what: "calibration",
+        key: id,
+        source,
+    })
 }
 
 /// One error of a run, as a trend reads it.
@@ -135,7 +138,7 @@ impl Store {
     ) -> Result<Option<CalibrationRow>, StoreError> {
         let row = sqlx::query_as!(
             StoredCalibration,
-            "SELECT seq, id, document, document_sha256, run FROM calibrations WHERE id = ? AND machine_id = ?",
+            "SELECT id, document, document_sha256, run FROM calibrations WHERE id = ? AND machine_id = ?",
             id,
             machine_id
         )
@@ -145,7 +148,8 @@ impl Store {
         row.map(StoredCalibration::read).transpose()
     }
 
-    /// A page of the runs of a machine, newest stored first.
+    /// A page of what the runs of a machine said, newest stored first. Their readings, which may be megabytes each, stay
+    /// where they are.
     ///
     /// # Errors
     /// The database failed.
@@ -155,13 +159,12 @@ impl Store {
         filter: &CalibrationFilter,
         limit: u32,
         before: Option<Cursor>,
-    ) -> Result<Page<CalibrationRow>, StoreError> {
+    ) -> Result<Page<CalibrationDocument>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let kind = filter.kind.map(CalibrationKind::as_str);
         let (from, to) = (&filter.measured_from, &filter.measured_to);
-        let rows = sqlx::query_as!(
-            StoredCalibration,
-            "SELECT seq, id, document, document_sha256, run FROM calibrations
+        let rows = sqlx::query!(
+            "SELECT seq, id, document FROM calibrations
              WHERE machine_id = ?1 AND seq < ?2 AND (?3 IS NULL OR kind = ?3)
                AND (?4 IS NULL OR measured_at >= ?4) AND (?5 IS NULL OR measured_at <= ?5)
              ORDER BY seq DESC LIMIT ?6",
@@ -175,7 +178,7 @@ impl Store {
         .fetch_all(&self.readers)
         .await
         .doing("listing calibrations")?;
-        let read = rows.into_iter().map(|row| Ok((row.seq, row.read()?)));
+        let read = rows.into_iter().map(|row| Ok((row.seq, read(row.id, &row.document)?)));
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 

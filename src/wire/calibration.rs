@@ -9,7 +9,7 @@ use crate::calibration::{
     BallBarRun, BallBarTest, BarDirection, Observed, Reading, RunFault, SetupError, SpindleStep,
 };
 use crate::geometry::Vec3;
-use crate::machine::Machine;
+use crate::machine::{Machine, Side};
 use crate::units::{Angle, Length};
 
 /// How the machine was measured.
@@ -81,7 +81,7 @@ pub struct BallBarTestDoc {
     /// centre of an AC table).
     #[schema(example = json!([150, 0, 60]))]
     pub ball_mm: Fixed<3>,
-    /// From the gauge point to the spindle ball; needed where an axis is on the head.
+    /// From the gauge point to the spindle ball; needed where the axis that turns is on the head.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_length_mm: Option<f64>,
     /// Standard uncertainty of one reading, where tests differ: weights are 1/u². All tests or none.
@@ -143,8 +143,8 @@ pub struct SphereAxisDoc {
     pub centres: Vec<SphereCentreDoc>,
 }
 
-/// A run: who, when and with what, and everything that was read. `bar_length_mm`, `setup_error_um` and `tests` belong to
-/// `rtcp-ballbar`, `axes` to `rotary-sphere`.
+/// A run: who, when and with what, and everything that was read. `instrument_uncertainty_um`, `bar_length_mm`,
+/// `offset_per_test`, `setup_error_um` and `tests` belong to `rtcp-ballbar`, `axes` to `rotary-sphere`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = CalibrationRequest)]
@@ -234,6 +234,7 @@ impl CalibrationRequest {
             faults.check_range(|| "/temperature_c".to_owned(), temperature_c, min, max);
         }
         let ballbar = [
+            ("instrument_uncertainty_um", self.instrument_uncertainty_um.is_some()),
             ("bar_length_mm", self.bar_length_mm.is_some()),
             ("offset_per_test", self.offset_per_test.is_some()),
             ("setup_error_um", self.setup_error_um.is_some()),
@@ -370,6 +371,10 @@ impl BallBarTestDoc {
             return None;
         };
         let turned = &machine.rotary_axes()[axis];
+        if turned.side == Side::Head && self.tool_length_mm.is_none() {
+            let detail = "missing field `tool_length_mm`: the axis is on the head";
+            faults.push(|| Fault::new(format!("/tests/{index}/tool_length_mm"), detail));
+        }
         let observed = match (&self.readings, self.eccentricity_um) {
             (Some(readings), None) => Observed::Readings(
                 readings

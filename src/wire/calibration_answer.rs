@@ -10,11 +10,11 @@ use super::calibration::CalibrationKind;
 use super::calibration_words::{blind_words, further_words, warning_words};
 use super::{BarDirectionDoc, CalibrationRequest, SetupErrorDoc, SphereAxisAnswer};
 use crate::calibration::{
-    AbsoluteError, Blind, Eccentricities, ErrorParameter, FurtherRun, Identified, RunWarning, Unknown,
-    placing_parameters,
+    AbsoluteError, Blind, COMPONENT_NAMES, Eccentricities, ErrorParameter, FurtherRun, Identified,
+    RunWarning, Unknown, iso_230_symbol, placing_parameters, told_per_unit,
 };
 use crate::machine::Machine;
-use crate::units::{UM_PER_MM, URAD_PER_RAD};
+use crate::units::UM_PER_MM;
 
 /// A value with its standard uncertainty, both in the unit of its name.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -188,7 +188,7 @@ pub struct CalibrationDocument {
     pub unknowns: usize,
     /// Largest singular value over the smallest, columns at unit length; null where spheres were probed.
     pub condition_number: Option<f64>,
-    /// Observations less what was fitted to them.
+    /// Observations less what was fitted to them; of spheres without angles, of planes and circles each.
     pub degrees_of_freedom: usize,
     /// Root of the mean square of the residuals.
     pub residual_rms_um: f64,
@@ -204,28 +204,17 @@ pub struct CalibrationDocument {
     pub warnings: Vec<RunWarningDoc>,
 }
 
-/// Name and unit of a component of a location error.
-const COMPONENTS: [&str; 6] = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"];
-
-/// Units of the wire in one of the core's.
-#[must_use]
-pub(super) fn per_unit(component: usize) -> f64 {
-    if component < 3 { UM_PER_MM } else { URAD_PER_RAD }
-}
-
 /// The name of a component.
 #[must_use]
 pub(super) fn component_name(component: usize) -> &'static str {
-    COMPONENTS.get(component).copied().unwrap_or_default()
+    COMPONENT_NAMES.get(component).copied().unwrap_or_default()
 }
 
 /// The ISO 230-7 symbol of an absolute error, with its unit: `E_Y0A_um`.
-#[must_use]
-pub(super) fn iso_name(machine: &Machine, axis: usize, component: usize) -> String {
-    let letter = machine.rotary_axes().get(axis).map_or('?', |axis| axis.letter.as_char());
-    let motion = ["X", "Y", "Z", "A", "B", "C"].get(component).copied().unwrap_or_default();
-    let unit = if component < 3 { "um" } else { "urad" };
-    format!("E_{motion}0{letter}_{unit}")
+fn iso_name(machine: &Machine, error: &AbsoluteError) -> String {
+    let letter = machine.rotary_axes()[error.axis].letter;
+    let unit = if error.component < 3 { "um" } else { "urad" };
+    format!("{}_{unit}", iso_230_symbol(letter, error.component))
 }
 
 /// The name of a cascaded error: `A.e_y_um`.
@@ -242,13 +231,6 @@ pub(super) fn unknown_name(machine: &Machine, unknown: Unknown) -> String {
         Unknown::Error(parameter) => parameter_name(machine, parameter),
         Unknown::SetupError(0) => "e_xs_um".to_owned(),
         Unknown::SetupError(_) => "e_ys_um".to_owned(),
-    }
-}
-
-fn unknown_per_unit(unknown: Unknown) -> f64 {
-    match unknown {
-        Unknown::Error(parameter) => per_unit(parameter.component),
-        Unknown::SetupError(_) => UM_PER_MM,
     }
 }
 
@@ -289,7 +271,7 @@ impl CalibrationDocument {
             standard_uncertainty: None,
         });
         for (index, unknown) in found.unknowns.iter().copied().enumerate() {
-            let unit = unknown_per_unit(unknown);
+            let unit = unknown.told_per_unit();
             let standard_uncertainty = sigma(index).map(|sigma| sigma * unit);
             match unknown {
                 Unknown::Error(parameter) => {
@@ -380,10 +362,10 @@ impl CalibrationDocument {
     /// Puts the errors against the machine's frame into the document.
     pub(super) fn set_absolute(&mut self, machine: &Machine, absolute: &[AbsoluteError]) {
         for error in absolute {
-            let unit = per_unit(error.component);
+            let unit = told_per_unit(error.component);
             let standard_uncertainty = error.variance.map(|variance| variance.max(0.0).sqrt() * unit);
             let estimate = Estimate { value: error.value * unit, standard_uncertainty };
-            self.iso_230.insert(iso_name(machine, error.axis, error.component), estimate);
+            self.iso_230.insert(iso_name(machine, error), estimate);
         }
     }
 }
@@ -391,7 +373,7 @@ impl CalibrationDocument {
 impl CovarianceDoc {
     /// Of these unknowns, from the core's units.
     pub(super) fn of(machine: &Machine, unknowns: &[Unknown], matrix: &DMatrix<f64>) -> Self {
-        let units: Vec<f64> = unknowns.iter().map(|unknown| unknown_per_unit(*unknown)).collect();
+        let units: Vec<f64> = unknowns.iter().map(Unknown::told_per_unit).collect();
         let row = |row: usize| -> Vec<f64> {
             units.iter().enumerate().map(|(column, unit)| matrix[(row, column)] * units[row] * unit).collect()
         };
@@ -460,7 +442,7 @@ fn unidentifiable(machine: &Machine, found: &Identified) -> Vec<String> {
     unknowns.dedup();
     names.extend(unknowns.into_iter().map(|unknown| unknown_name(machine, unknown)));
     let absolute = found.absolute.iter().filter(|error| !error.identifiable);
-    names.extend(absolute.map(|error| iso_name(machine, error.axis, error.component)));
+    names.extend(absolute.map(|error| iso_name(machine, error)));
     names
 }
 
@@ -469,9 +451,11 @@ fn tests(request: &CalibrationRequest, found: &Identified) -> Vec<TestAnswer> {
     posted
         .map(|(index, test)| {
             let residuals = found.residuals_mm.get(index).map_or(&[] as &[f64], Vec::as_slice);
+            // In the order of the readings, of which there may be very many.
             let out: Vec<usize> =
                 found.outliers.iter().filter(|out| out.test == index).map(|out| out.reading).collect();
-            let kept = residuals.iter().enumerate().filter(|(reading, _)| !out.contains(reading));
+            let kept =
+                residuals.iter().enumerate().filter(|(reading, _)| out.binary_search(reading).is_err());
             let (count, squares) =
                 kept.fold((0.0, 0.0), |(count, squares), (_, value)| (count + 1.0, squares + value * value));
             TestAnswer {

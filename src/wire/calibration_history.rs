@@ -130,16 +130,22 @@ pub struct AppliedProfile {
     pub to_confirm: Vec<Fault>,
 }
 
-/// The nominal axes of the current profile are not those that were measured.
+/// Why the errors of a run mean nothing on the current profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct OtherAxes;
+pub enum OtherAxes {
+    /// The nominal rotary axes are not those that were measured.
+    Nominal,
+    /// The run measured an axis without the one that carries it, whose location error has changed since.
+    Carrier,
+}
 
 impl CalibrationDocument {
     /// `current` with the location errors of this run: an axis that the run measured gets all six components, those not
     /// identified being zero; the others keep theirs.
     ///
     /// # Errors
-    /// The nominal axes of `measured`, the profile at the time of the run, are not those of `current`.
+    /// The nominal axes of `measured`, the profile at the time of the run, are not those of `current`, or an axis that
+    /// carries one measured without it has another location error: cascaded values count from it.
     pub fn apply_to(
         &self,
         current: &MachineProfile,
@@ -152,7 +158,16 @@ impl CalibrationDocument {
                 .collect()
         };
         if nominal(current) != nominal(measured) {
-            return Err(OtherAxes);
+            return Err(OtherAxes::Nominal);
+        }
+        if let [inner, outer] = current.kinematics.rotary_axes.as_slice()
+            && inner.side == outer.side
+            && self.errors.contains_key(&outer.name)
+            && !self.errors.contains_key(&inner.name)
+            && measured.kinematics.rotary_axes.first().map(|then| then.location_error)
+                != Some(inner.location_error)
+        {
+            return Err(OtherAxes::Carrier);
         }
         let mut profile = current.clone();
         let mut to_confirm = Vec::new();

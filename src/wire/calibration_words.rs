@@ -1,6 +1,6 @@
 //! What a run cannot tell apart, and what to ask about it, in words a metrologist uses.
 
-use super::calibration_answer::{per_unit, unknown_name};
+use super::calibration_answer::unknown_name;
 use crate::calibration::{Blind, FurtherRun, RunWarning, Unknown};
 use crate::machine::Machine;
 use crate::units::UM_PER_MM;
@@ -30,7 +30,7 @@ fn spoken(machine: &Machine, unknown: Unknown) -> String {
 
 fn unit(unknown: Unknown) -> &'static str {
     match unknown {
-        Unknown::Error(parameter) if per_unit(parameter.component) > UM_PER_MM => "µrad",
+        Unknown::Error(parameter) if parameter.is_angle() => "µrad",
         Unknown::Error(_) | Unknown::SetupError(_) => "µm",
     }
 }

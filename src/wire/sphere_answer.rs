@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::calibration_answer::{CalibrationHead, per_unit};
+use super::calibration_answer::CalibrationHead;
 use super::{CalibrationDocument, CalibrationRequest, CovarianceDoc, Estimate, Fixed};
-use crate::calibration::Unknown;
 use crate::calibration::rotary_sphere::{AxisFit, SphereIdentified};
+use crate::calibration::{Unknown, told_per_unit};
 use crate::machine::Machine;
 use crate::units::UM_PER_MM;
 
@@ -37,7 +37,7 @@ pub struct SphereAxisAnswer {
     pub rotary_axis: String,
     /// Unit direction, in the nominal sense.
     pub direction: Fixed<3>,
-    /// The point of the line nearest the nominal reference point.
+    /// Where the line meets the plane through the nominal reference point, across the nominal direction.
     pub point_mm: Fixed<3>,
     /// How many centres.
     pub centres: usize,
@@ -67,7 +67,7 @@ impl CalibrationDocument {
     ) -> Self {
         let mut document = Self::empty(head, request, machine);
         for (index, parameter) in found.parameters.iter().copied().enumerate() {
-            let unit = per_unit(parameter.component);
+            let unit = told_per_unit(parameter.component);
             let variance = found.covariance.as_ref().map(|matrix| matrix[(index, index)]);
             let standard_uncertainty = variance.map(|variance| variance.max(0.0).sqrt() * unit);
             let value = parameter.value(&found.errors) * unit;

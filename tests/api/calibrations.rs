@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
@@ -307,8 +308,16 @@ async fn probed_spheres_give_an_axis_that_can_be_applied() {
             < 1e-5
     );
 
-    let cases: [(Change, &[&str]); 5] = [
+    let cases: [(Change, &[&str]); 6] = [
         (|run| run["axes"][0]["rotary_axis"] = "B".into(), &["/axes/0/rotary_axis"]),
+        (
+            |run| {
+                run["axes"][0]["centres"].as_array_mut().unwrap().truncate(2);
+                run["measured_at"] = "yesterday".into();
+                run["instrument_uncertainty_um"] = 1.into();
+            },
+            &["/axes/0/centres", "/instrument_uncertainty_um", "/measured_at"],
+        ),
         (|run| run["axes"][0]["centres"].as_array_mut().unwrap().truncate(2), &["/axes/0/centres"]),
         (
             |run| {
@@ -356,9 +365,19 @@ async fn a_run_is_exported_to_controls() {
         assert!(text.contains(part), "{format}: {text}");
     }
     let refused =
-        problem(app.get(&format!("{export}?format=linuxcnc&radius_mm=-1")).await, "control-does-not-fit")
-            .await;
-    assert_eq!(pointers(&refused), ["/format"]);
+        problem(app.get(&format!("{export}?format=linuxcnc&radius_mm=-1")).await, "invalid-request").await;
+    assert_eq!(pointers(&refused), ["/radius_mm"]);
+    // The text tells what the answer tells.
+    let text = app.get(&format!("{export}?format=iso230")).await.text().await.unwrap();
+    let text: toml::Table = text.parse().unwrap();
+    for (index, axis) in ["A", "C"].into_iter().enumerate() {
+        for (symbol, value) in text["rotary_axes"][index]["iso_230"].as_table().unwrap() {
+            if let Some(value) = value.as_float() {
+                let answered = run["iso_230"][symbol]["value"].as_f64().unwrap();
+                assert!((value - answered).abs() < 1e-9, "{symbol} of {axis}: {value} is not {answered}");
+            }
+        }
+    }
     let unknown = problem(app.get(&format!("{export}?format=other")).await, "invalid-request").await;
     assert_eq!(pointers(&unknown), ["/format"]);
 }
@@ -393,6 +412,64 @@ async fn a_run_of_other_axes_is_not_applied() {
     let refused = apply(&app, run["id"].as_str().unwrap(), "*", "").await;
     assert_eq!(refused.status(), StatusCode::CONFLICT);
     problem(refused, "axes-changed").await;
+}
+
+#[tokio::test]
+async fn an_axis_measured_without_its_carrier_is_applied_where_the_carrier_stands_as_then() {
+    let app = spawn().await;
+    let centres: Vec<Value> = (0..5_i32)
+        .map(|k| {
+            let (sin, cos) = (f64::from(k) * 72.0).to_radians().sin_cos();
+            json!({"centre_mm": [140.0 * cos + 0.02, -140.0 * sin, 50], "angle_deg": f64::from(k) * 72.0})
+        })
+        .collect();
+    let spheres = json!({
+        "kind": "rotary-sphere", "measured_at": "2025-05-01T00:00:00Z",
+        "axes": [{"rotary_axis": "C", "centres": centres}]
+    });
+    let c_alone = post(&app, &spheres).await;
+    let both = post(&app, &sweeps([10.0, -20.0, 30.0], 0.0)).await;
+    let (tag, _) = machine(&app).await;
+    assert_eq!(apply(&app, both["id"].as_str().unwrap(), &tag, "").await.status(), StatusCode::OK);
+    // A has moved in the profile, and with it what the values of C count from.
+    let refused = apply(&app, c_alone["id"].as_str().unwrap(), "*", "").await;
+    let refused = problem(refused, "axes-changed").await;
+    assert!(refused["detail"].as_str().unwrap().contains("carries"), "{refused}");
+    // Measured on the machine as it is now, C can be applied.
+    let again = post(&app, &spheres).await;
+    assert_eq!(apply(&app, again["id"].as_str().unwrap(), "*", "").await.status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_head_axis_needs_the_length_of_the_tool() {
+    let app = spawn().await;
+    let presets: Value = app.get("/v1/machine-presets").await.json().await.unwrap();
+    let head = presets["items"].as_array().unwrap().iter().find(|preset| preset["id"] == "bc-head").unwrap();
+    assert_eq!(app.put_machine("head", &head["profile"]).await.status(), StatusCode::CREATED);
+    let test = |axis: &str| json!({"rotary_axis": axis, "bar_direction": "radial", "ball_mm": [0, 0, 0], "eccentricity_um": [1, 2]});
+    let mut run = p4_run();
+    run["tests"] = json!([test("B"), test("C")]);
+    run["tests"][1]["tool_length_mm"] = 200.into();
+    let refused = app.post_json("/v1/machines/head/calibrations", &run).await;
+    assert_eq!(pointers(&problem(refused, "invalid-request").await), ["/tests/0/tool_length_mm"]);
+}
+
+#[tokio::test]
+async fn the_database_keeps_runs_as_they_are() {
+    let app = spawn().await;
+    post(&app, &p4_run()).await;
+    let options = SqliteConnectOptions::new().filename(app.data.join("trunnion.sqlite"));
+    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
+    for statement in [
+        "UPDATE calibrations SET run = '{}'",
+        "DELETE FROM calibrations",
+        "UPDATE calibration_errors SET value = 0",
+        "DELETE FROM calibration_errors",
+    ] {
+        let refused = sqlx::query(statement).execute(&pool).await.unwrap_err().to_string();
+        assert!(refused.contains("a calibration never"), "{statement}: {refused}");
+    }
+    pool.close().await;
 }
 
 #[tokio::test]

@@ -498,6 +498,108 @@ fn outliers_are_left_out_and_listed() {
 }
 
 #[test]
+fn a_test_that_scatters_more_than_the_others_is_not_taken_for_outliers() {
+    /// Three standard uncertainties, of which the scatter of all 220 readings understates those of a test that has all
+    /// of it in 37 by √(220/37).
+    const SIGMAS: f64 = 7.4;
+    let machine = ac_table([2.0, 0.3, -50.0]);
+    let errors = p4([12.0, -21.0, 34.0, 15.0], [41.0, -63.0, 29.0, 27.0]);
+    let run = run_of(plan([150.0, 20.0, 60.0], [30.0, 10.0, 160.0], 5), SetupError::Known([0.0; 2]));
+    let clean = measured(&machine, run, &errors, [0.0; 2]);
+    let truth = errors_of(&errors);
+    for noisy in 0..4 {
+        let mut run = clean.clone();
+        let mut seeded = Seeded(23);
+        for (index, test) in run.tests.iter_mut().enumerate() {
+            let sigma_mm = if index == noisy { 9e-3 } else { 3e-4 };
+            if let Observed::Readings(readings) = &mut test.observed {
+                for reading in readings.iter_mut() {
+                    reading.length_change_mm += seeded.normal() * sigma_mm;
+                }
+            }
+        }
+        let found = identify(&machine, &run).expect("a fit");
+        assert!(found.outliers.is_empty(), "test {noisy}: {} left out", found.outliers.len());
+        let covariance = found.covariance.as_ref().expect("many readings");
+        for (index, parameter) in trunnion::calibration::placing_parameters(&machine).iter().enumerate() {
+            let off = (parameter.value(&found.errors) - parameter.value(&truth)).abs();
+            let sigmas = off / covariance[(index, index)].sqrt();
+            assert!(sigmas < SIGMAS, "test {noisy}: {parameter:?} is off by {sigmas} sigma");
+        }
+    }
+}
+
+#[test]
+fn a_test_given_twice_counts_as_one_of_half_the_variance() {
+    /// Rounding of a fit of some 150 readings [µm, µrad].
+    const ROUNDING: f64 = 1e-6;
+    let machine = ac_table([2.0, 0.3, -50.0]);
+    let errors = p4([12.0, -21.0, 34.0, 15.0], [41.0, -63.0, 29.0, 27.0]);
+    let run = run_of(plan([150.0, 20.0, 60.0], [30.0, 10.0, 160.0], 10), SetupError::Known([0.0; 2]));
+    let mut once = measured(&machine, run, &errors, [0.0; 2]);
+    // A second C radial test elsewhere, so that the two do not agree.
+    let mut other = once.tests[0].clone();
+    other.ball_mm.x = -90.0;
+    once.tests.push(other);
+    let mut seeded = Seeded(17);
+    for test in &mut once.tests {
+        if let Observed::Readings(readings) = &mut test.observed {
+            for reading in readings.iter_mut() {
+                reading.length_change_mm += seeded.normal() * 1e-3;
+            }
+        }
+    }
+    let unweighted = identify(&machine, &once).expect("a fit");
+    let mut twice = once.clone();
+    twice.tests.push(once.tests[0].clone());
+    once.tests[0].reading_uncertainty = 0.5_f64.sqrt();
+    let [weighted, twice] = [&once, &twice].map(|run| identify(&machine, run).expect("a fit"));
+    let apart = |a: &Identified, b: &Identified| {
+        ErrorParameter::every()
+            .map(|parameter| {
+                natural(parameter.value(&a.errors) - parameter.value(&b.errors), Unknown::Error(parameter))
+                    .abs()
+            })
+            .fold(0.0, f64::max)
+    };
+    assert!(apart(&weighted, &twice) < ROUNDING, "{}", apart(&weighted, &twice));
+    assert!(apart(&weighted, &unweighted) > 1e3 * ROUNDING, "the weight counts");
+}
+
+#[test]
+fn what_makes_a_run_doubtful_is_asked_about() {
+    let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
+    let mut run = run_of(plan([150.0, 0.0, 60.0], [150.0, 0.0, 160.0], 10), SetupError::Known([0.0; 2]));
+    let mut change = |test: usize, change: &dyn Fn(&mut Vec<Reading>)| {
+        if let Observed::Readings(readings) = &mut run.tests[test].observed {
+            change(readings);
+        }
+    };
+    change(0, &|readings| readings.truncate(8));
+    change(1, &|readings| readings[4].angle_rad = readings[3].angle_rad);
+    change(2, &|readings| readings.push(Reading { angle_rad: 3.0, length_change_mm: 0.0 }));
+    // There and back.
+    change(3, &|readings| readings.extend(readings.clone().into_iter().rev()));
+    let found = identify(&machine, &run).expect("a fit");
+    let asked: Vec<(&str, usize)> = found
+        .warnings
+        .iter()
+        .filter_map(|warning| match warning {
+            RunWarning::SingleSweep { test } => Some(("one way", *test)),
+            RunWarning::SmallArc { test, arc_deg } if (arc_deg - 70.0).abs() < 1e-9 => Some(("arc", *test)),
+            RunWarning::DuplicateAngle { test, reading: 4, .. } => Some(("twice", *test)),
+            RunWarning::OutsideTravel { test, readings: 1 } => Some(("outside", *test)),
+            RunWarning::SuspiciouslySmall { .. } => None,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(
+        asked,
+        [("arc", 0), ("one way", 0), ("one way", 1), ("twice", 1), ("one way", 2), ("outside", 2)]
+    );
+}
+
+#[test]
 fn an_instrument_uncertainty_does_not_average_away() {
     let machine = ac_table([0.0; 3]);
     let tests = plan([150.0, 0.0, 60.0], [150.0, 0.0, 160.0], 1);

@@ -6,15 +6,11 @@ use std::collections::BTreeMap;
 use std::num::NonZeroU16;
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use trunnion::calibration::CommonPerpendicular;
-use trunnion::calibration::export::{
-    LinuxCncFault, LinuxCncModule, SiemensForm, absolute_errors, linuxcnc, neutral, siemens,
-};
+use trunnion::calibration::export::{LinuxCncFault, LinuxCncModule, SiemensForm, linuxcnc, neutral, siemens};
+use trunnion::calibration::{CommonPerpendicular, absolute_errors, iso_230_symbol};
 use trunnion::geometry::{Screw, Vec3};
 use trunnion::kinematics::{Joints, Kinematics, Setup};
-use trunnion::machine::{
-    LocationError, Machine, MachineParts, PRESETS, Preset, RotaryLetter, Side, Squareness,
-};
+use trunnion::machine::{LocationError, Machine, MachineParts, PRESETS, Preset, Side, Squareness};
 
 type V = Vector3<f64>;
 
@@ -206,9 +202,8 @@ mod the_neutral_text {
 
 #[test]
 fn absolute_errors_of_a_trunnion_are_those_of_the_closed_formula() {
-    /// Products of two rotations of up to 63 µrad, [rad] and over 50 mm [mm].
-    const SECOND_ORDER: f64 = 1e-8;
-    const SECOND_ORDER_MM: f64 = 5e-7;
+    /// Rounding of a few products of some tens [mm, rad].
+    const ROUNDING: f64 = 1e-16;
     let mut parts = Preset::by_id("ac-table").unwrap().parts();
     let (p_a, p_c) = (V::new(1.0, 2.0, -3.0), V::new(3.0, 2.3, -53.0));
     let (delta, omega) = (V::new(0.012, -0.021, 0.034), V::new(41e-6, -63e-6, 29e-6));
@@ -218,28 +213,29 @@ fn absolute_errors_of_a_trunnion_are_those_of_the_closed_formula() {
     parts.rotary_axes[0].location_error = LocationError { translation_mm: delta, rotation_rad: omega };
     parts.rotary_axes[1].location_error =
         LocationError { translation_mm: V::y() * delta_yca, rotation_rad: V::y() * beta_ac };
-    let [a, c] = absolute_errors(&Machine::new(parts).unwrap());
-    assert_eq!((a.letter, c.letter), (RotaryLetter::A, RotaryLetter::C));
+    let machine = Machine::new(parts).unwrap();
+    let found = absolute_errors(&machine);
     let j: Vec3 = p_c - p_a;
-    for (found, symbol, expected) in [
-        (a.translation_mm.y, a.symbol(1), ("E_Y0A", delta.y)),
-        (a.translation_mm.z, a.symbol(2), ("E_Z0A", delta.z)),
-        (a.rotation_rad.y, a.symbol(4), ("E_B0A", omega.y)),
-        (a.rotation_rad.z, a.symbol(5), ("E_C0A", omega.z)),
-        (c.rotation_rad.x, c.symbol(3), ("E_A0C", omega.x)),
-        (c.rotation_rad.y, c.symbol(4), ("E_B0C", omega.y + beta_ac)),
-        (c.translation_mm.x, c.symbol(0), ("E_X0C", delta.x + omega.y * j.z - omega.z * j.y)),
-        (c.translation_mm.y, c.symbol(1), ("E_Y0C", delta.y + delta_yca + omega.z * j.x - omega.x * j.z)),
-    ] {
-        assert_eq!(symbol, expected.0);
-        let tolerance = if "XYZ".contains(&symbol[2..3]) { SECOND_ORDER_MM } else { SECOND_ORDER };
-        assert!((found - expected.1).abs() < tolerance, "{symbol}: {found} is not {}", expected.1);
+    let expected = [
+        ("E_Y0A", delta.y),
+        ("E_Z0A", delta.z),
+        ("E_B0A", omega.y),
+        ("E_C0A", omega.z),
+        ("E_X0C", delta.x + omega.y * j.z - omega.z * j.y),
+        ("E_Y0C", delta.y + delta_yca + omega.z * j.x - omega.x * j.z),
+        ("E_A0C", omega.x),
+        ("E_B0C", omega.y + beta_ac),
+    ];
+    assert_eq!(found.len(), expected.len(), "none along or about the axes themselves");
+    for (error, (symbol, value)) in found.iter().zip(expected) {
+        assert_eq!(iso_230_symbol(machine.rotary_axes()[error.axis].letter, error.component), symbol);
+        assert!((error.value - value).abs() < ROUNDING, "{symbol}: {} is not {value}", error.value);
+        assert_eq!(error.variance, None);
     }
-    let redundant = |error: &trunnion::calibration::export::AbsoluteError| {
-        (0..6).filter(|&k| error.is_redundant(k)).map(|k| error.symbol(k)).collect::<Vec<_>>()
-    };
-    assert_eq!(redundant(&a), ["E_X0A", "E_A0A"]);
-    assert_eq!(redundant(&c), ["E_Z0C", "E_C0C"]);
+    let text: toml::Table = neutral(&machine).parse().unwrap();
+    let redundant = |axis: usize| text["rotary_axes"][axis]["iso_230"]["redundant"].to_string();
+    assert_eq!(redundant(0), r#"["E_X0A", "E_A0A"]"#);
+    assert_eq!(redundant(1), r#"["E_Z0C", "E_C0C"]"#);
 }
 
 mod linuxcnc_pins {

@@ -6,7 +6,7 @@ use super::linuxcnc_modules::{LinuxCncModule, Senses};
 use super::remaining::RemainingError;
 use super::text::{MM_DECIMALS, in_comment, microradians, millimetres, rounded, squareness};
 use crate::calibration::CommonPerpendicular;
-use crate::geometry::{Screw, Vec3, angle_between};
+use crate::geometry::{Screw, angle_between, shortest_turn_rad};
 use crate::machine::{Machine, RotaryLetter, Side};
 use crate::units::UM_PER_MM;
 
@@ -265,13 +265,13 @@ fn text(
     lines.push(String::from("# Not in these values, because the module has no place for it:"));
     let directions = upright(machine, module.lines(pins)).map(|line| line.direction);
     for ((axis, line), direction) in machine.rotary_axes().iter().zip(machine.screws(true)).zip(directions) {
-        let tilt = tilt_rad(direction, line.direction);
+        let tilt_rad = shortest_turn_rad(direction, line.direction);
         lines.push(format!(
             "#   {} is turned by {}, {}, {} urad about X, Y, Z from its machine axis",
             axis.letter.as_char(),
-            microradians(tilt.x),
-            microradians(tilt.y),
-            microradians(tilt.z)
+            microradians(tilt_rad.x),
+            microradians(tilt_rad.y),
+            microradians(tilt_rad.z)
         ));
     }
     if module == LinuxCncModule::FiveAxis {
@@ -304,11 +304,4 @@ fn text(
     let mut out = lines.join("\n");
     out.push('\n');
     out
-}
-
-/// The rotation vector that turns the unit vector `from` into `to` the short way \[rad\].
-fn tilt_rad(from: Vec3, to: Vec3) -> Vec3 {
-    let cross = from.cross(&to);
-    let sine = cross.norm();
-    if sine > 0.0 { cross * (angle_between(from, to) / sine) } else { Vec3::zeros() }
 }

@@ -4,7 +4,6 @@
 //! [`siemens`]: what those controls take, as far as a public source fixes what a value means; what none fixes is left
 //! out, and the text says so. Read back, each text gives the axes it was made from (`tests/oracles/control_export.rs`).
 
-mod absolute;
 mod linuxcnc;
 mod linuxcnc_modules;
 mod neutral;
@@ -12,7 +11,6 @@ mod remaining;
 mod siemens;
 mod text;
 
-pub use absolute::{AbsoluteError, absolute_errors};
 pub use linuxcnc::{LinuxCncExport, LinuxCncFault, linuxcnc};
 pub use linuxcnc_modules::LinuxCncModule;
 pub use neutral::neutral;

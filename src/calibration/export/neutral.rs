@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::absolute::absolute_errors;
 use super::text::{exact, exact_vector, quoted};
+use crate::calibration::{COMPONENT_NAMES, ErrorParameter, absolute_errors, iso_230_symbol, told_per_unit};
 use crate::machine::{Machine, Side};
-use crate::units::{UM_PER_MM, URAD_PER_RAD};
+use crate::units::URAD_PER_RAD;
 
 /// What the values mean, above them in the text.
 const PREAMBLE: &str = "\
@@ -23,13 +23,10 @@ const PREAMBLE: &str = "\
 #   carries moves along: line = G_1 ... G_r (nominal line), G = translation(e_x, e_y, e_z) rotation(e_a, e_b, e_c),
 #   axes in this order outward, from the bed for tables and from the ram for heads.
 # iso_230: ISO 230-7 symbols, absolute: each axis against M. Translation of nominal_point_mm, and rotation vector, under
-#   G_1 ... G_r. The two kinds must not be mixed. Components named redundant lie along or about the axis' own direction
-#   and move no line.
+#   G_1 ... G_r, to first order in the errors, without the parts along and about the axis' own direction, which move no
+#   line; components named redundant are nothing else. The two kinds must not be mixed.
 # squareness_urad: e_c0y turns Y about Z, e_b0z and e_a0z turn Z about Y and X; X is the reference.
 ";
-
-/// Names of the cascaded components, in order.
-const CASCADED: [&str; 6] = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"];
 
 /// The calibration of a machine with ISO 230-7 names (absolute), the cascaded values of the profile, and both axes'
 /// lines, nominal and calibrated, at full precision, as a TOML text that states its sign convention.
@@ -46,9 +43,9 @@ pub fn neutral(machine: &Machine) -> String {
     line(String::from("\nformat = \"trunnion-calibration\"\nversion = 1"));
     line(format!("machine = {}", quoted(machine.name())));
     let lines = machine.screws(true);
-    for ((axis, calibrated), absolute) in
-        machine.rotary_axes().iter().zip(&lines).zip(absolute_errors(machine))
-    {
+    let errors = machine.rotary_axes().each_ref().map(|axis| axis.location_error);
+    let absolute = absolute_errors(machine);
+    for (index, (axis, calibrated)) in machine.rotary_axes().iter().zip(&lines).enumerate() {
         let side = match axis.side {
             Side::Table => "table",
             Side::Head => "head",
@@ -60,36 +57,23 @@ pub fn neutral(machine: &Machine) -> String {
         line(format!("calibrated_direction = {}", exact_vector(calibrated.direction)));
         line(format!("calibrated_point_mm = {}", exact_vector(calibrated.point_mm)));
         line(String::from("[rotary_axes.location_error]"));
-        let error = &axis.location_error;
-        for (component, name) in CASCADED.iter().enumerate() {
-            let value = if component < 3 {
-                error.translation_mm[component] * UM_PER_MM
-            } else {
-                error.rotation_rad[component - 3] * URAD_PER_RAD
-            };
-            line(format!("{name} = {}", exact(value)));
+        for (component, name) in COMPONENT_NAMES.iter().enumerate() {
+            let value = ErrorParameter { axis: index, component }.value(&errors);
+            line(format!("{name} = {}", exact(value * told_per_unit(component))));
         }
         line(String::from("[rotary_axes.iso_230]"));
         let mut redundant = String::new();
         for component in 0..6 {
-            let symbol = absolute.symbol(component);
-            if absolute.is_redundant(component) {
+            let symbol = iso_230_symbol(axis.letter, component);
+            let found = absolute.iter().find(|error| (error.axis, error.component) == (index, component));
+            if let Some(error) = found {
+                let unit = if component < 3 { "um" } else { "urad" };
+                line(format!("{symbol}_{unit} = {}", exact(error.value * told_per_unit(component))));
+            } else {
                 let comma = if redundant.is_empty() { "" } else { ", " };
                 // writing to a String cannot fail
                 let _ = write!(redundant, "{comma}\"{symbol}\"");
-            } else if component < 3 {
-                line(format!("{symbol}_um = {}", exact(absolute.translation_mm[component] * UM_PER_MM)));
-            } else {
-                line(format!(
-                    "{symbol}_urad = {}",
-                    exact(absolute.rotation_rad[component - 3] * URAD_PER_RAD)
-                ));
             }
-        }
-        if absolute.principal.is_none() {
-            line(String::from(
-                "# The direction is along none of X Y Z: one combination of the translations, and one of the\n# rotations, along and about the direction, moves no line.",
-            ));
         }
         line(format!("redundant = [{redundant}]"));
     }

@@ -151,11 +151,3 @@ pub(super) fn across_pair(direction: Vec3) -> [Vec3; 2] {
     let first = across(next, direction).normalize();
     [first, direction.cross(&first)]
 }
-
-/// The short rotation vector from one unit vector to another, as components about both directions across `from` \[rad\].
-pub(super) fn tilts_rad(from: Vec3, to: Vec3, across: &[Vec3; 2]) -> [f64; 2] {
-    let cross = from.cross(&to);
-    let sine = cross.norm();
-    let scale = if sine > 0.0 { angle_between(from, to) / sine } else { 1.0 };
-    across.map(|axis| cross.dot(&axis) * scale)
-}

@@ -4,12 +4,12 @@ use nalgebra::{Matrix2, Matrix3, Matrix4, Vector3};
 
 use super::axis_fit::{
     AxisFit, Ball, ExpectedAxis, MIN_RADIUS_MM, MIN_SPREAD_MM, READINGS, Residual, across_pair,
-    check_centers, check_direction, tilts_rad,
+    check_centers, check_direction,
 };
 use super::outliers::{Deletion, MOST, worst};
 use super::symmetric::eigen;
 use super::{Outlier, SphereFault};
-use crate::geometry::{Mat3, Screw, Vec3};
+use crate::geometry::{Mat3, Screw, Vec3, shortest_turn_rad};
 use crate::machine::Machine;
 
 /// A spread across the line below this share of that along it is none: an arc of half a degree.
@@ -180,7 +180,7 @@ impl Circle {
         AxisFit {
             line: Screw { direction: self.normal, point_mm },
             across,
-            tilt_rad: tilts_rad(nominal, self.normal, &across),
+            tilt_rad: across.map(|axis| axis.dot(&shortest_turn_rad(nominal, self.normal))),
             offset_mm: across.map(|axis| axis.dot(&(point_mm - reference_mm))),
             covariance,
             degrees_of_freedom: freedom,

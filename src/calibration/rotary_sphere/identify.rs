@@ -7,7 +7,7 @@ use super::{
     AxisFit, ExpectedAxis, LocationFault, SphereFault, SphereReading, fit_circle, fit_rotation,
     location_errors,
 };
-use crate::calibration::absolute::{AbsoluteError, absolute_errors};
+use crate::calibration::absolute::{AbsoluteError, absolute_estimates};
 use crate::calibration::{ErrorParameter, Unknown};
 use crate::geometry::{Screw, Vec3, rotation_from_vector};
 use crate::machine::{LocationError, Machine, Side};
@@ -152,7 +152,8 @@ pub fn identify_spheres(
     let covariance = covariance(&parameters, &slopes, &fits);
     let unknowns: Vec<Unknown> = parameters.iter().copied().map(Unknown::Error).collect();
     let undetermined = vec![false; unknowns.len()];
-    let mut absolute = absolute_errors(machine, &errors, &unknowns, covariance.as_ref(), &undetermined, &[]);
+    let mut absolute =
+        absolute_estimates(machine, &errors, &unknowns, covariance.as_ref(), &undetermined, &[]);
     absolute.retain(|error| run.iter().any(|probed| probed.axis == error.axis));
     Ok(SphereIdentified { fits, errors, parameters, covariance, absolute })
 }

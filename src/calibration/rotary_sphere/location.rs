@@ -1,12 +1,15 @@
 //! From lines to location errors.
 
 use super::LocationFault;
-use crate::calibration::{CommonPerpendicular, rotation_vector_rad};
-use crate::geometry::{Mat3, RigidMotion, Screw, Vec3, angle_between};
+use crate::calibration::{CommonPerpendicular, ErrorParameter, rotation_vector_rad};
+use crate::geometry::{Mat3, RigidMotion, Screw, Vec3, across, angle_between, shortest_turn_rad};
 use crate::machine::{LocationError, Machine};
 
 /// Farther from its nominal direction a line is no error of it \[rad\]: what both axes of a chain may add up to.
 const MAX_ANGLE_RAD: f64 = 2.0 * Machine::MAX_ERROR_RAD;
+
+/// A direction shorter than this is none.
+const MIN_LENGTH: f64 = 1e-9;
 
 /// The cascaded location errors of both axes with which `machine` has these lines, in the profile's order and frames
 /// (M; head lines relative to the gauge point), with the senses of the nominal directions. Exact: nothing is
@@ -59,16 +62,11 @@ pub fn location_errors(
             }
         }
     }
-    for (axis, error) in errors.iter().enumerate() {
-        for component in 0..6 {
-            let (value, max_abs) = if component < 3 {
-                (error.translation_mm[component], Machine::MAX_ERROR_MM)
-            } else {
-                (error.rotation_rad[component - 3], Machine::MAX_ERROR_RAD)
-            };
-            if !(-max_abs..=max_abs).contains(&value) {
-                faults.push(LocationFault::TooLarge { axis, component, value, max_abs });
-            }
+    for parameter in ErrorParameter::every() {
+        let ErrorParameter { axis, component } = parameter;
+        let (value, max_abs) = (parameter.value(&errors), parameter.max_abs());
+        if !(-max_abs..=max_abs).contains(&value) {
+            faults.push(LocationFault::TooLarge { axis, component, value, max_abs });
         }
     }
     if faults.is_empty() { Ok(errors) } else { Err(faults) }
@@ -79,7 +77,7 @@ fn checked(line: &Screw, nominal: &Screw, axis: usize) -> Result<Screw, Location
     let max = Machine::MAX_LENGTH_MM;
     let sound = line.direction.iter().chain(line.point_mm.iter()).all(|value| (-max..=max).contains(value));
     let length = line.direction.norm();
-    if !sound || length < 1e-9 {
+    if !sound || length < MIN_LENGTH {
         return Err(LocationFault::NoLine { axis });
     }
     let direction = line.direction / length;
@@ -101,17 +99,12 @@ fn undone(line: &Screw, motion: &RigidMotion) -> Screw {
 
 /// Four components: the shortest turn, and the shift of the reference point across the axis.
 fn alone(nominal: &Screw, line: &Screw) -> LocationError {
-    let cross = nominal.direction.cross(&line.direction);
-    let sine = cross.norm();
-    let rotation = if sine > 0.0 {
-        cross * (angle_between(nominal.direction, line.direction) / sine)
-    } else {
-        Vec3::zeros()
-    };
+    let rotation = shortest_turn_rad(nominal.direction, line.direction);
     let along =
         (nominal.point_mm - line.point_mm).dot(&nominal.direction) / line.direction.dot(&nominal.direction);
     let shift = line.point_mm + line.direction * along - nominal.point_mm;
-    let without = |v: Vec3| (v - nominal.direction * v.dot(&nominal.direction)).map(|value| value + 0.0);
+    // −0 becomes 0.
+    let without = |v: Vec3| across(v, nominal.direction).map(|value| value + 0.0);
     LocationError { translation_mm: without(shift), rotation_rad: without(rotation) }
 }
 

@@ -4,12 +4,13 @@ use nalgebra::{Matrix3x4, Matrix4, Vector4};
 
 use super::axis_fit::{
     AxisFit, Ball, ExpectedAxis, MIN_RADIUS_MM, MIN_SPREAD_MM, Residual, SphereReading, check_centers,
-    check_direction, tilts_rad,
+    check_direction,
 };
 use super::outliers::{Deletion, MOST, worst};
 use super::symmetric::eigen;
 use super::{Outlier, SphereFault};
-use crate::geometry::{Mat3, Screw, Vec3, across, rotation_from_vector, wrap_rad};
+use crate::calibration::angles::different_angles;
+use crate::geometry::{Mat3, Screw, Vec3, across, rotation_from_vector, shortest_turn_rad};
 use crate::machine::{Machine, Side};
 
 /// Different angles that an axis needs.
@@ -73,27 +74,16 @@ pub fn fit_rotation(
 fn check(readings: &[SphereReading]) -> Result<(), Vec<SphereFault>> {
     let mut faults = check_centers(readings.iter().map(|reading| reading.center_mm));
     let max_rad = Machine::MAX_TRAVEL_DEG.to_radians();
-    let mut angles: Vec<f64> = Vec::with_capacity(readings.len());
-    for (index, reading) in readings.iter().enumerate() {
-        let angle_rad = reading.angle_rad;
-        if (-max_rad..=max_rad).contains(&angle_rad) {
-            angles.push(wrap_rad(angle_rad));
-        } else {
-            faults.push(SphereFault::Angle { reading: index, angle_rad, max_rad });
+    for (reading, SphereReading { angle_rad, .. }) in readings.iter().enumerate() {
+        let angle_rad = *angle_rad;
+        if !(-max_rad..=max_rad).contains(&angle_rad) {
+            faults.push(SphereFault::Angle { reading, angle_rad, max_rad });
         }
     }
     if !faults.is_empty() {
         return Err(faults);
     }
-    angles.sort_by(f64::total_cmp);
-    angles.dedup_by(|next, kept| *next - *kept < SAME_ANGLE_RAD);
-    // +180° and −180° are the same
-    let closed = angles.len() > 1
-        && angles
-            .first()
-            .zip(angles.last())
-            .is_some_and(|(a, z)| a + std::f64::consts::TAU - z < SAME_ANGLE_RAD);
-    let count = angles.len() - usize::from(closed);
+    let count = different_angles(readings.iter().map(|reading| reading.angle_rad), SAME_ANGLE_RAD);
     if count < MIN_ANGLES {
         return Err(vec![SphereFault::TooFewAngles { count, min: MIN_ANGLES }]);
     }
@@ -253,7 +243,9 @@ impl Rotation {
         AxisFit {
             line: self.axis,
             across: self.across,
-            tilt_rad: tilts_rad(expected.line.direction, direction, &self.across),
+            tilt_rad: self
+                .across
+                .map(|axis| axis.dot(&shortest_turn_rad(expected.line.direction, direction))),
             offset_mm: self.across.map(|axis| axis.dot(&(point_mm - expected.line.point_mm))),
             covariance: (freedom > 0).then(|| self.inverse * (self.sum_mm2 / freedom as f64)),
             degrees_of_freedom: freedom,

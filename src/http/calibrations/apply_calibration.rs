@@ -14,7 +14,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{Expected, NewRevision, PutOutcome, Remembered, Revision, Stale};
-use crate::wire::{AppliedProfile, ApplyRequest, MachineDocument, NoParameters, read_json};
+use crate::wire::{AppliedProfile, ApplyRequest, MachineDocument, NoParameters, OtherAxes, read_json};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, CalibrationNotFound, NotAcceptable, RequestTimeout,
@@ -84,14 +84,16 @@ pub(super) async fn apply_calibration(
         Some(_) => {}
     }
     let measured = measured_revision(&app, &run).await?;
-    let AppliedProfile { profile, to_confirm } = run
-        .document
-        .apply_to(&current.document.profile, &measured.document.profile)
-        .map_err(|_other_axes| {
-            let detail = format!(
-                "the run measured revision {}, whose nominal rotary axes are not those of revision {}",
-                measured.document.revision, current.document.revision
-            );
+    let AppliedProfile { profile, to_confirm } =
+        run.document.apply_to(&current.document.profile, &measured.document.profile).map_err(|other| {
+            let what = match other {
+                OtherAxes::Nominal => "whose nominal rotary axes are not those",
+                OtherAxes::Carrier => {
+                    "where the axis that carries the measured one has not the location error"
+                }
+            };
+            let (then, now) = (measured.document.revision, current.document.revision);
+            let detail = format!("the run measured revision {then}, {what} of revision {now}");
             Problem::new(ProblemType::AxesChanged, detail)
         })?;
     if !confirm && !to_confirm.is_empty() {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::{find, measured_revision};
-use crate::calibration::export::{SiemensForm, linuxcnc, neutral, siemens};
+use crate::calibration::export::{LinuxCncFault, SiemensForm, linuxcnc, neutral, siemens};
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
@@ -95,14 +95,7 @@ pub(super) async fn export_calibration(
     let text = match query.format {
         ExportFormat::Iso230 => neutral(&machine),
         ExportFormat::Linuxcnc => {
-            let export = linuxcnc(&machine, query.radius_mm.unwrap_or(RADIUS_MM));
-            let refuse = |faults: Vec<_>| {
-                let name = |fault: &crate::calibration::export::LinuxCncFault| {
-                    Fault::new("/format", fault.to_string())
-                };
-                Problem::invalid(ProblemType::ControlDoesNotFit, faults.iter().map(name).collect())
-            };
-            export.map_err(refuse)?.text
+            linuxcnc(&machine, query.radius_mm.unwrap_or(RADIUS_MM)).map_err(|faults| refused(&faults))?.text
         }
         ExportFormat::Siemens => siemens(&machine, SiemensForm::MachineData),
         ExportFormat::SiemensToolCarrier => {
@@ -111,4 +104,19 @@ pub(super) async fn export_calibration(
         }
     };
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response())
+}
+
+/// A radius that is none is the request's fault, all else the control's.
+fn refused(faults: &[LinuxCncFault]) -> Problem {
+    let of_radius = |fault: &LinuxCncFault| matches!(fault, LinuxCncFault::Radius { .. });
+    let kind = if faults.iter().any(of_radius) {
+        ProblemType::InvalidRequest
+    } else {
+        ProblemType::ControlDoesNotFit
+    };
+    let placed = |fault: &LinuxCncFault| {
+        let pointer = if of_radius(fault) { "/radius_mm" } else { "/format" };
+        Fault::new(pointer, fault.to_string())
+    };
+    Problem::invalid(kind, faults.iter().map(placed).collect())
 }

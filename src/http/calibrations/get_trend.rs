@@ -7,6 +7,7 @@ use http::header::CONTENT_TYPE;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
+use super::ever_existed;
 use super::figures::{SVG, trend_figure};
 use super::list_calibrations::bounds;
 use crate::http::AppState;
@@ -87,8 +88,7 @@ pub(super) async fn get_calibration_trend(
     let Some(unit) = unit.filter(|_| faults.is_empty()) else {
         return Err(Problem::invalid(ProblemType::InvalidRequest, faults));
     };
-    let current = app.store.machine_revision(&machine_id, 1).await?;
-    current.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
+    ever_existed(&app, &machine_id).await?;
     let wanted = TrendQuery {
         machine_id: &machine_id,
         axis: &axis,

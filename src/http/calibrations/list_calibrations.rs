@@ -81,5 +81,5 @@ pub(super) async fn list_calibrations(
     if page.items.is_empty() {
         ever_existed(&app, &machine_id).await?;
     }
-    Ok(Json(Listed::new(page, |run| run.document)))
+    Ok(Json(Listed::new(page, |document| document)))
 }

@@ -10,7 +10,12 @@ use crate::wire::{CalibrationDocument, Estimate};
 pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, Problem> {
     let figures = residuals(app, &run).await?;
     let document = run.document;
-    let bars = if document.ball_bar.is_some() { eccentricities(&document)? } else { String::new() };
+    let bars = if document.ball_bar.is_some() {
+        let drawn = document.clone();
+        app.compute.run(move |_stop| eccentricities(&drawn)).await??
+    } else {
+        String::new()
+    };
     let title = format!("Calibration of {}", document.machine_id);
     let cascaded = document.errors.iter().flat_map(|(axis, errors)| {
         errors.iter().map(move |(name, estimate)| (format!("{axis}.{name}"), *estimate))
