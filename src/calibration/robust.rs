@@ -17,10 +17,6 @@ const JUDGING_PASSES: usize = 10;
 /// Standard deviation of a normal distribution over the median of its magnitudes.
 const SIGMA_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 
-/// Middle over mean square of residuals below which they are looked at again; 1 for normal noise, above it for the
-/// waves that a machine adds.
-const TOO_PEAKED: f64 = 0.85;
-
 /// A fit with what it leaves out.
 pub(super) struct Outliers {
     pub(super) solution: Solution,
@@ -43,10 +39,12 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         .collect();
     let plain = fit.descend(start, &weights)?;
     // As many unknowns as readings leave no residual to judge by.
-    if 2 * fit.degrees_of_freedom(&weights) < judged.len() || !suspicious(fit, &plain, &weights, &judged) {
+    if judged.is_empty() || 2 * fit.degrees_of_freedom(&weights) < judged.len() {
         return Ok(Outliers { solution: plain, weights, left_out: Vec::new() });
     }
-    let mut solution = plain;
+    // Not only where some stand out already: readings that are all wrong the same way pull the fit after them, and
+    // none of them looks far from it.
+    let mut solution = plain.clone();
     let mut passing = weights.clone();
     for _ in 0..MEDIAN_PASSES {
         let residuals = distances(fit, &solution, &passing, &weights);
@@ -65,6 +63,9 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         (solution, _) = fit.step(&solution, &passing)?;
     }
     let mut left_out = far(fit, &solution, &passing, &judged);
+    if left_out.is_empty() {
+        return Ok(Outliers { solution: plain, weights, left_out });
+    }
     for _ in 0..JUDGING_PASSES {
         let mut kept = weights.clone();
         for row in &left_out {
@@ -83,23 +84,6 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
     }
     solution = fit.descend(solution, &kept)?;
     Ok(Outliers { solution, weights: kept, left_out })
-}
-
-/// Whether the residuals look like normal noise with something else in it: a reading stands far out, or the middle of
-/// the distances is too small for their mean square (outliers that the fit follows hide from the first question).
-fn suspicious(fit: &Fit<'_>, solution: &Solution, weights: &[f64], judged: &[usize]) -> bool {
-    if !far(fit, solution, weights, judged).is_empty() {
-        return true;
-    }
-    let distances = distances(fit, solution, weights, weights);
-    let mut sizes: Vec<f64> = judged.iter().map(|row| distances[*row]).collect();
-    if sizes.is_empty() {
-        return false;
-    }
-    let rms = (sizes.iter().map(|size| size * size).sum::<f64>() / sizes.len() as f64).sqrt();
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    rms > LEAST_LIMIT_MM && SIGMA_PER_MEDIAN * *median < TOO_PEAKED * rms
 }
 
 /// Every row's distance from the fit, offsets (by `passing`) taken out, in units of its own test's readings.
