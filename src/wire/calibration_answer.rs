@@ -471,7 +471,8 @@ fn tests(request: &CalibrationRequest, found: &Identified) -> Vec<TestAnswer> {
             let residuals = found.residuals_mm.get(index).map_or(&[] as &[f64], Vec::as_slice);
             let out: Vec<usize> =
                 found.outliers.iter().filter(|out| out.test == index).map(|out| out.reading).collect();
-            let kept = residuals.iter().enumerate().filter(|(reading, _)| !out.contains(reading));
+            let kept =
+                residuals.iter().enumerate().filter(|(reading, _)| out.binary_search(reading).is_err());
             let (count, squares) =
                 kept.fold((0.0, 0.0), |(count, squares), (_, value)| (count + 1.0, squares + value * value));
             TestAnswer {

@@ -356,9 +356,8 @@ async fn a_run_is_exported_to_controls() {
         assert!(text.contains(part), "{format}: {text}");
     }
     let refused =
-        problem(app.get(&format!("{export}?format=linuxcnc&radius_mm=-1")).await, "control-does-not-fit")
-            .await;
-    assert_eq!(pointers(&refused), ["/format"]);
+        problem(app.get(&format!("{export}?format=linuxcnc&radius_mm=-1")).await, "invalid-request").await;
+    assert_eq!(pointers(&refused), ["/radius_mm"]);
     let unknown = problem(app.get(&format!("{export}?format=other")).await, "invalid-request").await;
     assert_eq!(pointers(&unknown), ["/format"]);
 }
@@ -393,6 +392,68 @@ async fn a_run_of_other_axes_is_not_applied() {
     let refused = apply(&app, run["id"].as_str().unwrap(), "*", "").await;
     assert_eq!(refused.status(), StatusCode::CONFLICT);
     problem(refused, "axes-changed").await;
+}
+
+/// Stores the example machine again with a change.
+async fn change_machine(app: &App, change: impl FnOnce(&mut Value)) {
+    let (tag, mut profile) = machine(app).await;
+    for name in ["machine_id", "revision", "created_at"] {
+        profile.as_object_mut().unwrap().remove(name);
+    }
+    change(&mut profile["kinematics"]);
+    let put = app.client.put(app.url("/v1/machines/example-ac-table")).header("if-match", tag);
+    assert_eq!(put.json(&profile).send().await.unwrap().status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_run_evaluated_with_another_squareness_needs_a_word() {
+    let app = spawn().await;
+    let run = post(&app, &sweeps([10.0, -20.0, 30.0], 0.0)).await;
+    let id = run["id"].as_str().unwrap();
+    change_machine(&app, |kinematics| kinematics["squareness_urad"]["e_c0y"] = json!(50)).await;
+    let refused = problem(apply(&app, id, "*", "").await, "confirmation-needed").await;
+    assert_eq!(pointers(&refused), ["/kinematics/squareness_urad"]);
+    assert_eq!(apply(&app, id, "*", r#"{"confirm": true}"#).await.status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn spheres_of_an_outer_axis_need_a_word_where_the_inner_one_changed_since() {
+    let app = spawn().await;
+    // C of the example stands on A. A circle of 200 mm radius about Z, 60 mm up.
+    let circle = |angle_deg: f64| {
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        json!({"centre_mm": [200.0 * cos, -200.0 * sin, 60.0], "angle_deg": angle_deg})
+    };
+    let centres: Vec<Value> = [0.0, 45.0, 90.0, 135.0, 180.0].map(circle).into();
+    let run = json!({
+        "kind": "rotary-sphere", "measured_at": "2025-03-14T09:26:53Z",
+        "axes": [{"rotary_axis": "C", "centres": centres}]
+    });
+    let run = post(&app, &run).await;
+    let id = run["id"].as_str().unwrap();
+    assert_eq!(apply(&app, id, "*", "").await.status(), StatusCode::OK);
+    change_machine(&app, |kinematics| {
+        kinematics["rotary_axes"][0]["location_error"]["e_y_um"] = json!(40);
+    })
+    .await;
+    let refused = problem(apply(&app, id, "*", "").await, "confirmation-needed").await;
+    assert_eq!(pointers(&refused), ["/kinematics/rotary_axes/0/location_error"]);
+}
+
+#[tokio::test]
+async fn what_a_run_leaves_open_is_no_significant_difference() {
+    let app = spawn().await;
+    let known = post(&app, &sweeps([10.0, -20.0, 30.0], 0.5)).await;
+    let mut run = sweeps([10.0, -26.0, 34.0], 0.5);
+    run["setup_error_um"] = Value::Null;
+    let unknown = post(&app, &run).await;
+    let (here, there) = (unknown["id"].as_str().unwrap(), known["id"].as_str().unwrap());
+    let difference: Value =
+        app.get(&format!("{RUNS}/{here}/difference?from={there}")).await.json().await.unwrap();
+    // 6 µm that may as well be the ball's; 4 µm that are the axis'.
+    assert_eq!(difference["errors"]["A"]["e_y_um"]["significant"], Value::Null, "{difference}");
+    assert_eq!(difference["iso_230"]["E_Y0A_um"]["significant"], Value::Null);
+    assert_eq!(difference["errors"]["A"]["e_z_um"]["significant"], true);
 }
 
 #[tokio::test]

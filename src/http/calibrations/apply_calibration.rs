@@ -26,8 +26,8 @@ refusals!(
 ///
 /// The run's location errors replace those of the axes it measured, as a new revision of the machine that names the run.
 /// Applied again to that revision it is the same revision. Going back is applying an older run. Needs `If-Match` with
-/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, or an error that the run leaves open,
-/// needs `{"confirm": true}`.
+/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, an error that the run leaves open, or a
+/// change since of the squareness or of the errors of an inner axis that it did not measure, needs `{"confirm": true}`.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/apply",

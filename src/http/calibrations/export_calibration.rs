@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::{find, measured_revision};
-use crate::calibration::export::{SiemensForm, linuxcnc, neutral, siemens};
+use crate::calibration::export::{LinuxCncFault, SiemensForm, linuxcnc, neutral, siemens};
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
@@ -97,10 +97,17 @@ pub(super) async fn export_calibration(
         ExportFormat::Linuxcnc => {
             let export = linuxcnc(&machine, query.radius_mm.unwrap_or(RADIUS_MM));
             let refuse = |faults: Vec<_>| {
-                let name = |fault: &crate::calibration::export::LinuxCncFault| {
-                    Fault::new("/format", fault.to_string())
+                let of_radius = |fault: &LinuxCncFault| matches!(fault, LinuxCncFault::Radius { .. });
+                let kind = if faults.iter().all(of_radius) {
+                    ProblemType::InvalidRequest
+                } else {
+                    ProblemType::ControlDoesNotFit
                 };
-                Problem::invalid(ProblemType::ControlDoesNotFit, faults.iter().map(name).collect())
+                let name = |fault: &LinuxCncFault| {
+                    let pointer = if of_radius(fault) { "/radius_mm" } else { "/format" };
+                    Fault::new(pointer, fault.to_string())
+                };
+                Problem::invalid(kind, faults.iter().map(name).collect())
             };
             export.map_err(refuse)?.text
         }
