@@ -85,8 +85,8 @@ pub struct BallBarTest {
     pub ball_mm: Vec3,
     /// From the gauge point to the spindle ball along the tool axis \[mm\]; counts where an axis is on the head.
     pub tool_length_mm: f64,
-    /// Standard uncertainty of one reading relative to the other tests' (its weight is 1/u²); any unit, 1 unless
-    /// tests differ.
+    /// Standard uncertainty of one reading \[µm\]; relative to the other tests' (its weight is 1/u²), 1 unless tests
+    /// differ.
     pub reading_uncertainty: f64,
     /// What was read.
     pub observed: Observed,
@@ -138,12 +138,13 @@ impl BallBarRun {
     pub const MAX_DISTANCE_MM: f64 = 1e4;
     /// Largest change of length taken for real \[mm\]: ten times what common ball bars measure.
     pub const MAX_CHANGE_MM: f64 = 10.0;
-    /// Smallest and largest relative uncertainty of a test's readings: beyond, its weight is none or all.
-    pub const UNCERTAINTY_RANGE: [f64; 2] = [1e-6, 1e6];
     /// Largest angle of an axis \[rad\]: a thousand turns.
     pub const MAX_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
     /// Fewest different angles of a test: three numbers, offset, sine and cosine, describe its circle.
     pub const MIN_ANGLES: usize = 3;
+    /// Least and largest standard uncertainty of a reading: beyond such a ratio the weakest test's weight is lost in
+    /// the rounding of the best one's, and what it alone shows would count as not seen.
+    pub const READING_UNCERTAINTY_RANGE: [f64; 2] = [1e-3, 1e3];
     /// Angles closer than this are the same angle \[rad\]: 0.001°.
     pub const SAME_ANGLE_RAD: f64 = 1.745e-5;
 
@@ -226,7 +227,7 @@ impl BallBarTest {
         if !(0.0..=max_mm).contains(&self.tool_length_mm) {
             faults.push(RunFault::ToolLength { test, length_mm: self.tool_length_mm, max_mm });
         }
-        let [min, max] = BallBarRun::UNCERTAINTY_RANGE;
+        let [min, max] = BallBarRun::READING_UNCERTAINTY_RANGE;
         if !(min..=max).contains(&self.reading_uncertainty) {
             faults.push(RunFault::ReadingUncertainty { test, value: self.reading_uncertainty, min, max });
         }

@@ -10,8 +10,10 @@ use crate::machine::{Machine, Side};
 pub(super) struct TestModel {
     axis: usize,
     on_table: bool,
-    /// The programmed ball in W, which is M at zero \[mm\].
+    /// The programmed ball in W \[mm\]; W has its origin `o` in `center_mm`, which is what squareness leaves in place.
     ball_mm: Vec3,
+    /// The reference point of the table axis next to the workpiece in M \[mm\].
+    center_mm: Vec3,
     /// Bar direction at zero.
     bar: Vec3,
     bar_length_mm: f64,
@@ -35,7 +37,8 @@ impl TestModel {
         Self {
             axis: test.axis,
             on_table: test.on_table(machine),
-            ball_mm: center_mm + test.ball_mm,
+            ball_mm: test.ball_mm,
+            center_mm,
             bar: test.bar.unit(turned.letter, turned.direction),
             bar_length_mm: run.bar_length_mm,
             tool_length_mm: test.tool_length_mm,
@@ -58,8 +61,7 @@ impl TestModel {
         parameters: &[ErrorParameter],
         slopes: &mut [f64],
     ) -> f64 {
-        let (real, believed) =
-            (self.lengthened(lines.screws[self.axis]), self.lengthened(control[self.axis]));
+        let (real, believed) = (self.placed(lines.screws[self.axis]), self.placed(control[self.axis]));
         let (sin, cos) = turn;
         // The place of the ball before the real axis turns it, and what the slides add afterwards.
         let (ball_mm, slides_mm) = if self.on_table {
@@ -90,9 +92,11 @@ impl TestModel {
         length_mm - self.bar_length_mm
     }
 
-    /// A head axis' line is given from the gauge point; here it is relative to the ball.
-    fn lengthened(&self, mut line: Screw) -> Screw {
-        if !self.on_table {
+    /// A table axis' line in W; that of a head axis, given from the gauge point, relative to the ball.
+    fn placed(&self, mut line: Screw) -> Screw {
+        if self.on_table {
+            line.point_mm -= self.center_mm;
+        } else {
             line.point_mm += Machine::TOOL_AXIS * self.tool_length_mm;
         }
         line

@@ -20,6 +20,9 @@ const SIGMA_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 /// Middle over mean square of residuals below which they are looked at again; 1 for normal noise, above it for the
 /// waves that a machine adds.
 const TOO_PEAKED: f64 = 0.85;
+/// Third over second moment (to 3/2) of a test's residuals above which they are looked at again: 0 for normal noise
+/// (± 0.13 for 360 readings, ± 0.35 for 48), 1.5 where one reading in five is far off to one side, whatever its size.
+const TOO_SKEWED: f64 = 0.4;
 
 /// A fit with what it leaves out.
 pub(super) struct Outliers {
@@ -78,9 +81,13 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
 }
 
 /// Whether the residuals look like normal noise with something else in it: a reading stands far out, or the middle of
-/// the distances is too small for their mean square (outliers that the fit follows hide from the first question).
+/// the distances is too small for their mean square (outliers that the fit follows hide from the first question), or
+/// a test's residuals lean to one side (many that are wrong the same way hide from both).
 fn suspicious(fit: &Fit<'_>, solution: &Solution, weights: &[f64], judged: &[usize]) -> bool {
     if !far(fit, solution, weights, judged).is_empty() {
+        return true;
+    }
+    if skewed(fit, solution, weights) {
         return true;
     }
     let distances = distances(fit, solution, weights, weights);
@@ -99,6 +106,26 @@ fn median(distances: &[f64], judged: &[usize]) -> Option<f64> {
     let middle = sizes.len() / 2;
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
+}
+
+/// Whether a judged test's residuals, offsets taken out, lean to one side.
+fn skewed(fit: &Fit<'_>, solution: &Solution, weights: &[f64]) -> bool {
+    let residuals = solution.residuals_mm.as_slice();
+    let offsets = fit.observations.offsets(weights, residuals);
+    fit.observations.blocks.iter().zip(offsets).filter(|(block, _)| block.rows >= MIN_READINGS).any(
+        |(block, offset)| {
+            let of_block =
+                residuals.iter().skip(block.first).take(block.rows).map(|residual| residual - offset);
+            let (mut squares, mut cubes) = (0.0, 0.0);
+            for residual in of_block {
+                squares += residual * residual;
+                cubes += residual * residual * residual;
+            }
+            let rows = block.rows as f64;
+            let rms = f64::sqrt(squares / rows);
+            rms > LEAST_LIMIT_MM && (cubes / rows).abs() > TOO_SKEWED * rms * rms * rms
+        },
+    )
 }
 
 /// Every row's distance from the fit, offsets (by `passing`) taken out, in units of its own test's readings.

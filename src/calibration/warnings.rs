@@ -45,6 +45,11 @@ pub enum RunWarning {
         /// Largest magnitude \[mm\].
         largest_mm: f64,
     },
+    /// The axis is on the head, and the ball stands at the gauge point: no tool length was given.
+    NoToolLength {
+        /// The test.
+        test: usize,
+    },
     /// Readings left out as outliers.
     OutliersLeftOut {
         /// The test.
@@ -90,6 +95,9 @@ pub(super) fn warnings(
             Observed::Eccentricity(pair_mm) => {
                 largest_mm = pair_mm.iter().fold(largest_mm, |largest, value| largest.max(value.abs()));
             }
+        }
+        if !test.on_table(machine) && test.tool_length_mm == 0.0 {
+            warnings.push(RunWarning::NoToolLength { test: index });
         }
         let readings = outliers.iter().filter(|outlier| outlier.test == index).count();
         if readings > 0 {

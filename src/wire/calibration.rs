@@ -9,7 +9,7 @@ use crate::calibration::{
     BallBarRun, BallBarTest, BarDirection, Observed, Reading, RunFault, SetupError, SpindleStep,
 };
 use crate::geometry::Vec3;
-use crate::machine::{Machine, Side};
+use crate::machine::Machine;
 use crate::units::{Angle, Length};
 
 /// How the machine was measured.
@@ -81,7 +81,7 @@ pub struct BallBarTestDoc {
     /// centre of an AC table).
     #[schema(example = json!([150, 0, 60]))]
     pub ball_mm: Fixed<3>,
-    /// From the gauge point to the spindle ball; needed where the axis that turns is on the head.
+    /// From the gauge point to the spindle ball, 0 unless given; counts where the axis that turns is on the head.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_length_mm: Option<f64>,
     /// Standard uncertainty of one reading, where tests differ: weights are 1/u². All tests or none.
@@ -371,10 +371,6 @@ impl BallBarTestDoc {
             return None;
         };
         let turned = &machine.rotary_axes()[axis];
-        if turned.side == Side::Head && self.tool_length_mm.is_none() {
-            let detail = "missing field `tool_length_mm`: the axis is on the head";
-            faults.push(|| Fault::new(format!("/tests/{index}/tool_length_mm"), detail));
-        }
         let observed = match (&self.readings, self.eccentricity_um) {
             (Some(readings), None) => Observed::Readings(
                 readings

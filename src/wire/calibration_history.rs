@@ -52,7 +52,8 @@ pub struct Difference {
     pub difference: f64,
     /// Of the difference, the runs taken as independent; null where one of them has none.
     pub standard_uncertainty: Option<f64>,
-    /// Whether it is more than twice its standard uncertainty (about one in twenty by chance); null without one.
+    /// Whether it is more than twice its standard uncertainty (about one in twenty by chance); null without one, and
+    /// where one of the runs does not determine the error: what it could not be told from may have changed instead.
     pub significant: Option<bool>,
 }
 
@@ -75,25 +76,31 @@ pub struct CalibrationDifference {
 const SIGNIFICANT: f64 = 2.0;
 
 impl Difference {
-    fn of(here: &Estimate, there: &Estimate) -> Self {
+    fn of(here: &Estimate, there: &Estimate, identifiable: bool) -> Self {
         let difference = here.value - there.value;
         let standard_uncertainty =
             here.standard_uncertainty.zip(there.standard_uncertainty).map(|(here, there)| here.hypot(there));
-        let significant = standard_uncertainty.map(|sigma| difference.abs() > SIGNIFICANT * sigma);
+        let significant =
+            standard_uncertainty.filter(|_| identifiable).map(|sigma| difference.abs() > SIGNIFICANT * sigma);
         Self { difference, standard_uncertainty, significant }
     }
-}
-
-fn differences(here: &Estimates, there: &Estimates) -> BTreeMap<String, Difference> {
-    here.iter()
-        .filter_map(|(name, here)| Some((name.clone(), Difference::of(here, there.get(name)?))))
-        .collect()
 }
 
 impl CalibrationDifference {
     /// `here` minus `there`.
     #[must_use]
     pub fn of(here: &CalibrationDocument, there: &CalibrationDocument) -> Self {
+        let open = |name: &String| here.unidentifiable.contains(name) || there.unidentifiable.contains(name);
+        // `prefix` stands before the name where a document lists what it does not determine.
+        let differences =
+            |prefix: &str, here: &Estimates, there: &Estimates| -> BTreeMap<String, Difference> {
+                here.iter()
+                    .filter_map(|(name, here)| {
+                        let identifiable = !open(&format!("{prefix}{name}"));
+                        Some((name.clone(), Difference::of(here, there.get(name)?, identifiable)))
+                    })
+                    .collect()
+            };
         Self {
             machine_id: here.machine_id.clone(),
             id: here.id.clone(),
@@ -101,9 +108,12 @@ impl CalibrationDifference {
             errors: here
                 .errors
                 .iter()
-                .filter_map(|(axis, here)| Some((axis.clone(), differences(here, there.errors.get(axis)?))))
+                .filter_map(|(axis, here)| {
+                    let there = there.errors.get(axis)?;
+                    Some((axis.clone(), differences(&format!("{axis}."), here, there)))
+                })
                 .collect(),
-            iso_230: differences(&here.iso_230, &there.iso_230),
+            iso_230: differences("", &here.iso_230, &there.iso_230),
         }
     }
 }
@@ -112,7 +122,8 @@ impl CalibrationDifference {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ApplyRequest {
-    /// Apply even where a value changes by more than 0.2 mm or 1000 µrad, or where the run leaves errors open.
+    /// Apply even where a value changes by more than 0.2 mm or 1000 µrad, where the run leaves errors open, or where
+    /// the squareness it was evaluated with has changed since.
     pub confirm: bool,
 }
 
@@ -194,6 +205,13 @@ impl CalibrationDocument {
             }
             let [e_x_um, e_y_um, e_z_um, e_a_urad, e_b_urad, e_c_urad] = after;
             axis.location_error = LocationErrorDoc { e_x_um, e_y_um, e_z_um, e_a_urad, e_b_urad, e_c_urad };
+        }
+        let squareness_counts = self.ball_bar.is_some();
+        if squareness_counts && current.kinematics.squareness_urad != measured.kinematics.squareness_urad {
+            to_confirm.push(Fault::new(
+                "/kinematics/squareness_urad",
+                "is not what it was when the run was evaluated: the run's errors hold for the squareness of then",
+            ));
         }
         for blind in &self.blind {
             // What only the set-up error hides is the usual case: the difference is what the control needs.

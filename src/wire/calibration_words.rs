@@ -128,6 +128,12 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
             );
             ("suspiciously-large", None, detail)
         }
+        RunWarning::NoToolLength { test } => (
+            "no-tool-length",
+            Some(test),
+            "the axis is on the head and tool_length_mm is 0: the ball was taken to stand at the gauge point"
+                .to_owned(),
+        ),
         RunWarning::OutliersLeftOut { test, readings } => {
             let detail = format!("{readings} readings stand far from all others and were left out");
             ("outliers-left-out", Some(test), detail)

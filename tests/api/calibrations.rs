@@ -414,6 +414,44 @@ async fn a_run_of_other_axes_is_not_applied() {
     problem(refused, "axes-changed").await;
 }
 
+/// Stores the example machine again with a change.
+async fn change_machine(app: &App, change: impl FnOnce(&mut Value)) {
+    let (tag, mut profile) = machine(app).await;
+    for name in ["machine_id", "revision", "created_at"] {
+        profile.as_object_mut().unwrap().remove(name);
+    }
+    change(&mut profile["kinematics"]);
+    let put = app.client.put(app.url("/v1/machines/example-ac-table")).header("if-match", tag);
+    assert_eq!(put.json(&profile).send().await.unwrap().status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_run_evaluated_with_another_squareness_needs_a_word() {
+    let app = spawn().await;
+    let run = post(&app, &sweeps([10.0, -20.0, 30.0], 0.0)).await;
+    let id = run["id"].as_str().unwrap();
+    change_machine(&app, |kinematics| kinematics["squareness_urad"]["e_c0y"] = json!(50)).await;
+    let refused = problem(apply(&app, id, "*", "").await, "confirmation-needed").await;
+    assert_eq!(pointers(&refused), ["/kinematics/squareness_urad"]);
+    assert_eq!(apply(&app, id, "*", r#"{"confirm": true}"#).await.status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn what_a_run_leaves_open_is_no_significant_difference() {
+    let app = spawn().await;
+    let known = post(&app, &sweeps([10.0, -20.0, 30.0], 0.5)).await;
+    let mut run = sweeps([10.0, -26.0, 34.0], 0.5);
+    run["setup_error_um"] = Value::Null;
+    let unknown = post(&app, &run).await;
+    let (here, there) = (unknown["id"].as_str().unwrap(), known["id"].as_str().unwrap());
+    let difference: Value =
+        app.get(&format!("{RUNS}/{here}/difference?from={there}")).await.json().await.unwrap();
+    // 6 µm that may as well be the ball's; 4 µm that are the axis'.
+    assert_eq!(difference["errors"]["A"]["e_y_um"]["significant"], Value::Null, "{difference}");
+    assert_eq!(difference["iso_230"]["E_Y0A_um"]["significant"], Value::Null);
+    assert_eq!(difference["errors"]["A"]["e_z_um"]["significant"], true);
+}
+
 #[tokio::test]
 async fn an_axis_measured_without_its_carrier_is_applied_where_the_carrier_stands_as_then() {
     let app = spawn().await;
@@ -441,7 +479,7 @@ async fn an_axis_measured_without_its_carrier_is_applied_where_the_carrier_stand
 }
 
 #[tokio::test]
-async fn a_head_axis_needs_the_length_of_the_tool() {
+async fn a_head_axis_without_a_tool_length_is_asked_about() {
     let app = spawn().await;
     let presets: Value = app.get("/v1/machine-presets").await.json().await.unwrap();
     let head = presets["items"].as_array().unwrap().iter().find(|preset| preset["id"] == "bc-head").unwrap();
@@ -450,8 +488,13 @@ async fn a_head_axis_needs_the_length_of_the_tool() {
     let mut run = p4_run();
     run["tests"] = json!([test("B"), test("C")]);
     run["tests"][1]["tool_length_mm"] = 200.into();
-    let refused = app.post_json("/v1/machines/head/calibrations", &run).await;
-    assert_eq!(pointers(&problem(refused, "invalid-request").await), ["/tests/0/tool_length_mm"]);
+    let answer = app.post_json("/v1/machines/head/calibrations", &run).await;
+    assert_eq!(answer.status(), StatusCode::CREATED);
+    let answer: Value = answer.json().await.unwrap();
+    let asked = answer["warnings"].as_array().unwrap();
+    let asked: Vec<_> = asked.iter().filter(|warning| warning["kind"] == "no-tool-length").collect();
+    assert_eq!(asked.len(), 1, "{answer}");
+    assert_eq!(asked[0]["test"], 0);
 }
 
 #[tokio::test]

@@ -26,16 +26,17 @@ refusals!(
 ///
 /// The run's location errors replace those of the axes it measured, as a new revision of the machine that names the run.
 /// Applied again to that revision it is the same revision. Going back is applying an older run. Needs `If-Match` with
-/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, or an error that the run leaves open,
-/// needs `{"confirm": true}`.
+/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, an error that the run leaves open, or a
+/// change of the squareness since, needs `{"confirm": true}`. A run of an axis alone is refused where the error of the axis
+/// that carries it has changed since: post its readings again.
 #[utoipa::path(
     post,
-    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/apply",
+    path = "/v1/machines/{machine_id}/calibrations/{id}/apply",
     tag = "calibrations",
     operation_id = "apply_calibration",
     params(
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-Match" = String, Header, description = "ETag of the machine's current revision", example = "\"r3-9f86d081884c7d65\""),
         ("Idempotency-Key" = Option<String>, Header, description = "The same key and request give the same answer again"),
     ),
@@ -49,7 +50,7 @@ refusals!(
 )]
 pub(super) async fn apply_calibration(
     State(app): State<AppState>,
-    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Path((machine_id, id)): Path<(String, String)>,
     Query(NoParameters {}): Query<NoParameters>,
     request: Request,
 ) -> Result<Response, Problem> {
@@ -73,7 +74,7 @@ pub(super) async fn apply_calibration(
     if let Some(Remembered::Revision(known)) = answered(&app, used.as_ref()).await? {
         return Ok(machine(*known));
     }
-    let run = find(&app, &machine_id, &calibration_id).await?;
+    let run = find(&app, &machine_id, &id).await?;
     let current =
         app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
     // The profile that is changed is the one that is read here: nothing may come in between.
@@ -105,7 +106,7 @@ pub(super) async fn apply_calibration(
         machine_id: machine_id.clone(),
         sha256: profile_sha256(&profile),
         profile,
-        calibration_id: Some(calibration_id),
+        calibration_id: Some(id),
         created_at: app.sources.timestamp(),
     };
     let put = app.store.put_machine(new, Some(this), used.as_ref()).await?;

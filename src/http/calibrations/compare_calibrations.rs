@@ -31,24 +31,24 @@ pub(super) struct ComparedWith {
 /// whether it is significant (more than twice that).
 #[utoipa::path(
     get,
-    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/difference",
+    path = "/v1/machines/{machine_id}/calibrations/{id}/difference",
     tag = "calibrations",
     operation_id = "compare_calibrations",
     params(
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ComparedWith,
     ),
     responses((status = 200, description = "The difference", body = CalibrationDifference), Refusals)
 )]
 pub(super) async fn compare_calibrations(
     State(app): State<AppState>,
-    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Path((machine_id, id)): Path<(String, String)>,
     Query(with): Query<ComparedWith>,
     headers: HeaderMap,
 ) -> Result<Json<CalibrationDifference>, Problem> {
     choose(&headers, &["application/json"])?;
-    let here = find(&app, &machine_id, &calibration_id).await?;
+    let here = find(&app, &machine_id, &id).await?;
     let there = find(&app, &machine_id, &with.from).await?;
     Ok(Json(CalibrationDifference::of(&here.document, &there.document)))
 }

@@ -62,12 +62,12 @@ const RADIUS_MM: f64 = 100.0;
 /// control cannot be told.
 #[utoipa::path(
     get,
-    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/export",
+    path = "/v1/machines/{machine_id}/calibrations/{id}/export",
     tag = "calibrations",
     operation_id = "export_calibration",
     params(
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ExportQuery,
     ),
     responses(
@@ -77,12 +77,12 @@ const RADIUS_MM: f64 = 100.0;
 )]
 pub(super) async fn export_calibration(
     State(app): State<AppState>,
-    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Path((machine_id, id)): Path<(String, String)>,
     Query(query): Query<ExportQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["text/plain"])?;
-    let run = find(&app, &machine_id, &calibration_id).await?;
+    let run = find(&app, &machine_id, &id).await?;
     let measured = measured_revision(&app, &run).await?.document.profile;
     let applied = run
         .document

@@ -23,12 +23,12 @@ refusals!(
 /// all of them, for people.
 #[utoipa::path(
     get,
-    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}",
+    path = "/v1/machines/{machine_id}/calibrations/{id}",
     tag = "calibrations",
     operation_id = "get_calibration",
     params(
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         CalibrationFigure,
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
     ),
@@ -42,12 +42,12 @@ refusals!(
 )]
 pub(super) async fn get_calibration(
     State(app): State<AppState>,
-    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Path((machine_id, id)): Path<(String, String)>,
     Query(figure): Query<CalibrationFigure>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let kind = choose(&headers, &["application/json", SVG, "text/html"])?;
-    let run = find(&app, &machine_id, &calibration_id).await?;
+    let run = find(&app, &machine_id, &id).await?;
     match kind {
         SVG => figure.respond(&app, run).await,
         "text/html" => Ok(Html(report_page::page(&app, run).await?).into_response()),

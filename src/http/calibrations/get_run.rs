@@ -20,12 +20,12 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotA
 /// What was posted, with defaults left out; its SHA-256 is `run_sha256` of the run, and its `ETag`.
 #[utoipa::path(
     get,
-    path = "/v1/machines/{machine_id}/calibrations/{calibration_id}/run",
+    path = "/v1/machines/{machine_id}/calibrations/{id}/run",
     tag = "calibrations",
     operation_id = "get_calibration_run",
     params(
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("calibration_id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
     ),
     responses(
@@ -36,11 +36,11 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotA
 )]
 pub(super) async fn get_calibration_run(
     State(app): State<AppState>,
-    Path((machine_id, calibration_id)): Path<(String, String)>,
+    Path((machine_id, id)): Path<(String, String)>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
-    let run = find(&app, &machine_id, &calibration_id).await?;
+    let run = find(&app, &machine_id, &id).await?;
     unless_known(&headers, &run.document.run_sha256, || json_response(run.run.clone()))
 }
