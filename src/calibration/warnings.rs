@@ -57,6 +57,15 @@ pub enum RunWarning {
         /// How many.
         readings: usize,
     },
+    /// So many readings of a test left out that the others may be the wrong ones.
+    ManyOutliers {
+        /// The test.
+        test: usize,
+        /// How many.
+        left_out: usize,
+        /// Of so many.
+        readings: usize,
+    },
     /// The tests hardly tell some errors apart.
     IllConditioned {
         /// Condition number.
@@ -72,6 +81,8 @@ const SWEEP_DEG: f64 = 5.0;
 const SMALL_MM: f64 = 0.5e-3;
 /// Range of common ball bars either way \[mm\].
 const BAR_RANGE_MM: f64 = 1.0;
+/// One reading in so many left out is many: where a third agree to be wrong, the fit may side with them.
+const MANY_OUTLIERS: usize = 5;
 /// Tests of a good plan stay below 10.
 const ILL_CONDITION: f64 = 1000.0;
 
@@ -102,6 +113,10 @@ pub(super) fn warnings(
         let readings = outliers.iter().filter(|outlier| outlier.test == index).count();
         if readings > 0 {
             warnings.push(RunWarning::OutliersLeftOut { test: index, readings });
+        }
+        let all = test.readings().len();
+        if MANY_OUTLIERS * readings > all {
+            warnings.push(RunWarning::ManyOutliers { test: index, left_out: readings, readings: all });
         }
     }
     if largest_mm < SMALL_MM {

@@ -138,6 +138,12 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
             let detail = format!("{readings} readings stand far from all others and were left out");
             ("outliers-left-out", Some(test), detail)
         }
+        RunWarning::ManyOutliers { test, left_out, readings } => {
+            let detail = format!(
+                "{left_out} of {readings} readings were left out: were the others the wrong ones? Measure the test again"
+            );
+            ("many-outliers", Some(test), detail)
+        }
         RunWarning::IllConditioned { condition_number } => {
             let detail = format!(
                 "the tests hardly tell some errors apart (condition number {}): look at the standard uncertainties",
