@@ -11,3 +11,4 @@ mod path;
 mod program;
 mod programs;
 mod wear;
+mod wear_program;
