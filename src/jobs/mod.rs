@@ -12,6 +12,7 @@ mod servo;
 mod servo_program;
 mod spool;
 mod wear;
+mod wear_program;
 
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
@@ -27,3 +28,4 @@ pub use servo::{ServoWork, ServoWorkFault};
 pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
 pub use wear::{WearFault, scallop_heights};
+pub use wear_program::{WearProgramRequest, compensate_wear, wear_figure};

@@ -19,6 +19,7 @@ mod servo_program;
 mod solved_poses;
 mod wear_advice;
 mod wear_numbers;
+mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
@@ -57,6 +58,9 @@ pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_numbers::{Answers, Numbers};
+pub use wear_program::{
+    LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
+};
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;

@@ -18,3 +18,4 @@ mod servo;
 mod support;
 mod upgrade;
 mod wear;
+mod wear_program;

@@ -5,6 +5,7 @@ mod kinematics;
 mod program;
 #[path = "../models/tables.rs"]
 mod tables;
+mod wear;
 
 use std::path::PathBuf;
 
