@@ -7,8 +7,10 @@
 
 use std::ops::ControlFlow;
 
+use proptest::prelude::*;
 use trunnion::geometry::Vec3;
-use trunnion::machine::Tool;
+use trunnion::kinematics::{Kinematics, Setup};
+use trunnion::machine::{RotaryAxis, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
     ContactSource, Fault, LengthInControl, LineFaultKind, Milling, WearParameters, WearReport, WornCutter,
@@ -18,6 +20,7 @@ use trunnion::units::{Angle, Length};
 use trunnion::wear::WearTable;
 
 use super::compensation::witness;
+use super::machines::{any_machine, preset_machine, setup};
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool, wall,
 };
@@ -326,6 +329,36 @@ fn a_feed_lowered_at_the_end_is_given_back_to_a_call() {
 }
 
 #[test]
+fn an_f_between_two_lowered_blocks_changes_neither() {
+    let text = "G90 G21 G94\nG1 X10.000 Y0.000 Z20.000 A-30.000 C0.000 U10.000 V-4.330 W22.500 F720.\n\
+                C15.000 U9.000 V-4.330 W22.500\nF720.\nC0.000 U10.000 V-4.330 W22.500\nF720.\nX11.000 U11.000 V-4.330 W22.500\nM30\n";
+    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    let (output, report) = plain(&parameters, text).expect("a program");
+    let feeds: Vec<f64> =
+        output.lines().filter(|line| line.contains('U')).map(|line| word(line, 'F').expect("F")).collect();
+    assert_eq!(report.feeds_lowered, 2);
+    assert!(feeds[1] < 100.0 && (feeds[1] / feeds[2] - 1.0).abs() < TIME_SHARE, "{output}");
+    assert!((feeds[0] - 720.0).abs() < 1e-9 && (feeds[3] - 720.0).abs() < 1e-9, "{output}");
+}
+
+#[test]
+fn motions_behind_another_tool_are_warned_of() {
+    let cut = |x: &str| {
+        format!("G0 X{x}.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n")
+    };
+    let told = |text: &str| {
+        let (_, report) = plain(&ball_by_feed((5.0, 4.5)), text).expect("a program");
+        report
+            .warnings
+            .iter()
+            .find(|warning| warning.kind.name() == "several_tools")
+            .map(|warning| warning.line)
+    };
+    assert_eq!(told(&format!("T1 M6\n{}T2\n{}M30\n", cut("0"), cut("5"))), None);
+    assert_eq!(told(&format!("T1 M6\n{}T2 M6\n{}M30\n", cut("0"), cut("5"))), Some(Some(6)));
+}
+
+#[test]
 fn increments_inches_and_absent_words_end_where_absolute_millimetres_do() {
     let parameters = ball_by_feed((5.0, 4.5));
     let machine = WearParameters { interpolation: Some(Interpolation::Machine), ..parameters };
@@ -453,4 +486,95 @@ fn a_rapid_that_hands_over_to_a_cut_ends_where_the_cut_begins() {
     let shifts: Vec<_> = lines.iter().zip(&source).map(|(line, source)| line.q - source.q).collect();
     assert!((shifts[0] - shifts[1]).amax() < 1.01e-4 && shifts[0].norm() > 0.05, "{output}");
     assert!(shifts[2].norm() < 1e-9, "{output}");
+}
+
+/// A point of a random program: linear words, rotary words, lean and turn of the normal from the tool axis.
+type RandomPoint = ([f64; 3], [f64; 2], f64, f64);
+
+fn random_points() -> impl Strategy<Value = Vec<RandomPoint>> {
+    let point = ([-50.0..50.0, -50.0..50.0, -50.0..50.0], [-40.0..40.0, -40.0..40.0], 0.1..1.5, 0.0..6.3);
+    proptest::collection::vec(point, 2..12)
+}
+
+fn random_tools() -> impl Strategy<Value = (Tool, Tool)> {
+    let pair = (2.0..10.0, prop_oneof![Just(1.0), 0.1..0.9], 0.9..1.02, 0.9..1.0);
+    pair.prop_map(|(radius, share, left, corner): (f64, f64, f64, f64)| {
+        let actual = radius * left;
+        (tool(radius, radius * share), tool(actual, (radius * share * corner).min(actual)))
+    })
+}
+
+/// Half a unit of four decimals on three axes, stretched by squareness errors, and what stated words of six decimals
+/// and rotary words printed to the bit leave [mm].
+const WRITTEN_MM: f64 = 0.866_025_404e-4 * 1.01 + 2e-5;
+
+proptest! {
+    #[test]
+    fn on_every_machine_the_worn_cutter_of_any_length_touches_the_same_points(
+        machine in prop_oneof![preset_machine(true), any_machine()],
+        setup in setup(),
+        (nominal, actual) in random_tools(),
+        points in random_points(),
+        shorter_mm in prop_oneof![Just(0.0), -0.5..0.5],
+        (measured, tcp) in (any::<bool>(), any::<bool>()),
+    ) {
+        let setup = Setup { apply_errors: true, ..setup };
+        let length_in_control = if measured { LengthInControl::Measured } else { LengthInControl::Nominal };
+        let real = Setup { tool_length_mm: setup.tool_length_mm - shorter_mm, ..setup };
+        let source = Kinematics::new(&machine, &setup);
+        // What the control believes in; the tip of the worn cutter stands behind it by what it does not know.
+        let (control, unknown_mm) = if measured { (Kinematics::new(&machine, &real), 0.0) } else { (source.clone(), shorter_mm) };
+        let [first, second] = machine.rotary_axes();
+        let letters = [first, second].map(|axis| axis.letter.as_char());
+        let inside = |axis: &RotaryAxis, word: f64| {
+            axis.travel_deg.is_none_or(|travel| travel.contains(word, 0.0))
+        };
+        let interpolation = if tcp { "G43.4 H1\n" } else { "" };
+        let mut text = format!("G90 G21 G94\n{interpolation}");
+        let mut wanted = Vec::new();
+        for (k, (linear, rotary, lean, turn)) in points.iter().enumerate() {
+            let linear = linear.map(|mm| (mm * 1e4_f64).round() / 1e4);
+            let rotary = rotary.map(|deg| (deg * 1e3_f64).round() / 1e3);
+            prop_assume!(inside(first, rotary[0]) && inside(second, rotary[1]));
+            let rotary_rad = [first.angle_rad(rotary[0]), second.angle_rad(rotary[1])];
+            let axis = source.axis(rotary_rad);
+            let tip = if tcp { Vec3::from(linear) } else { source.tip_mm(Vec3::from(linear), rotary_rad) };
+            let side = axis.cross(&Vec3::new(0.3, 0.5, -0.7)).normalize();
+            let across = side * turn.cos() + axis.cross(&side) * turn.sin();
+            let normal = axis * lean.cos() + across * lean.sin();
+            let contact = touched(nominal, tip, axis, normal);
+            let stated = if tcp { contact } else { source.linear_mm(contact, rotary_rad) };
+            let code = if k == 0 { "G1 F1000 " } else { "" };
+            let ([x, y, z], [p, q]) = (linear, rotary);
+            text += &format!(
+                "{code}X{x:.4} Y{y:.4} Z{z:.4} {}{p:.3} {}{q:.3} U{:.6} V{:.6} W{:.6}\n",
+                letters[0], letters[1], stated.x, stated.y, stated.z
+            );
+            wanted.push((contact, normal, rotary_rad));
+        }
+        let parameters = WearParameters {
+            setup,
+            shorter_by: Length::from_mm(shorter_mm),
+            length_in_control,
+            ..WearParameters::new(nominal, WornCutter::Tool(actual))
+        };
+        let mut output = Vec::new();
+        let bytes = text.clone().into_bytes();
+        let report = compensate_wear(&machine, &parameters, &bytes, &mut output, &|| ControlFlow::Continue(()));
+        // Presets have no travel of X Y Z.
+        let report = report.map_err(|fault| TestCaseError::fail(format!("{fault:?}\n{text}")))?;
+        prop_assert_eq!(report.contacts_kept, points.len() as u64);
+        let output = String::from_utf8(output).expect("text");
+        let lines = scan(&output, letters);
+        prop_assert_eq!(lines.len(), points.len());
+        for (line, (contact, normal, rotary_rad)) in lines.iter().zip(wanted) {
+            let axis = control.axis(rotary_rad);
+            let place = |words: Vec3| if tcp { words } else { control.tip_mm(words, rotary_rad) };
+            let off_mm = touched(actual, place(line.q) + axis * unknown_mm, axis, normal) - contact;
+            prop_assert!(off_mm.norm() <= WRITTEN_MM, "{} {output}{text}", off_mm.norm());
+            // The contact words mean the same point for the control that reads them.
+            let stated_mm = place(line.uvw.expect("U V W")) - contact;
+            prop_assert!(stated_mm.norm() <= WRITTEN_MM, "{} {output}{text}", stated_mm.norm());
+        }
+    }
 }

@@ -100,8 +100,6 @@ struct Run<'a> {
     /// U V W have to be written anew, because the words of every point mean another place.
     moves_points: bool,
     emitter: Emitter,
-    /// F as the written program has it, where it is not the source's.
-    written_feed: Option<f64>,
     verifier: WearVerifier<'a>,
     faults: LineFaults,
     inventory: Inventory,
@@ -148,7 +146,6 @@ impl<'a> Run<'a> {
             points: Written::new([Address::U, Address::V, Address::W]),
             moves_points: moves_everything && parameters.length_in_control == LengthInControl::Measured,
             emitter: Emitter::default(),
-            written_feed: None,
             verifier: WearVerifier::new(machine, parameters, written, dialect, options),
             faults: LineFaults::default(),
             inventory: Inventory::default(),
@@ -256,9 +253,7 @@ impl<'a> Run<'a> {
                 .restore_feed(batch, motion, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             *copied += usize::from(changed);
-            if !self.emitter.owes_feed() {
-                self.written_feed = None;
-            }
+            self.blocks_changed += u64::from(changed);
         }
         Ok(())
     }
@@ -317,14 +312,12 @@ impl<'a> Run<'a> {
         if motion.kind == MotionKind::Rapid {
             return None;
         }
-        let Some(lower) = lowered else {
-            self.written_feed = None;
+        if lowered.is_none() {
             return self.emitter.take_owed(&motion.feed);
-        };
-        let stands = self.written_feed.filter(|_| !motion.feed.word_in_block && self.emitter.owes_feed());
+        }
+        // Written even where it should stand already: an F between the blocks may have come in.
         self.emitter.owe(&motion.feed);
-        self.written_feed = Some(lower.value);
-        stands.is_none_or(|feed| (feed - lower.value).abs() > 0.0).then_some(lower)
+        lowered
     }
 
     /// U V W where the control's length makes every word mean another place.
