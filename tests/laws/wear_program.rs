@@ -5,6 +5,7 @@
     reason = "a test may stop at what it did not expect; words that were copied are the same to the bit"
 )]
 
+use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use proptest::prelude::*;
@@ -546,10 +547,12 @@ proptest! {
             let stated = if tcp { contact } else { source.linear_mm(contact, rotary_rad) };
             let code = if k == 0 { "G1 F1000 " } else { "" };
             let ([x, y, z], [p, q]) = (linear, rotary);
-            text += &format!(
-                "{code}X{x:.4} Y{y:.4} Z{z:.4} {}{p:.3} {}{q:.3} U{:.6} V{:.6} W{:.6}\n",
+            writeln!(
+                text,
+                "{code}X{x:.4} Y{y:.4} Z{z:.4} {}{p:.3} {}{q:.3} U{:.6} V{:.6} W{:.6}",
                 letters[0], letters[1], stated.x, stated.y, stated.z
-            );
+            )
+            .expect("text");
             wanted.push((contact, normal, rotary_rad));
         }
         let parameters = WearParameters {
