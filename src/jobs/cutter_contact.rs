@@ -7,7 +7,7 @@ use std::path::Path;
 use super::program_file::FileSource;
 use super::refusals::in_words_of_the_wire;
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
-use crate::contact;
+use crate::contact::Correction as CoreCorrection;
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
@@ -43,25 +43,19 @@ impl Compensator for CutterContactCompensator {
 
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
         let series = &report.findings.series;
-        let points: Vec<DeviationPoint> = series
-            .path_mm
-            .iter()
-            .zip(&series.line)
-            .zip(series.before_um.iter().zip(&series.after_um))
-            .map(|((path_mm, line), (before_um, after_um))| DeviationPoint {
-                path_mm: *path_mm,
-                line: *line,
-                before_um: *before_um,
-                after_um: *after_um,
-            })
-            .collect();
+        let points =
+            DeviationPoint::zipped(&series.path_mm, &series.line, &series.before_um, &series.after_um);
         let findings = &report.findings;
         let title = format!(
             "Cutter contact: {} of {} motions over tolerance, {} blocks inserted",
             findings.motions_over_tolerance, findings.motions_checked, findings.blocks_inserted
         );
-        let figure =
-            DeviationFigure { title: &title, points: &points, tolerance_um: parameters.tolerance_um };
+        let figure = DeviationFigure {
+            title: &title,
+            points: &points,
+            tolerance_um: Some(parameters.tolerance_um),
+            quantity: "deviation from the contact line [µm]",
+        };
         deviation_along_path(&figure).unwrap_or_else(|fault| {
             tracing::error!(error = %fault, "a figure could not be drawn");
             String::new()
@@ -109,9 +103,9 @@ fn core_parameters(
             Interpolation::Tcp => motion::Interpolation::Tcp,
         }),
         correction: match wire.correction {
-            Correction::Even => contact::Correction::Even,
-            Correction::Foot => contact::Correction::Foot,
-            Correction::Seed => contact::Correction::Seed,
+            Correction::Even => CoreCorrection::Even,
+            Correction::Foot => CoreCorrection::Foot,
+            Correction::Seed => CoreCorrection::Seed,
         },
         output: match wire.output {
             Output::Minimal => process::OutputForm::Minimal,
@@ -130,23 +124,10 @@ fn core_parameters(
 
 /// The core's report in the words of the wire.
 fn findings(report: &process::CcReport) -> CcFindings {
-    let points = report.series.points();
     CcFindings {
-        dialect: match report.dialect {
-            program::Dialect::Iso => Dialect::Iso,
-            program::Dialect::Csv => Dialect::Csv,
-        },
-        interpolation: match report.interpolation {
-            motion::Interpolation::Machine => Interpolation::Machine,
-            motion::Interpolation::Tcp => Interpolation::Tcp,
-        },
-        contact: match report.contact {
-            process::ContactSource::Auto => Contact::Auto,
-            process::ContactSource::Program => Contact::Program,
-            process::ContactSource::Normals => Contact::Normals,
-            process::ContactSource::FeedPlane => Contact::FeedPlane,
-            process::ContactSource::Tip => Contact::Tip,
-        },
+        dialect: dialect(report.dialect),
+        interpolation: interpolation(report.interpolation),
+        contact: contact(report.contact),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
         blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
@@ -156,17 +137,46 @@ fn findings(report: &process::CcReport) -> CcFindings {
         before: summary(&report.before),
         after: summary(&report.after),
         cc_path_length_mm: report.cc_path_length_mm,
-        series: DeviationSeries {
-            path_mm: points.iter().map(|point| point.path_mm).collect(),
-            line: points.iter().map(|point| point.line).collect(),
-            before_um: points.iter().map(|point| point.before_mm * UM_PER_MM).collect(),
-            after_um: points.iter().map(|point| point.after_mm * UM_PER_MM).collect(),
-        },
+        series: series(&report.series),
         warnings: report.warnings.iter().map(warning).collect(),
     }
 }
 
-fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
+pub(super) fn dialect(dialect: program::Dialect) -> Dialect {
+    match dialect {
+        program::Dialect::Iso => Dialect::Iso,
+        program::Dialect::Csv => Dialect::Csv,
+    }
+}
+
+pub(super) fn interpolation(interpolation: motion::Interpolation) -> Interpolation {
+    match interpolation {
+        motion::Interpolation::Machine => Interpolation::Machine,
+        motion::Interpolation::Tcp => Interpolation::Tcp,
+    }
+}
+
+pub(super) fn contact(contact: process::ContactSource) -> Contact {
+    match contact {
+        process::ContactSource::Auto => Contact::Auto,
+        process::ContactSource::Program => Contact::Program,
+        process::ContactSource::Normals => Contact::Normals,
+        process::ContactSource::FeedPlane => Contact::FeedPlane,
+        process::ContactSource::Tip => Contact::Tip,
+    }
+}
+
+pub(super) fn series(series: &process::Series) -> DeviationSeries {
+    let points = series.points();
+    DeviationSeries {
+        path_mm: points.iter().map(|point| point.path_mm).collect(),
+        line: points.iter().map(|point| point.line).collect(),
+        before_um: points.iter().map(|point| point.before_mm * UM_PER_MM).collect(),
+        after_um: points.iter().map(|point| point.after_mm * UM_PER_MM).collect(),
+    }
+}
+
+pub(super) fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
     DeviationSummary {
         max_um: summary.max_mm * UM_PER_MM,
         rms_um: summary.rms_mm * UM_PER_MM,
@@ -176,7 +186,7 @@ fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
     }
 }
 
-fn warning(warning: &process::Warning) -> Warning {
+pub(super) fn warning(warning: &process::Warning) -> Warning {
     let text = warning.kind.text();
     Warning {
         kind: warning.kind.name().to_owned(),

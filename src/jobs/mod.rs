@@ -15,6 +15,7 @@ mod servo;
 mod servo_program;
 mod spool;
 mod wear;
+mod wear_program;
 
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
@@ -31,3 +32,4 @@ pub use servo::{ServoWork, ServoWorkFault};
 pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
 pub use wear::{WearFault, scallop_heights};
+pub use wear_program::{WearProgramRequest, compensate_wear, wear_figure};

@@ -27,7 +27,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         }
         // faults of the drives only come of a simulation, which has looked at them already
         process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
-        process::Fault::NoContactInProgram { .. } => {
+        process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
         process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),

@@ -46,6 +46,8 @@ pub struct Motion {
     pub feed: Feed,
     /// The extruder, where the block moves it.
     pub extra: Option<Extra>,
+    /// The axis across the plane of arcs (0 X, 1 Y, 2 Z); `None` where G17 G18 G19 is not known.
+    pub plane: Option<u8>,
     /// G91: the block's words count from the position before.
     pub incremental: bool,
     /// 1, or 25.4 where the block is in inches.

@@ -271,6 +271,7 @@ impl Interpreter {
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
+            plane: self.modal.plane,
             incremental: self.modal.incremental == Some(true),
             mm_per_unit: self.modal.mm_per_unit.unwrap_or(1.0),
             decimals,

@@ -25,14 +25,37 @@ pub struct DeviationFigure<'a> {
     pub title: &'a str,
     /// The curves.
     pub points: &'a [DeviationPoint],
-    /// The tolerance \[µm\].
-    pub tolerance_um: f64,
+    /// The tolerance \[µm\], where there is one.
+    pub tolerance_um: Option<f64>,
+    /// What the deviation is, with its unit: the text of its axis.
+    pub quantity: &'a str,
+}
+
+impl DeviationPoint {
+    /// The points of a series that is kept by columns.
+    #[must_use]
+    pub fn zipped(path_mm: &[f64], line: &[u64], before_um: &[f64], after_um: &[f64]) -> Vec<Self> {
+        path_mm
+            .iter()
+            .zip(line)
+            .zip(before_um.iter().zip(after_um))
+            .map(|((path_mm, line), (before_um, after_um))| Self {
+                path_mm: *path_mm,
+                line: *line,
+                before_um: *before_um,
+                after_um: *after_um,
+            })
+            .collect()
+    }
 }
 
 /// Largest drawn over smallest non-zero deviation above which the axis is logarithmic.
 const LOG_ABOVE: f64 = 50.0;
 /// The logarithmic axis starts at this share of the tolerance.
 const LOG_FLOOR: f64 = 1e-3;
+
+/// Stands for a tolerance in the scale of a figure without one \[µm\].
+const NO_TOLERANCE_UM: f64 = 1.0;
 
 const BEFORE: RGBColor = RGBColor(196, 84, 26);
 const AFTER: RGBColor = RGBColor(21, 101, 142);
@@ -52,14 +75,14 @@ pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> Result<String, Plot
 fn draw(figure: &DeviationFigure<'_>, svg: &mut String) -> Option<()> {
     let points = figure.points;
     let path_end = points.last().map_or(1.0, |point| point.path_mm).max(1e-3);
-    let largest =
-        points.iter().flat_map(|point| [point.before_um, point.after_um]).fold(figure.tolerance_um, f64::max);
+    let scale_um = figure.tolerance_um.unwrap_or(NO_TOLERANCE_UM);
+    let largest = points.iter().flat_map(|point| [point.before_um, point.after_um]).fold(scale_um, f64::max);
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE).ok()?;
     let mut builder = ChartBuilder::on(&root);
     frame(&mut builder, figure.title);
-    if largest > LOG_ABOVE * figure.tolerance_um {
-        let floor = LOG_FLOOR * figure.tolerance_um;
+    if largest > LOG_ABOVE * scale_um {
+        let floor = LOG_FLOOR * scale_um;
         let chart = builder.build_cartesian_2d(0.0..path_end, (floor..largest * 2.0).log_scale()).ok()?;
         curves(chart, figure, path_end, floor)?;
     } else {
@@ -78,7 +101,7 @@ fn curves<'a, Y>(
 where
     Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
 {
-    mesh(&mut chart, "cutter-contact path [mm]", "deviation from the contact line [µm]")?;
+    mesh(&mut chart, "cutter-contact path [mm]", figure.quantity)?;
     let curve = |value: fn(&DeviationPoint) -> f64| {
         figure.points.iter().map(move |point| (point.path_mm, value(point).max(floor)))
     };
@@ -92,12 +115,14 @@ where
         .ok()?
         .label("after")
         .legend(swatch(AFTER.stroke_width(3)));
-    let level = figure.tolerance_um;
-    chart
-        .draw_series(DashedLineSeries::new([(0.0, level), (path_end, level)], 8, 5, MUTED.stroke_width(2)))
-        .ok()?
-        .label(format!("tolerance {} µm", plain(level)))
-        .legend(swatch(MUTED.stroke_width(2)));
+    if let Some(level) = figure.tolerance_um {
+        let ends = [(0.0, level), (path_end, level)];
+        chart
+            .draw_series(DashedLineSeries::new(ends, 8, 5, MUTED.stroke_width(2)))
+            .ok()?
+            .label(format!("tolerance {} µm", plain(level)))
+            .legend(swatch(MUTED.stroke_width(2)));
+    }
     let worst = figure.points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um));
     if let Some(worst) = worst {
         let label = format!("line {}: {} µm", worst.line, plain(worst.before_um));
@@ -131,8 +156,12 @@ mod tests {
     #[test]
     fn the_figure_names_units_tolerance_and_the_worst_line() {
         let points = wave(40.0);
-        let figure =
-            DeviationFigure { title: "flank.nc on example-ac-table", points: &points, tolerance_um: 10.0 };
+        let figure = DeviationFigure {
+            title: "flank.nc on example-ac-table",
+            points: &points,
+            tolerance_um: Some(10.0),
+            quantity: "deviation [µm]",
+        };
         let svg = deviation_along_path(&figure).expect("a figure");
         let worst = points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um)).expect("points");
         for part in
@@ -146,7 +175,12 @@ mod tests {
     #[test]
     fn empty_and_enormous_figures_are_drawn() {
         for points in [Vec::new(), wave(1e6), wave(0.0)] {
-            let figure = DeviationFigure { title: "", points: &points, tolerance_um: 10.0 };
+            let figure = DeviationFigure {
+                title: "",
+                points: &points,
+                tolerance_um: Some(10.0),
+                quantity: "deviation [µm]",
+            };
             assert!(deviation_along_path(&figure).expect("a figure").ends_with("</svg>\n"));
         }
     }

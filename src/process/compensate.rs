@@ -35,7 +35,7 @@ pub fn compensate(
     output: &mut dyn Write,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<CcReport, Fault> {
-    let survey = Survey::of(machine, parameters, source, stop)?;
+    let survey = Survey::of(machine, parameters.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact)?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
     let options = InterpreterOptions {

@@ -40,6 +40,18 @@ impl Emitter {
         self.owed.is_some()
     }
 
+    /// The written program now has another modal F than this one of the source.
+    pub(super) fn owe(&mut self, feed: &Feed) {
+        self.owed = Some(OwedFeed { raw: feed.raw, decimals: feed.decimals, mode: feed.mode });
+    }
+
+    /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
+    pub(super) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
+        let owed = self.owed.take()?;
+        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
+        (!given_again).then_some(NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals })
+    }
+
     /// What a block that is left alone needs before or in it, so that it runs at the source's feed: writes the
     /// block and returns true, or returns false where it can be copied as it is.
     pub(super) fn restore_feed(
@@ -142,13 +154,18 @@ fn part_feed(
     let share = segment.fraction[1] - segment.fraction[0];
     let part_time = BlockTime::of(&checked.block, segment, motion.mm_per_unit);
     let value = feed_word(mode, feed.raw, source_time, &part_time, share)?;
+    Some(rounded_feed(feed, value))
+}
+
+/// The F word of this value, with the source's decimals or as many more as it needs.
+pub(super) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
     let mut decimals = feed.decimals;
     while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
         && decimals < MAX_FEED_DECIMALS.max(feed.decimals)
     {
         decimals += 1;
     }
-    Some(NewWord { address: Address::F, value: round_to_decimals(value, decimals), decimals })
+    NewWord { address: Address::F, value: round_to_decimals(value, decimals), decimals }
 }
 
 /// Builds the words of each part: absolute, or counted from the point before in G91.
@@ -297,7 +314,7 @@ fn exact_decimals(value: f64, decimals: u8) -> u8 {
         .unwrap_or(decimals)
 }
 
-fn letter(letter: char) -> Address {
+pub(super) fn letter(letter: char) -> Address {
     match letter {
         'A' => Address::A,
         'B' => Address::B,

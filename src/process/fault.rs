@@ -7,8 +7,10 @@ use thiserror::Error;
 use super::LeftOutReason;
 
 use crate::contact::ContactFault;
+use crate::motion::Unfollowable;
 use crate::program::{Diagnostics, ReadFault, WriteFault};
 use crate::servo::ServoFault;
+use crate::wear::ShiftFault;
 
 /// What is wrong with one line of the upload.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -60,6 +62,29 @@ pub enum LineFaultKind {
         /// Most accepted.
         max: f64,
     },
+    /// The contact at the end of this line cannot be kept by the worn cutter.
+    #[error(transparent)]
+    Shift(#[from] ShiftFault),
+    /// An arc whose ends would move by different vectors, or whose course the contact does not follow.
+    #[error("the worn cutter's arc would be no arc: {why}; post it as lines")]
+    ArcShift {
+        /// What differs.
+        why: &'static str,
+    },
+    /// A motion that has to move for the worn cutter and cannot be followed.
+    #[error("the motion has to be moved for the worn cutter, but {0}")]
+    NotMovable(Unfollowable),
+    /// The same under another work offset.
+    #[error(
+        "the motion has to be moved for the worn cutter, but another work offset than the first is active"
+    )]
+    OtherWorkOffset,
+    /// The same where not all five axes are known.
+    #[error("the motion has to be moved for the worn cutter, but not all five axes are known here")]
+    PositionUnknown,
+    /// A purely rotary block gets a linear path, which gives its F another meaning, and the F is not known.
+    #[error("the block turns between degrees and millimetres per minute, and its feed is not known")]
+    FeedUnknown,
     /// An extruder word whose start is unknown.
     #[error("E counts from an unknown value, so the block cannot be divided")]
     ExtraUnknown,
@@ -138,6 +163,14 @@ pub enum Fault {
         contact: &'static str,
         /// What is missing.
         missing: &'static str,
+    },
+    /// A contact source that cannot say where a worn cutter touches.
+    #[error("contact `{contact}` cannot say where a worn cutter touches in {milling} milling")]
+    UnfitContact {
+        /// The source.
+        contact: &'static str,
+        /// `end` or `side`.
+        milling: &'static str,
     },
     /// More work than one request may cause.
     #[error("{what} exceed the limit of {limit}")]

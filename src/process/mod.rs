@@ -15,6 +15,7 @@ mod stream;
 mod survey;
 mod verify;
 mod warnings;
+mod wear;
 
 pub use compensate::compensate;
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
@@ -23,3 +24,4 @@ pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
 pub use stream::ProgramSource;
+pub use wear::{LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear};

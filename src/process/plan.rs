@@ -16,7 +16,7 @@ const RESERVE: f64 = 2e-4;
 /// Most parts of one block: two hundred seconds of two-millisecond steps.
 const MAX_PARTS: f64 = 100_000.0;
 /// Smallest F that is written, in the program's own unit.
-const MIN_FEED: f64 = 1e-6;
+pub(super) const MIN_FEED: f64 = 1e-6;
 
 /// A block that is divided: where its parts end, and with which decimals.
 #[derive(Debug, Clone)]

@@ -97,6 +97,20 @@ pub enum WarningKind {
     TextAfterEnd,
     /// Axis words without a point in a program that writes points elsewhere.
     WordsWithoutPoint,
+    /// A stated contact point off the nominal cutter: the nearest point of it was kept.
+    NearestContact,
+    /// The whole flat of the cutter touches: no shift but for the length.
+    FlatContact,
+    /// Nearly so: the side follows from the last digits of the normal.
+    NearlyFlatContact,
+    /// A motion at feed without a contact at its end: moved by the length alone.
+    NoContactAtEnd,
+    /// A rapid before all five axes are known: left as it is.
+    PositionUnknown,
+    /// A motion at feed behind a change of the tool: moved for the same cutter.
+    SeveralTools,
+    /// No contact was found in the whole program.
+    NoContactKept,
 }
 
 impl WarningKind {
@@ -104,20 +118,24 @@ impl WarningKind {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::ContactOffTool => "contact_off_tool",
+            Self::ContactOffTool | Self::NearestContact => "contact_off_tool",
             Self::ContactSideAssumed => "contact_side_assumed",
             Self::ContactAssumed => "contact_assumed",
-            Self::NoContact => "no_contact",
+            Self::NoContact | Self::NoContactAtEnd => "no_contact",
             Self::ContactSwings => "contact_swings",
             Self::NotFollowed => "not_followed",
             Self::WorkOffsetChanged => "work_offset_changed",
             Self::ArcWithRotary => "arc_with_rotary",
             Self::NoFeed => "no_feed",
-            Self::NothingChecked => "nothing_checked",
+            Self::NothingChecked | Self::NoContactKept => "nothing_checked",
             Self::ToleranceNotReached => "tolerance_not_reached",
             Self::EffectUnknown => "effect_unknown",
             Self::TextAfterEnd => "text_after_end",
             Self::WordsWithoutPoint => "words_without_point",
+            Self::FlatContact => "flat_contact",
+            Self::NearlyFlatContact => "nearly_flat_contact",
+            Self::PositionUnknown => "position_unknown",
+            Self::SeveralTools => "several_tools",
         }
     }
 
@@ -159,6 +177,23 @@ impl WarningKind {
             Self::WordsWithoutPoint => {
                 "axis words without a decimal point are read in millimetres or degrees; controls that count least increments read them a thousand times smaller"
             }
+            Self::NearestContact => {
+                "the stated contact point does not lie on the nominal cutter; the cutter's nearest point was kept"
+            }
+            Self::FlatContact => {
+                "the surface normal lies along the tool axis: the cutter's whole flat touches, and the tip moves by the length alone"
+            }
+            Self::NearlyFlatContact => {
+                "the surface normal is within 0.1° of the tool axis: on which side the cutter touches follows from the last digits"
+            }
+            Self::NoContactAtEnd => {
+                "no contact is known at the end of this motion at feed; its tip moves by the length alone"
+            }
+            Self::PositionUnknown => "not all five axes are known here; the motion is left as it is",
+            Self::SeveralTools => {
+                "the tool was changed before; every motion is moved for the one worn cutter all the same"
+            }
+            Self::NoContactKept => "no contact was found in the program; no tip moves but by the length",
         }
     }
 }

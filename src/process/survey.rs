@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::stream::{CHUNK_BYTES, read_some};
-use super::{CcParameters, ContactSource, Fault, ProgramSource};
+use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
 use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, Word, WordForm};
 
@@ -31,13 +31,13 @@ impl Survey {
     /// Looks through the program.
     pub(super) fn of(
         machine: &Machine,
-        parameters: &CcParameters,
+        dialect: Option<Dialect>,
         source: &dyn ProgramSource,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, Fault> {
         let mut survey = Self { stated: None, linear_decimals: 0, rotary_decimals: 0, has_feed_column: true };
         let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
-        let mut reader = Reader::new(parameters.dialect, ReadLimits::default());
+        let mut reader = Reader::new(dialect, ReadLimits::default());
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];

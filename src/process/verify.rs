@@ -86,6 +86,21 @@ impl Meaning {
             end: motion.end,
         }
     }
+
+    /// Whether a motion read back means this, its line apart.
+    pub(super) fn check(&self, read: &Motion) -> Result<(), Fault> {
+        let (line, read) = (self.line, Self::of(read));
+        if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
+            return Err(failed(line, "a block left alone starts or ends elsewhere"));
+        }
+        // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
+        let feed = if self.kind == MotionKind::Rapid { self.feed } else { read.feed };
+        let (start, end) = (self.start, self.end);
+        if (Self { line, feed, start, end, ..read }) != *self {
+            return Err(failed(line, "a block left alone changed its meaning or its feed"));
+        }
+        Ok(())
+    }
 }
 
 /// A divided block with its plan.
@@ -201,16 +216,8 @@ impl<'a> Verifier<'a> {
         source: &Meaning,
         checked: Option<(f64, Sampled)>,
     ) -> Result<(), Fault> {
-        let (line, read) = (source.line, Meaning::of(read));
-        if !same_words(read.start, source.start) || !same_words(read.end, source.end) {
-            return Err(failed(line, "a block left alone starts or ends elsewhere"));
-        }
-        // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
-        let feed = if source.kind == MotionKind::Rapid { source.feed } else { read.feed };
-        let (start, end) = (source.start, source.end);
-        if (Meaning { line, feed, start, end, ..read }) != *source {
-            return Err(failed(line, "a block left alone changed its meaning or its feed"));
-        }
+        source.check(read)?;
+        let line = source.line;
         if let Some((path_mm, found)) = checked {
             self.record(line, path_mm, &found, &found);
         }
@@ -334,7 +341,7 @@ impl<'a> Verifier<'a> {
     }
 }
 
-fn failed(line: u64, what: &'static str) -> Fault {
+pub(super) fn failed(line: u64, what: &'static str) -> Fault {
     Fault::VerificationFailed { line, what }
 }
 

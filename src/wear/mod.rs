@@ -22,7 +22,7 @@ pub use pass::{CutterPass, PassFault};
 pub use scallop::{largest_stepover, scallop_height, smallest_tool_radius};
 pub use scallop_fault::{ScallopFault, ScallopQuantity};
 pub use side_milling::side_milling_shift;
-pub use stated_contact::{StatedShift, end_milling_shift_at, side_milling_shift_at};
+pub use stated_contact::{StatedShift, StatedSide, end_milling_shift_at, side_milling_shift_at, stated_side};
 pub use surface::Surface;
 pub use tip_shift::{FlatContact, ShiftFault, TipShift};
 pub use wear_table::{WearTable, WearTableFault};

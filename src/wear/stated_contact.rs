@@ -16,6 +16,60 @@ pub struct StatedShift {
     pub off_tool_mm: f64,
 }
 
+/// Which part of a cutter a stated contact point stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StatedSide {
+    /// The corner, by its unit normal there, in W.
+    Corner {
+        /// Out of the part.
+        normal: Vec3,
+    },
+    /// The flat end.
+    Flat,
+    /// The sharp edge of a flat cutter, which has no one normal.
+    Edge {
+        /// Unit, across t, from the contact toward the axis.
+        inward: Vec3,
+    },
+}
+
+/// The part of the nominal cutter at `pose` that is nearest to `contact_mm` in W, and the distance from it \[mm\].
+///
+/// # Errors
+/// A point on the side away from the part (an undercut), one without a normal.
+pub fn stated_side(
+    nominal: &Tool,
+    pose: &ToolPose,
+    contact_mm: Vec3,
+) -> Result<(StatedSide, f64), ShiftFault> {
+    let axis = pose.axis;
+    let touch = Touch::from_point(nominal, pose, contact_mm, None).map_err(|fault| match fault {
+        ContactFault::Undercut { angle_deg } => ShiftFault::Undercut { angle_deg },
+        ContactFault::ZeroNormal { length } => ShiftFault::ZeroNormal { length },
+    })?;
+    let off_tool_mm = touch.off_tool_mm;
+    let (axial_mm, radial_mm, inward) = match touch.contact {
+        CutterContact::Normal { direction, .. } => {
+            let normal = checked_normal(axis, direction)?;
+            return Ok((StatedSide::Corner { normal }, off_tool_mm));
+        }
+        CutterContact::Offset { axial_mm, radial_mm, inward } => (axial_mm, radial_mm, inward),
+        CutterContact::Tip => return Err(ShiftFault::NoNormal { off_tool_mm }),
+    };
+    let (corner, core) = (nominal.corner_radius().mm(), nominal.core_radius().mm());
+    if corner == 0.0 && radial_mm > core - Touch::ON_TOOL_MM {
+        return Ok((StatedSide::Edge { inward }, off_tool_mm));
+    }
+    if core > 0.0 && radial_mm <= core {
+        return Ok((StatedSide::Flat, off_tool_mm));
+    }
+    let scaled_normal = inward * (radial_mm - core) + axis * (corner - axial_mm);
+    if scaled_normal.norm() < 0.5 * corner {
+        return Err(ShiftFault::NoNormal { off_tool_mm });
+    }
+    Ok((StatedSide::Corner { normal: checked_normal(axis, scaled_normal)? }, off_tool_mm))
+}
+
 /// [`end_milling_shift`] for the nominal cutter at `pose` touching at `contact_mm` in W. A point off the cutter counts
 /// with the normal of the nearest point of its corner, and is reported with its distance.
 ///
@@ -27,34 +81,16 @@ pub fn end_milling_shift_at(
     pose: &ToolPose,
     contact_mm: Vec3,
 ) -> Result<StatedShift, ShiftFault> {
-    let (tool, axis) = (&wear.nominal, pose.axis);
-    let touch = Touch::from_point(tool, pose, contact_mm, None).map_err(|fault| match fault {
-        ContactFault::Undercut { angle_deg } => ShiftFault::Undercut { angle_deg },
-        ContactFault::ZeroNormal { length } => ShiftFault::ZeroNormal { length },
-    })?;
-    let off_tool_mm = touch.off_tool_mm;
-    let stated = |shift| StatedShift { shift, off_tool_mm };
-    let (axial_mm, radial_mm, inward) = match touch.contact {
-        CutterContact::Normal { direction, .. } => {
-            return end_milling_shift(wear, axis, direction).map(stated);
+    let (side, off_tool_mm) = stated_side(&wear.nominal, pose, contact_mm)?;
+    let shift = match side {
+        StatedSide::Corner { normal } => end_milling_shift(wear, pose.axis, normal)?,
+        StatedSide::Flat => {
+            let note = Some(FlatContact::Whole);
+            TipShift { shift_mm: length_shift_mm(wear.shorter_by, pose.axis), note }
         }
-        CutterContact::Offset { axial_mm, radial_mm, inward } => (axial_mm, radial_mm, inward),
-        CutterContact::Tip => return Err(ShiftFault::NoNormal { off_tool_mm }),
+        StatedSide::Edge { inward } => edge(wear, pose.axis, inward)?,
     };
-    let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
-    if corner == 0.0 && radial_mm > core - Touch::ON_TOOL_MM {
-        return edge(wear, axis, inward).map(stated);
-    }
-    if core > 0.0 && radial_mm <= core {
-        let note = Some(FlatContact::Whole);
-        let shift_mm = length_shift_mm(wear.shorter_by, axis);
-        return Ok(stated(TipShift { shift_mm, note }));
-    }
-    let scaled_normal = inward * (radial_mm - core) + axis * (corner - axial_mm);
-    if scaled_normal.norm() < 0.5 * corner {
-        return Err(ShiftFault::NoNormal { off_tool_mm });
-    }
-    end_milling_shift(wear, axis, checked_normal(axis, scaled_normal)?).map(stated)
+    Ok(StatedShift { shift, off_tool_mm })
 }
 
 /// On the sharp edge of a flat cutter: only the side is known, and only another sharp edge can be put there.

@@ -75,6 +75,12 @@ impl WearTable {
         Ok(Self { entries: entries.iter().map(|(angle, deviation)| (angle.rad(), deviation.mm())).collect() })
     }
 
+    /// Whether the table says of every angle that nothing is worn.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.entries.iter().all(|(_, deviation_mm)| deviation_mm.abs() <= 0.0)
+    }
+
     /// δ at this contact angle; none beyond the last entry.
     #[must_use]
     pub fn deviation(&self, contact_angle: Angle) -> Option<Length> {

@@ -11,6 +11,8 @@ pub enum JobOperation {
     CcCompensation,
     /// Simulation of the servo drives along a program.
     ServoSimulation,
+    /// Compensation of a program for a worn cutter.
+    WearCompensation,
 }
 
 impl JobOperation {
@@ -20,6 +22,7 @@ impl JobOperation {
         match self {
             Self::CcCompensation => "cc-compensation",
             Self::ServoSimulation => "servo-simulation",
+            Self::WearCompensation => "wear-compensation",
         }
     }
 }

@@ -24,6 +24,7 @@ mod solved_poses;
 mod sphere_answer;
 mod wear_advice;
 mod wear_numbers;
+mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
@@ -75,6 +76,9 @@ pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_numbers::{Answers, Numbers};
+pub use wear_program::{
+    LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
+};
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;

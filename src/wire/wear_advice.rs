@@ -44,7 +44,7 @@ fn any_contact() -> Fixed<2> {
 }
 
 /// What to do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AdviceKind {
     /// The program may run as it is.
@@ -58,7 +58,7 @@ pub enum AdviceKind {
 }
 
 /// What one cutter leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = WearOutlook)]
 pub struct OutlookDoc {
     /// Scallop at the program's step-over; null where neighbouring passes do not meet.
@@ -68,7 +68,7 @@ pub struct OutlookDoc {
 }
 
 /// Least and largest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = WearOffset)]
 pub struct OffsetDoc {
     /// Least.
@@ -78,7 +78,7 @@ pub struct OffsetDoc {
 }
 
 /// Advice with the numbers it rests on.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearAdviceAnswer {
     /// What to do, the cheapest that keeps the height.
     pub advice: AdviceKind,

@@ -19,3 +19,4 @@ mod servo;
 mod support;
 mod upgrade;
 mod wear;
+mod wear_program;

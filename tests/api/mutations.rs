@@ -14,6 +14,8 @@ use crate::support::{App, spawn_real_with};
 
 /// Attempts, unless asked otherwise: seconds.
 const ATTEMPTS: u64 = 400;
+/// Half a unit of four decimals of an inch on three axes.
+const WORST_ROUNDING_UM: f64 = 2.5;
 /// Attempts on one service, whose store then goes.
 const ATTEMPTS_PER_SERVICE: u64 = 1000;
 
@@ -34,6 +36,24 @@ N120 M30
 %
 ";
 const CONTACTS: &str = "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 U9.000 V0.000 W1.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000 U19.000 V0.500 W1.000\nM30\n";
+/// Turns, increments, inches, arcs across the axis, a rest, and blocks that lack words.
+const WORN: &str = "%
+G90 G21 G94 G17
+G0 X0.000 Y0.000 Z50.000 A0.000 C0.000
+G1 Z0.000 F900
+G2 X10.000 Y10.000 I10. J0.
+G1 X20. A-25. C10.
+C40.
+C40.
+G91 X3. Y-1. A2.
+G90 G20 X1.1 Y.4 Z.2 F40.
+G21 G93 X40.000 Y0.000 Z0.000 A-30.000 C95.000 F12.5
+G94 X41. F#3
+G91 G28 Z0
+G90 G0 Z60.
+M30
+%
+";
 const TABLE: &str = "X,Y,Z,A,C,nx,ny,nz\n10.000,0.000,5.000,10.000,20.000,0,0,1\n20.000,0.000,5.000,25.000,60.000,0,0.1,0.99\n";
 
 /// What is put into texts.
@@ -267,6 +287,24 @@ fn seeds() -> Vec<Seed> {
             body: text.into(),
         });
     }
+    let path = "/v1/machines/example-ac-table/wear-compensation?nominal_tool.radius_mm=5";
+    let lengths = "nominal_tool.length_mm=80&actual_tool.length_mm=79.8";
+    for (query, kind, text) in [
+        ("actual_tool.radius_mm=4.75".to_owned(), "text/plain", WORN),
+        ("actual_tool.radius_mm=4.75".to_owned(), "text/plain", PROGRAM),
+        (format!("actual_tool.radius_mm=4&interpolation=tcp&{lengths}"), "text/plain", WORN),
+        (format!("actual_tool.radius_mm=5&{lengths}"), "text/plain", PROGRAM),
+        ("actual_tool.radius_mm=4.5&actual_tool.corner_radius_mm=1".to_owned(), "text/plain", CONTACTS),
+        ("wear_table.contact_angle_deg=0,90&wear_table.deviation_um=0,-70".to_owned(), "text/csv", TABLE),
+    ] {
+        let method = reqwest::Method::POST;
+        seeds.push(Seed {
+            method,
+            path: format!("{path}&{query}"),
+            kind: kind.to_owned(),
+            body: text.into(),
+        });
+    }
     assert!(seeds.len() >= 12, "only {} seeds", seeds.len());
     seeds
 }
@@ -307,11 +345,12 @@ async fn wrong(app: &App, response: Response) -> Option<String> {
         return None;
     }
     let document: Value = app.get(&job).await.json().await.unwrap();
-    if document["operation"] != "cc-compensation" {
-        return None;
-    }
+    let tolerance_um = match document["operation"].as_str().unwrap() {
+        "cc-compensation" => document["parameters"]["tolerance_um"].as_f64().unwrap(),
+        "wear-compensation" => WORST_ROUNDING_UM,
+        _ => return None,
+    };
     let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
-    let tolerance_um = document["parameters"]["tolerance_um"].as_f64().unwrap();
     let after_um = report["after"]["max_um"].as_f64().unwrap();
     let program = app.get(&format!("{job}/program")).await.text().await.unwrap();
     // A lone carriage return ends a line too.

@@ -6,6 +6,7 @@ mod program;
 mod rotary_sphere;
 #[path = "../models/tables.rs"]
 mod tables;
+mod wear;
 
 use std::path::PathBuf;
 

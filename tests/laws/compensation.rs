@@ -37,7 +37,7 @@ pub(crate) fn run(
     Ok((String::from_utf8(output).expect("text"), report))
 }
 
-fn witness(part: &Finishing, tcp: bool) -> Tables {
+pub(crate) fn witness(part: &Finishing, tcp: bool) -> Tables {
     let [first, second] = part.machine.rotary_axes();
     Tables {
         first: (first.direction, first.point_mm),

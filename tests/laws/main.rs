@@ -13,3 +13,4 @@ mod program;
 mod programs;
 mod servo;
 mod wear;
+mod wear_program;

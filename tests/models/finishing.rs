@@ -109,6 +109,18 @@ pub fn blade(machine: Machine, tool: Tool, points_per_pass: usize, passes: usize
     cut("blade", machine, tool, surface, axis, points_per_pass, passes)
 }
 
+/// A conical wall, cut with the flank of the tool: its axis lies in the surface, across the feed.
+pub fn wall(machine: Machine, tool: Tool, points_per_pass: usize, passes: usize) -> Finishing {
+    fn surface(s: f64, h: f64) -> Vec3 {
+        let (sin, cos) = (0.9 * s + 0.2 * h).sin_cos();
+        Vec3::new((40.0 + 8.0 * h) * cos, (40.0 + 8.0 * h) * sin, 30.0 * h)
+    }
+    fn axis(n: Vec3, _feed: Vec3) -> Vec3 {
+        (Vec3::z() - n * n.z).normalize()
+    }
+    cut("wall", machine, tool, surface, axis, points_per_pass, passes)
+}
+
 /// Impeller flank: a conical helicoid, cut along the flow with the tool 70° off the normal.
 pub fn impeller_flank(machine: Machine, tool: Tool, points_per_pass: usize, passes: usize) -> Finishing {
     fn surface(s: f64, h: f64) -> Vec3 {

@@ -18,7 +18,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
 
 /// Draw the plot of a job
 ///
-/// Of a compensation the deviation along the path, before and after; of a servo simulation the contour error.
+/// Of a compensation the deviation along the path, or the worn cutter's offset, before and after; of a servo simulation
+/// the contour error.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/plot",

@@ -14,7 +14,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::programs::answer::{self, REPORT_TYPES};
 use crate::http::refusals::refusals;
-use crate::wire::{CcReport, NoParameters, ServoReport};
+use crate::wire::{CcReport, NoParameters, ServoReport, WearReport};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
 
@@ -27,6 +27,8 @@ enum AnyReport {
     CcCompensation(CcReport),
     /// Of `servo-simulation`.
     ServoSimulation(ServoReport),
+    /// Of `wear-compensation`.
+    WearCompensation(WearReport),
 }
 
 /// Read the report of a job

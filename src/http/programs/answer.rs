@@ -11,8 +11,9 @@ use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::servo::program_contour_error;
+use crate::jobs::wear_figure;
 use crate::store::JobRow;
-use crate::wire::{CcParameters, CcReport, JobOperation, JobState, ServoReport};
+use crate::wire::{CcParameters, CcReport, JobOperation, JobState, ServoReport, WearReport};
 
 /// Media types of a program.
 pub(in crate::http) const PROGRAM_TYPES: &[&str] = &["text/plain", "application/octet-stream", "text/csv"];
@@ -65,6 +66,10 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let name = job.file_name.clone();
             let drawn = app.compute.run(move |_stop| program_contour_error(&name, &report)).await?;
             drawn.map_err(|fault| Problem::internal(&fault))?
+        }
+        JobOperation::WearCompensation => {
+            let report: WearReport = read(report)?;
+            app.compute.run(move |_stop| wear_figure(&report)).await?
         }
     };
     Ok(([(CONTENT_TYPE, SVG)], figure).into_response())

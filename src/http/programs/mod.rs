@@ -3,6 +3,7 @@
 pub(super) mod answer;
 mod arrival;
 mod compensate_cc_path;
+mod compensate_wear;
 pub(super) mod simulate_servo_program;
 pub(super) mod upload;
 
@@ -15,5 +16,6 @@ use super::AppState;
 pub(super) fn router() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
         .routes(routes!(compensate_cc_path::compensate_cc_path))
+        .routes(routes!(compensate_wear::compensate_wear_of_program))
         .routes(routes!(simulate_servo_program::simulate_servo_program))
 }

@@ -1,0 +1,92 @@
+//! Compensates a program for a worn cutter.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::answer::{self, SVG};
+use super::arrival::{Arrival, arrival};
+use crate::http::AppState;
+use crate::http::extract::Path;
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::{WearProgramRequest, compensate_wear};
+use crate::wire::{JobOperation, WearParameters, WearQuery, WearReport};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly, Busy
+);
+
+/// What can be answered: the program first.
+const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
+
+/// A program with its parameters in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct WearProgramForm {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<WearParameters>,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+}
+
+/// Compensate a program for a worn cutter
+///
+/// Every block's end is moved so that the worn or reground cutter touches where the nominal one would; tool axis and
+/// rotary words stay. The answer is the program, same dialect and line ends; with `Accept: application/json` its
+/// report, with `image/svg+xml` the plot before and after. It is written out and verified before the first byte is
+/// answered, and kept as a job.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/wear-compensation",
+    tag = "programs",
+    operation_id = "compensate_wear_of_program",
+    params(
+        ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
+        WearQuery,
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+    ),
+    request_body(
+        content(
+            (String = "text/plain", example = "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A15.000 C22.000\nG0 Z50.000\nM30\n"),
+            (WearProgramForm = "multipart/form-data", example = json!({
+                "parameters": {
+                    "nominal_tool": {"radius_mm": 5.0, "length_mm": 80.0},
+                    "actual_tool": {"radius_mm": 4.75, "length_mm": 79.75},
+                    "allowed_scallop_um": 20.0, "stepover_mm": 0.85
+                },
+                "program": "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A15.000 C22.000\nG0 Z50.000\nM30\n",
+            })),
+        ),
+        description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "The program for the worn cutter, its report or its plot, by Accept",
+            content((String = "text/plain"), (WearReport = "application/json"), (String = "image/svg+xml")),
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Tag of what is answered"),
+                ("Content-Disposition" = String, description = "File name of the program"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn compensate_wear_of_program(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let kind = choose(request.headers(), OFFERS)?;
+    let new = match arrival::<WearParameters>(&app, machine_id, request).await? {
+        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
+        Arrival::New(new) => new,
+    };
+    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
+    let core = new.parameters.to_core().map_err(faulty)?;
+    let (machine, parameters, job) = new.into_job(JobOperation::WearCompensation)?;
+    let request = WearProgramRequest { machine, parameters, core, max_cost_s: app.settings.max_cost_s };
+    let job = compensate_wear(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
+    answer::job(&app, &job, kind).await
+}

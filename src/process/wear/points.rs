@@ -1,0 +1,92 @@
+//! The poses of a batch's ends, many at a time.
+
+use crate::contact::{Station, rotary_rad};
+use crate::geometry::Vec3;
+use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::machine::Machine;
+use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
+
+/// The source's poses at the ends of a batch's motions.
+pub(super) struct Points<'a> {
+    machine: &'a Machine,
+    kinematics: &'a Kinematics,
+    /// Who interpolates, where the parameter says so.
+    interpolation: Option<Interpolation>,
+    joints: JointLanes,
+    ends: PoseLanes,
+}
+
+impl<'a> Points<'a> {
+    pub(super) fn new(
+        machine: &'a Machine,
+        kinematics: &'a Kinematics,
+        interpolation: Option<Interpolation>,
+    ) -> Self {
+        let (joints, ends) = (JointLanes::default(), PoseLanes::default());
+        Self { machine, kinematics, interpolation, joints, ends }
+    }
+
+    /// Computes the poses at the ends of these motions.
+    pub(super) fn prepare(&mut self, motions: &[Motion]) {
+        self.joints.clear();
+        for motion in motions {
+            // A motion without a known end keeps its lane; nobody looks at it.
+            let words = motion.end.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
+            self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
+        }
+        self.kinematics.forward_lanes(&self.joints, &mut self.ends);
+    }
+
+    /// The mode of a motion: the parameter wins over the program's own switches.
+    pub(super) fn mode(&self, motion: &Motion) -> Interpolation {
+        self.interpolation.unwrap_or(motion.interpolation)
+    }
+
+    /// The pose at the end of the motion of this index.
+    pub(super) fn pose(&self, motion: &Motion, index: usize, words: &AxisWords) -> ToolPose {
+        let (i, j, k) = (self.ends.i[index], self.ends.j[index], self.ends.k[index]);
+        let tip_mm = match self.mode(motion) {
+            Interpolation::Machine => {
+                Vec3::new(self.ends.x_mm[index], self.ends.y_mm[index], self.ends.z_mm[index])
+            }
+            Interpolation::Tcp => Vec3::from(words.linear_mm),
+        };
+        ToolPose { tip_mm, axis: Vec3::new(i, j, k) }
+    }
+
+    /// The tip at these words in this mode \[mm\].
+    pub(super) fn tip_mm(&self, mode: Interpolation, words: AxisWords) -> Vec3 {
+        Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
+    }
+
+    /// Where the next motion at feed leads from the end of the motion of this index \[mm\]; rests are passed over.
+    /// `following` is the first motion behind the batch.
+    pub(super) fn beyond_mm(
+        &self,
+        motions: &[Motion],
+        index: usize,
+        following: Option<&Motion>,
+    ) -> Option<Vec3> {
+        let motion = motions.get(index)?;
+        let mode = self.mode(motion);
+        let later = motions.get(index + 1..).unwrap_or_default().iter().chain(following);
+        let next = later.into_iter().find(|next| !rests(next))?;
+        let goes_on = is_cutting(next) && next.start == motion.end && self.mode(next) == mode;
+        next.end.filter(|_| goes_on).map(|words| self.tip_mm(mode, words))
+    }
+}
+
+/// Whether a straight motion goes nowhere.
+pub(super) fn rests(motion: &Motion) -> bool {
+    matches!(motion.kind, MotionKind::Linear | MotionKind::Rapid)
+        && motion.start.is_some()
+        && motion.start == motion.end
+}
+
+/// A straight motion at feed whose ends are known.
+fn is_cutting(motion: &Motion) -> bool {
+    motion.kind == MotionKind::Linear
+        && motion.end.is_some()
+        && motion.unfollowable.is_none()
+        && !motion.offset_changed
+}

@@ -1,0 +1,434 @@
+//! Parameters and report of the compensation of a program for a worn cutter.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{
+    CcParameters, Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Fixed,
+    Interpolation, Provenance, SurfaceKind, ToolDoc, Warning, WearAdviceAnswer, WearAdviceRequest,
+};
+use crate::geometry::Vec3;
+use crate::kinematics::Setup;
+use crate::process::{self, ContactSource, WornCutter};
+use crate::units::{Angle, Feedrate, Length};
+use crate::wear::{WearTable, WearTableFault};
+use crate::{motion, program};
+
+/// Which part of the cutter makes the surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Milling {
+    /// Its end.
+    #[default]
+    End,
+    /// Its flank.
+    Side,
+}
+
+/// Which length stands in the control while the written program runs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LengthInControl {
+    /// That of the nominal cutter; every point moves by what the worn one is shorter.
+    #[default]
+    Nominal,
+    /// That of the worn cutter; only head axes without tool centre point control have to be told.
+    Measured,
+}
+
+/// Wear that differs along the corner: deviations over the contact angle, linear in between.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = WearTable)]
+pub struct WearTableDoc {
+    /// Angles between surface normal and tool axis, rising from 0 to at most 90.
+    #[schema(example = json!([0.0, 45.0, 90.0]))]
+    pub contact_angle_deg: Vec<f64>,
+    /// How much farther out the cutter's surface lies than the nominal corner; negative where worn.
+    #[schema(example = json!([-5.0, -30.0, -12.0]))]
+    pub deviation_um: Vec<f64>,
+}
+
+/// What the compensation for a worn cutter needs to know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WearParameters {
+    /// The cutter the program was made for.
+    pub nominal_tool: ToolDoc,
+    /// The cutter as measured; this or `wear_table`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actual_tool: Option<ToolDoc>,
+    /// Wear along the corner, for end milling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear_table: Option<WearTableDoc>,
+    /// Which part of the cutter makes the surface.
+    #[serde(default)]
+    pub milling: Milling,
+    /// Which length the control has; `nominal` where both lengths are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_in_control: Option<LengthInControl>,
+    /// Where the cutter contact comes from; the tip is none here.
+    #[serde(default)]
+    pub contact: Contact,
+    /// What the control interpolates; as the program switches it when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<Interpolation>,
+    /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allowed_scallop_um: Option<f64>,
+    /// For the advice: the program's step-over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stepover_mm: Option<f64>,
+    /// For the advice: form of the surface across the feed; flat unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceKind>,
+    /// For the advice: radius of the surface across the feed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_radius_mm: Option<f64>,
+    /// For the advice: inclination of the tool axis in the feed direction, where a cutter is no ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lead_deg: Option<f64>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length the program was made for; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Feed where the program has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feed_mm_per_min: Option<f64>,
+    /// The form of the program text.
+    #[serde(default)]
+    pub dialect: Dialect,
+}
+
+/// The same parameters as a query names them.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[expect(dead_code, reason = "describes the query")]
+pub struct WearQuery {
+    /// Radius of the cutter the program was made for; needed.
+    #[param(rename = "nominal_tool.radius_mm", example = 5.0)]
+    nominal_radius: Option<f64>,
+    /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
+    #[param(rename = "nominal_tool.corner_radius_mm")]
+    nominal_corner_radius: Option<f64>,
+    /// Its length.
+    #[param(rename = "nominal_tool.length_mm")]
+    nominal_length: Option<f64>,
+    /// Radius of the cutter as measured; this or a wear table.
+    #[param(rename = "actual_tool.radius_mm", example = 4.75)]
+    actual_radius: Option<f64>,
+    /// Its corner radius; its radius (a ball) when absent.
+    #[param(rename = "actual_tool.corner_radius_mm")]
+    actual_corner_radius: Option<f64>,
+    /// Its length.
+    #[param(rename = "actual_tool.length_mm")]
+    actual_length: Option<f64>,
+    /// Angles between surface normal and tool axis, rising from 0 to at most 90.
+    #[param(rename = "wear_table.contact_angle_deg", style = Form, explode = false)]
+    table_angles: Option<Vec<f64>>,
+    /// How much farther out the cutter's surface lies there; negative where worn.
+    #[param(rename = "wear_table.deviation_um", style = Form, explode = false)]
+    table_deviations: Option<Vec<f64>>,
+    /// Which part of the cutter makes the surface.
+    #[param(rename = "milling", inline)]
+    milling: Option<Milling>,
+    /// Which length the control has; `nominal` where both lengths are given.
+    #[param(rename = "length_in_control", inline)]
+    length_in_control: Option<LengthInControl>,
+    /// Where the cutter contact comes from; the tip is none here.
+    #[param(rename = "contact", inline)]
+    contact: Option<Contact>,
+    /// What the control interpolates; as the program switches it when absent.
+    #[param(rename = "interpolation", inline)]
+    interpolation: Option<Interpolation>,
+    /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
+    #[param(rename = "allowed_scallop_um")]
+    allowed_scallop: Option<f64>,
+    /// For the advice: the program's step-over.
+    #[param(rename = "stepover_mm")]
+    stepover: Option<f64>,
+    /// For the advice: form of the surface across the feed; flat unless said.
+    #[param(rename = "surface", inline)]
+    surface: Option<SurfaceKind>,
+    /// For the advice: radius of the surface across the feed.
+    #[param(rename = "surface_radius_mm")]
+    surface_radius: Option<f64>,
+    /// For the advice: inclination of the tool axis in the feed direction, where a cutter is no ball.
+    #[param(rename = "lead_deg")]
+    lead: Option<f64>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[param(rename = "work_offset_mm", value_type = Option<[f64]>, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    work_offset: Option<Fixed<3>>,
+    /// Tool length the program was made for; matters to head axes only.
+    #[param(rename = "tool_length_mm")]
+    tool_length: Option<f64>,
+    /// Feed where the program has none.
+    #[param(rename = "feed_mm_per_min")]
+    feed: Option<f64>,
+    /// The form of the program text.
+    #[param(rename = "dialect", inline)]
+    dialect: Option<Dialect>,
+}
+
+/// Most entries of a wear table.
+const MAX_ENTRIES: usize = 1000;
+
+impl WearParameters {
+    /// The parameters in the core's terms.
+    ///
+    /// # Errors
+    /// Every bad value, with its pointer.
+    pub fn to_core(&self) -> Result<process::WearParameters, Vec<Fault>> {
+        let mut faults = FaultList::default();
+        let nominal = self.nominal_tool.to_core("/nominal_tool", &mut faults);
+        let worn = self.worn(&mut faults);
+        let (shorter_by, length_in_control) = self.length(&mut faults);
+        let contact = self.contact(&mut faults);
+        let max = CcParameters::MAX_OFFSET_MM;
+        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
+            faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);
+        }
+        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
+        if let Some(feed) = self.feed_mm_per_min {
+            let max = CcParameters::MAX_FEED_MM_PER_MIN;
+            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
+        }
+        let dialect = match self.dialect {
+            Dialect::Auto => None,
+            Dialect::Iso => Some(program::Dialect::Iso),
+            Dialect::Csv => Some(program::Dialect::Csv),
+            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
+                faults.push(|| Fault::new("/dialect", "this dialect is not read in this version"));
+                None
+            }
+        };
+        self.check_advice(&mut faults);
+        faults.into_result()?;
+        // Parameters without faults have both.
+        let (Some(nominal), Some(worn)) = (nominal, worn) else { return Err(Vec::new()) };
+        Ok(process::WearParameters {
+            milling: match self.milling {
+                Milling::End => process::Milling::End,
+                Milling::Side => process::Milling::Side,
+            },
+            shorter_by,
+            length_in_control,
+            contact,
+            interpolation: self.interpolation.map(|interpolation| match interpolation {
+                Interpolation::Machine => motion::Interpolation::Machine,
+                Interpolation::Tcp => motion::Interpolation::Tcp,
+            }),
+            setup: Setup {
+                work_offset_mm: Vec3::from(self.work_offset_mm.0),
+                tool_length_mm: self.tool_length_mm,
+                apply_errors: true,
+            },
+            feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
+            dialect,
+            ..process::WearParameters::new(nominal, worn)
+        })
+    }
+
+    fn worn(&self, faults: &mut FaultList) -> Option<WornCutter> {
+        match (&self.actual_tool, &self.wear_table) {
+            (Some(tool), None) => tool.to_core("/actual_tool", faults).map(WornCutter::Tool),
+            (None, Some(table)) => {
+                if self.milling == Milling::Side {
+                    let detail = "a wear table is for end milling; give the worn flank as actual_tool";
+                    faults.push(|| Fault::new("/wear_table", detail));
+                }
+                table.to_core(faults).map(WornCutter::Table)
+            }
+            (Some(_), Some(_)) => {
+                let detail = "the worn cutter is told by actual_tool or by wear_table, not by both";
+                faults.push(|| Fault::new("/wear_table", detail));
+                None
+            }
+            (None, None) => {
+                faults
+                    .push(|| Fault::new("/actual_tool", "missing: the cutter as measured, or a wear_table"));
+                None
+            }
+        }
+    }
+
+    /// ΔL and who knows of it: without both lengths there is none.
+    fn length(&self, faults: &mut FaultList) -> (Length, process::LengthInControl) {
+        let lengths = self.nominal_tool.length_mm.zip(self.actual_tool.and_then(|tool| tool.length_mm));
+        if lengths.is_none() && self.length_in_control.is_some() {
+            let detail = "needs length_mm of both cutters";
+            faults.push(|| Fault::new("/length_in_control", detail));
+        }
+        let shorter_by = Length::from_mm(lengths.map_or(0.0, |(full, left)| full - left));
+        let in_control = match self.length_in_control.unwrap_or_default() {
+            LengthInControl::Nominal => process::LengthInControl::Nominal,
+            LengthInControl::Measured => process::LengthInControl::Measured,
+        };
+        (shorter_by, in_control)
+    }
+
+    fn contact(&self, faults: &mut FaultList) -> ContactSource {
+        let mut refuse = |detail: &'static str| {
+            faults.push(|| Fault::new("/contact", detail));
+            ContactSource::Auto
+        };
+        match self.contact {
+            Contact::Auto => ContactSource::Auto,
+            Contact::Program => ContactSource::Program,
+            Contact::Normals => ContactSource::Normals,
+            Contact::FeedPlane if self.milling == Milling::Side => {
+                refuse("the feed direction does not say where a flank touches")
+            }
+            Contact::FeedPlane => ContactSource::FeedPlane,
+            Contact::Tip => refuse("the tip does not say where a worn cutter touches"),
+            Contact::Surface => refuse("contact from a surface is not available in this version"),
+        }
+    }
+
+    fn check_advice(&self, faults: &mut FaultList) {
+        let asked = self.allowed_scallop_um.is_some() || self.stepover_mm.is_some();
+        for (name, given) in [
+            ("surface", self.surface.is_some()),
+            ("surface_radius_mm", self.surface_radius_mm.is_some()),
+            ("lead_deg", self.lead_deg.is_some()),
+        ] {
+            if given && !asked {
+                let detail = "only serves the advice, which needs allowed_scallop_um and stepover_mm";
+                faults.push(|| Fault::new(format!("/{name}"), detail));
+            }
+        }
+        if !asked {
+            return;
+        }
+        let missing = |name: &str| Fault::new(format!("/{name}"), "missing: the advice needs it");
+        for (name, given) in [
+            ("allowed_scallop_um", self.allowed_scallop_um.is_some()),
+            ("stepover_mm", self.stepover_mm.is_some()),
+            ("actual_tool", self.actual_tool.is_some()),
+        ] {
+            if !given && (name != "actual_tool" || self.wear_table.is_some()) {
+                faults.push(|| missing(name));
+            }
+        }
+        // What is wrong with the cutters has been said.
+        if !faults.is_empty() {
+            return;
+        }
+        if let Some(Err(found)) = self.advice_request([0.0, 90.0]).map(|request| request.solve()) {
+            for fault in found {
+                faults.push(|| fault);
+            }
+        }
+    }
+
+    fn advice_request(&self, contact_angle_deg: [f64; 2]) -> Option<WearAdviceRequest> {
+        let mut actual_tool = self.actual_tool?;
+        if self.length_in_control == Some(LengthInControl::Measured) {
+            actual_tool.length_mm = None;
+        }
+        Some(WearAdviceRequest {
+            nominal_tool: self.nominal_tool,
+            actual_tool,
+            stepover_mm: self.stepover_mm?,
+            surface: self.surface.unwrap_or(SurfaceKind::Flat),
+            surface_radius_mm: self.surface_radius_mm,
+            lead_deg: self.lead_deg,
+            contact_angle_deg: Fixed(contact_angle_deg),
+            allowed_scallop_um: self.allowed_scallop_um?,
+            min_stepover_mm: None,
+        })
+    }
+
+    /// The advice for the contacts of a program, where it was asked for.
+    #[must_use]
+    pub fn advice(&self, contact_angles: Option<[Angle; 2]>) -> Option<WearAdviceAnswer> {
+        let [least, most] = contact_angles?.map(|angle| angle.deg().clamp(0.0, 90.0));
+        self.advice_request([least, most])?.solve().ok()
+    }
+}
+
+impl WearTableDoc {
+    fn to_core(&self, faults: &mut FaultList) -> Option<WearTable> {
+        let (angles, deviations) = (&self.contact_angle_deg, &self.deviation_um);
+        if angles.len() != deviations.len() || angles.len() > MAX_ENTRIES {
+            let detail = format!(
+                "{} angles and {} deviations; there are as many of both, and at most {MAX_ENTRIES}",
+                angles.len(),
+                deviations.len()
+            );
+            faults.push(|| Fault::new("/wear_table", detail));
+            return None;
+        }
+        let entries: Vec<_> = angles
+            .iter()
+            .zip(deviations)
+            .map(|(angle_deg, deviation_um)| (Angle::from_deg(*angle_deg), Length::from_um(*deviation_um)))
+            .collect();
+        WearTable::new(&entries)
+            .map_err(|fault| {
+                let pointer = match fault {
+                    WearTableFault::NoTip => "/wear_table/contact_angle_deg/0".to_owned(),
+                    WearTableFault::Angle { index, .. } => format!("/wear_table/contact_angle_deg/{index}"),
+                    WearTableFault::Deviation { index, .. } => format!("/wear_table/deviation_um/{index}"),
+                };
+                faults.push(|| Fault::new(pointer, fault.to_string()));
+            })
+            .ok()
+    }
+}
+
+/// What the compensation for a worn cutter found and did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct WearFindings {
+    /// Form the text was read in.
+    pub dialect: Dialect,
+    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    pub interpolation: Interpolation,
+    /// Where the cutter contact came from.
+    pub contact: Contact,
+    /// Blocks of the upload.
+    pub blocks_in: u64,
+    /// Blocks of the answer; more only by blocks with F alone before calls.
+    pub blocks_out: u64,
+    /// Blocks whose bytes changed.
+    pub blocks_changed: u64,
+    /// Motions at whose end a contact was found, and kept.
+    pub contacts_kept: u64,
+    /// Motions that end elsewhere in the answer.
+    pub motions_shifted: u64,
+    /// Blocks whose F was lowered, so that none runs faster than the source's.
+    pub feeds_lowered: u64,
+    /// Blocks that only got the source's F word back, behind such ones.
+    pub feeds_restored: u64,
+    /// Largest shift of a tip.
+    pub max_shift_um: f64,
+    /// Line of the upload with it; null where nothing moved.
+    pub max_shift_line: Option<u64>,
+    /// Least and largest angle between surface normal and tool axis; null without a contact.
+    pub contact_angle_deg: Option<Fixed<2>>,
+    /// What the worn cutter leaves along the normal with the program as it was, scallops apart.
+    pub before: DeviationSummary,
+    /// Distance of the worn cutter's contact from the nominal one's, from the text that was written.
+    pub after: DeviationSummary,
+    /// Chords between contacts, summed.
+    pub cc_path_length_mm: f64,
+    /// Both along the path.
+    pub series: DeviationSeries,
+    /// What to do about the scallops, for the contacts of this program; null where it was not asked for.
+    pub advice: Option<WearAdviceAnswer>,
+    /// What the caller should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The report of a compensation for a worn cutter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct WearReport {
+    /// What it was computed from.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+    /// What was found and done.
+    #[serde(flatten)]
+    pub findings: WearFindings,
+}
