@@ -91,13 +91,13 @@ impl Meaning {
     pub(super) fn check(&self, read: &Motion) -> Result<(), Fault> {
         let (line, read) = (self.line, Self::of(read));
         if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
-            return Err(failed(line, "a block left alone starts or ends elsewhere"));
+            return Err(failed(line, "a motion starts or ends elsewhere than meant"));
         }
         // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
         let feed = if self.kind == MotionKind::Rapid { self.feed } else { read.feed };
         let (start, end) = (self.start, self.end);
         if (Self { line, feed, start, end, ..read }) != *self {
-            return Err(failed(line, "a block left alone changed its meaning or its feed"));
+            return Err(failed(line, "a motion changed its meaning or its feed"));
         }
         Ok(())
     }
