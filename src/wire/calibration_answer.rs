@@ -134,7 +134,7 @@ pub struct BallBarAnswer {
     pub eccentricities_um: EccentricitiesDoc,
     /// By test.
     pub tests: Vec<TestAnswer>,
-    /// What was left out as too far from all others.
+    /// What was left out as too far from all others; the first thousand.
     pub outliers: Vec<OutlierDoc>,
 }
 
@@ -234,6 +234,9 @@ pub(super) fn unknown_name(machine: &Machine, unknown: Unknown) -> String {
     }
 }
 
+/// Most outliers listed in a document: a page of a list holds two hundred documents.
+const MOST_OUTLIERS: usize = 1000;
+
 /// Everything of a document that does not come from the evaluation.
 #[derive(Debug, Clone)]
 pub struct CalibrationHead<'a> {
@@ -303,6 +306,7 @@ impl CalibrationDocument {
             outliers: found
                 .outliers
                 .iter()
+                .take(MOST_OUTLIERS)
                 .map(|outlier| OutlierDoc {
                     test: outlier.test,
                     reading: outlier.reading,

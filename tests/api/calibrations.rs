@@ -187,6 +187,27 @@ async fn readings_give_uncertainties_residuals_and_questions() {
 }
 
 #[tokio::test]
+async fn a_document_lists_a_thousand_outliers_and_counts_all() {
+    let app = spawn().await;
+    let mut run = sweeps([10.0, -20.0, 30.0], 0.5);
+    let readings: Vec<Value> = (0..6000_i32)
+        .map(|k| {
+            let angle_deg = f64::from(k) * 0.06;
+            let (sin, cos) = angle_deg.to_radians().sin_cos();
+            let noise = f64::from(k * 7 % 11 - 5) * 0.1;
+            let wrong = if k % 5 == 0 { 60.0 } else { 0.0 };
+            json!({"angle_deg": angle_deg, "length_change_um": -10.0 * (cos - 1.0) - 20.0 * sin + noise + wrong})
+        })
+        .collect();
+    run["tests"][0]["readings"] = readings.into();
+    let document = post(&app, &run).await;
+    assert_eq!(document["outliers"].as_array().unwrap().len(), 1000);
+    let warnings = document["warnings"].as_array().unwrap();
+    let left_out = warnings.iter().find(|warning| warning["kind"] == "outliers-left-out").unwrap();
+    assert!(left_out["detail"].as_str().unwrap().starts_with("1200 readings"), "{left_out}");
+}
+
+#[tokio::test]
 async fn what_a_run_cannot_tell_apart_is_said_in_words() {
     let app = spawn().await;
     let mut run = sweeps([10.0, -20.0, 30.0], 0.0);
