@@ -44,20 +44,12 @@ pub fn compensate(
     };
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
     let mut run: Option<Run<'_>> = None;
-    while let Some((passage, following)) = passages.next()? {
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        // A program that is refused is read to its end, so that every fault is named.
-        if !passages.is_refused() {
-            let run = run.get_or_insert_with(|| {
-                Run::new(machine, &kinematics, parameters, survey, contact, passages.dialect(), options)
-            });
-            run.passage(&passage, following.as_ref(), output, stop)?;
-        }
-        passages.recycle(passage);
-    }
-    passages.refusals()?;
+    passages.work(stop, |passage, following, dialect| {
+        let run = run.get_or_insert_with(|| {
+            Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
+        });
+        run.passage(passage, following, output, stop)
+    })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.judge.faults.total > 0 {
         return Err(Fault::Lines(run.judge.faults));
@@ -132,7 +124,7 @@ impl<'a> Run<'a> {
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
-            let largest = self.verifier.after.max_mm();
+            let largest = self.verifier.found.after.max_mm();
             let verdict = self.judge.judge(motions, index, following, text, largest);
             self.checked += u64::from(verdict.is_some());
             let changed = match verdict {
@@ -258,7 +250,7 @@ impl<'a> Run<'a> {
         } else if self.contact == ContactSource::FeedPlane {
             warnings.add(WarningKind::ContactAssumed, None).count = self.checked;
         }
-        let after = self.verifier.after.summary();
+        let after = self.verifier.found.after.summary();
         if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {
             warnings.add_distance(
                 WarningKind::ToleranceNotReached,
@@ -272,14 +264,14 @@ impl<'a> Run<'a> {
             interpolation,
             contact: self.contact,
             blocks_in,
-            blocks_out: self.verifier.inventory.blocks,
+            blocks_out: self.verifier.blocks(),
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
             feeds_restored: self.emitter.feeds_restored,
-            before: self.verifier.before.summary(),
+            before: self.verifier.found.before.summary(),
             after,
-            cc_path_length_mm: self.verifier.before.path_mm(),
-            series: self.verifier.series,
+            cc_path_length_mm: self.verifier.found.before.path_mm(),
+            series: self.verifier.found.series,
             warnings: self.judge.warnings.into_list(),
         }
     }

@@ -5,8 +5,8 @@ use std::io;
 use thiserror::Error;
 
 use super::LeftOutReason;
-
 use crate::contact::ContactFault;
+use crate::machine::Travel;
 use crate::motion::Unfollowable;
 use crate::program::{Diagnostics, ReadFault, WriteFault};
 use crate::servo::ServoFault;
@@ -88,6 +88,14 @@ pub enum LineFaultKind {
     /// An extruder word whose start is unknown.
     #[error("E counts from an unknown value, so the block cannot be divided")]
     ExtraUnknown,
+}
+
+impl LineFaultKind {
+    /// An axis commanded outside its travel by more than `slack` \[mm or deg\], if it is.
+    pub(super) fn outside(axis: char, commanded: f64, travel: Option<Travel>, slack: f64) -> Option<Self> {
+        let Travel { min, max } = travel.filter(|travel| !travel.contains(commanded, slack))?;
+        Some(Self::OutOfTravel { axis, commanded, min, max })
+    }
 }
 
 /// One faulty line.

@@ -424,11 +424,8 @@ impl<'a> Judge<'a> {
         word: f64,
         travel: Option<Travel>,
     ) {
-        if let Some(travel) = travel
-            && !travel.contains(word, TRAVEL_SLACK)
-        {
-            let Travel { min, max } = travel;
-            self.faults.add(line, text, LineFaultKind::OutOfTravel { axis, commanded: word, min, max });
+        if let Some(kind) = LineFaultKind::outside(axis, word, travel, TRAVEL_SLACK) {
+            self.faults.add(line, text, kind);
         }
     }
 }

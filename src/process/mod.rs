@@ -7,6 +7,7 @@ mod inventory;
 mod judge;
 mod parameters;
 mod plan;
+mod read_back;
 mod report;
 mod sampler;
 mod series;

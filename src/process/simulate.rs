@@ -205,22 +205,16 @@ fn for_each_motion(
     take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
-    while let Some((passage, _)) = passages.next()? {
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        // A program that is refused is read to its end, so that every fault is named.
-        let motions = if passages.is_refused() { &[] } else { passage.motions.as_slice() };
-        for motion in motions {
+    passages.work(stop, |passage, _, _| {
+        for motion in &passage.motions {
             match Piece::of(parameters, motion) {
                 Ok(Some(piece)) => take(Seen::Piece(&piece))?,
                 Ok(None) => {}
                 Err(reason) => take(Seen::LeftOut(reason, motion.line))?,
             }
         }
-        passages.recycle(passage);
-    }
-    passages.refusals()?;
+        Ok(())
+    })?;
     Ok(Text { dialect: passages.dialect(), blocks: passages.blocks })
 }
 

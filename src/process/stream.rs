@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
+use std::ops::ControlFlow;
 
 use super::warnings::Warnings;
 use super::{Fault, WarningKind};
@@ -83,7 +84,7 @@ impl<'a> Passages<'a> {
     }
 
     /// The next passage, and the first motion after it.
-    pub(super) fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
+    fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
         let Some(passage) =
             self.ahead.pop_front().map_or_else(|| self.read(), |passage| Ok(Some(passage)))?
         else {
@@ -97,6 +98,25 @@ impl<'a> Passages<'a> {
         }
         let following = self.ahead.iter().find_map(|later| later.motions.first().copied());
         Ok(Some((passage, following)))
+    }
+
+    /// Hands every passage to `work`, with the first motion after it and the dialect, until the program is refused; a
+    /// refused program is read to its end, so that every fault is named.
+    pub(super) fn work(
+        &mut self,
+        stop: &dyn Fn() -> ControlFlow<()>,
+        mut work: impl FnMut(&Passage, Option<&Motion>, Dialect) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        while let Some((passage, following)) = self.next()? {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            if !self.is_refused() {
+                work(&passage, following.as_ref(), self.dialect())?;
+            }
+            self.recycle(passage);
+        }
+        self.refusals()
     }
 
     fn read(&mut self) -> Result<Option<Passage>, Fault> {
@@ -121,7 +141,7 @@ impl<'a> Passages<'a> {
     }
 
     /// Gives back a passage that was worked off.
-    pub(super) fn recycle(&mut self, passage: Passage) {
+    fn recycle(&mut self, passage: Passage) {
         self.spare.push(passage);
     }
 
@@ -143,12 +163,12 @@ impl<'a> Passages<'a> {
     }
 
     /// Whether something was found that refuses the program as a whole.
-    pub(super) fn is_refused(&self) -> bool {
+    fn is_refused(&self) -> bool {
         self.diagnostics.count(Severity::Refusal) > 0
     }
 
     /// The program's refusals, if any, as a fault.
-    pub(super) fn refusals(&mut self) -> Result<(), Fault> {
+    fn refusals(&mut self) -> Result<(), Fault> {
         if self.is_refused() {
             return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
         }

@@ -1,26 +1,24 @@
 //! The written program read back as a control would read it, block by block against the source.
 //!
-//! The reader and interpreter here know nothing of the writer: they are fed the bytes that leave. Every block that
-//! was left alone must mean what it meant; every part of a divided block must be where it was planned, and is sampled
-//! against the source block's line from the words that were read.
+//! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
+//! and is sampled against the source block's line from the words that were read.
 
-use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::inventory::Inventory;
 use super::judge::Checked;
 use super::plan::Division;
-use super::report::DeviationTotals;
-use super::{CcParameters, Fault, Series, SeriesPoint};
+use super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
+use super::{CcParameters, Fault};
 use crate::contact::{
     BlockTime, Correction, Sampled, Segment, Station, block_time_s, sample_until_sure, within_tolerance,
 };
 use crate::machine::Machine;
 use crate::motion::{
-    AxisWords, ContactWords, Extra, FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion,
-    MotionKind, Unfollowable,
+    AxisWords, ContactWords, Extra, FeedMode, Interpolation, InterpreterOptions, Motion, MotionKind,
+    Unfollowable,
 };
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::program::Dialect;
 
 /// Words read back may differ by this from those meant: inches and increments pass through binary fractions
 /// \[mm or deg\].
@@ -111,21 +109,29 @@ pub(super) struct Group<'a> {
     pub(super) division: Division,
 }
 
+impl Awaited for Expected<'_> {
+    fn line(&self) -> u64 {
+        match self {
+            Self::Same { motion, .. } => motion.line,
+            Self::Part { group, .. } => group.source.line,
+        }
+    }
+
+    fn missing(&self) -> &'static str {
+        match self {
+            Self::Same { .. } => "a motion is missing",
+            Self::Part { .. } => "a part of a divided block is missing",
+        }
+    }
+}
+
 /// Reads the output back and sums up what it leaves.
 pub(super) struct Verifier<'a> {
     machine: &'a Machine,
     parameters: &'a CcParameters,
-    reader: Reader,
-    interpreter: Interpreter,
-    batch: Batch,
-    motions: Vec<Motion>,
-    diagnostics: Diagnostics,
-    expected: VecDeque<Expected<'a>>,
+    read_back: ReadBack<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
-    pub(super) before: DeviationTotals,
-    pub(super) after: DeviationTotals,
-    pub(super) series: Series,
-    pub(super) inventory: Inventory,
+    pub(super) found: BeforeAfter,
     pub(super) evaluations: u64,
 }
 
@@ -139,72 +145,46 @@ impl<'a> Verifier<'a> {
         Self {
             machine,
             parameters,
-            reader: Reader::new(Some(dialect), ReadLimits::default()),
-            interpreter: Interpreter::new(machine, options),
-            batch: Batch::new(),
-            motions: Vec::new(),
-            diagnostics: Diagnostics::new(),
-            expected: VecDeque::new(),
+            read_back: ReadBack::new(machine, dialect, options),
             parts: Vec::new(),
-            before: DeviationTotals::default(),
-            after: DeviationTotals::default(),
-            series: Series::default(),
-            inventory: Inventory::default(),
+            found: BeforeAfter::default(),
             evaluations: 0,
         }
     }
 
     /// What has to come next, in the order written.
     pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.expected.push_back(next);
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.reader.feed(bytes);
-        self.read()
+        self.read_back.await_next(next);
     }
 
     /// Forgets what was to come: the program is refused.
     pub(super) fn abandon(&mut self) {
-        self.expected.clear();
+        self.read_back.abandon();
+    }
+
+    /// Reads these bytes of the output.
+    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        self.read_back.feed(bytes);
+        self.read()
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
     pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.reader.finish();
+        self.read_back.end();
         self.read()?;
-        if let Some(Expected::Same { motion, .. }) = self.expected.front() {
-            return Err(failed(motion.line, "a motion is missing"));
-        }
-        if let Some(Expected::Part { group, .. }) = self.expected.front() {
-            return Err(failed(group.source.line, "a part of a divided block is missing"));
-        }
-        if !source.is_kept_by(&self.inventory) {
-            return Err(failed(0, "blocks or words that are not to be changed were lost or doubled"));
-        }
-        Ok(())
+        self.read_back.is_whole(source)
+    }
+
+    /// Blocks of the output so far.
+    pub(super) fn blocks(&self) -> u64 {
+        self.read_back.inventory.blocks
     }
 
     fn read(&mut self) -> Result<(), Fault> {
-        while self.reader.next_batch(&mut self.batch)? {
-            self.inventory.see(&self.batch);
-            self.motions.clear();
-            self.interpreter.interpret(&self.batch, &mut self.motions, &mut self.diagnostics);
-            if self.diagnostics.count(Severity::Refusal) > 0 {
-                let line = self.expected.front().map_or(0, |next| match next {
-                    Expected::Same { motion, .. } => motion.line,
-                    Expected::Part { group, .. } => group.source.line,
-                });
-                return Err(failed(line, "the written program is not readable"));
-            }
-            for index in 0..self.motions.len() {
-                let motion = self.motions[index];
-                let next = self.expected.pop_front().ok_or(failed(motion.line, "a motion too many"))?;
-                match next {
-                    Expected::Same { motion: source, checked } => self.same(&motion, &source, checked)?,
-                    Expected::Part { group, index } => self.part(&motion, &group, index)?,
-                }
+        while let Some((motion, next)) = self.read_back.next()? {
+            match next {
+                Expected::Same { motion: source, checked } => self.same(&motion, &source, checked)?,
+                Expected::Part { group, index } => self.part(&motion, &group, index)?,
             }
         }
         Ok(())
@@ -219,7 +199,7 @@ impl<'a> Verifier<'a> {
         source.check(read)?;
         let line = source.line;
         if let Some((path_mm, found)) = checked {
-            self.record(line, path_mm, &found, &found);
+            self.found.record(line, path_mm, &found, &found);
         }
         Ok(())
     }
@@ -265,7 +245,7 @@ impl<'a> Verifier<'a> {
         };
         self.evaluations += found.evaluations;
         // What may become the largest deviation of the report is measured, not only bounded.
-        let found = if found.max_mm > NEAR_LARGEST * self.after.max_mm() {
+        let found = if found.max_mm > NEAR_LARGEST * self.found.after.max_mm() {
             let measured = sample_until_sure(block, &segment, tolerance_mm);
             self.evaluations += measured.evaluations;
             measured
@@ -276,7 +256,7 @@ impl<'a> Verifier<'a> {
         Self::time(read, group, &segment)?;
         if index + 1 == group.division.nodes.len() {
             let after = Sampled::join(self.parts.drain(..));
-            self.record(line, block.line.length_mm, &group.checked.before, &after);
+            self.found.record(line, block.line.length_mm, &group.checked.before, &after);
         }
         Ok(())
     }
@@ -327,22 +307,6 @@ impl<'a> Verifier<'a> {
             _ => Err(failed(source.line, "a part of a divided block takes another time than its share")),
         }
     }
-
-    fn record(&mut self, line: u64, path_mm: f64, before: &Sampled, after: &Sampled) {
-        self.before.add(line, path_mm, before);
-        self.after.add(line, path_mm, after);
-        let point = SeriesPoint {
-            path_mm: self.before.path_mm(),
-            line,
-            before_mm: before.max_mm,
-            after_mm: after.max_mm,
-        };
-        self.series.push(point);
-    }
-}
-
-pub(super) fn failed(line: u64, what: &'static str) -> Fault {
-    Fault::VerificationFailed { line, what }
 }
 
 fn same_contact(a: ContactWords, b: ContactWords) -> bool {

@@ -1,9 +1,7 @@
 //! Calibration runs: appended, never changed.
 
-use sqlx::error::ErrorKind;
-
 use super::error::Doing;
-use super::keys::{Answer, keep_key};
+use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{CalibrationDocument, CalibrationKind, TrendPoint};
 
@@ -278,15 +276,6 @@ impl Store {
                 })
             })
             .await;
-        match added {
-            Ok(()) => Ok(true),
-            // Ids are ours and new, so only the key can be there already.
-            Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
-                if fault.kind() == ErrorKind::UniqueViolation =>
-            {
-                Ok(false)
-            }
-            Err(fault) => Err(fault),
-        }
+        unless_key_taken(added)
     }
 }

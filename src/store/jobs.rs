@@ -2,10 +2,8 @@
 
 use std::collections::HashSet;
 
-use sqlx::error::ErrorKind;
-
 use super::error::Doing;
-use super::keys::{Answer, keep_key};
+use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{JobDocument, JobOperation};
 
@@ -189,16 +187,7 @@ impl Store {
                 })
             })
             .await;
-        match added {
-            Ok(()) => Ok(true),
-            // Ids are ours and new, so only the key can be there already.
-            Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
-                if fault.kind() == ErrorKind::UniqueViolation =>
-            {
-                Ok(false)
-            }
-            Err(fault) => Err(fault),
-        }
+        unless_key_taken(added)
     }
 
     /// Digests of every file that a job names.

@@ -1,5 +1,6 @@
 //! Idempotency keys: what a request was answered with the first time.
 
+use sqlx::error::ErrorKind;
 use sqlx::sqlite::SqliteConnection;
 
 use super::error::Doing;
@@ -68,6 +69,20 @@ pub(super) async fn keep_key(
     .execute(&mut *connection)
     .await?;
     Ok(())
+}
+
+/// Whether a thing with a new id was stored; `false` when its key was used in the meantime. Ids are ours and new, so
+/// only the key can be there already.
+pub(super) fn unless_key_taken(stored: Result<(), StoreError>) -> Result<bool, StoreError> {
+    match stored {
+        Ok(()) => Ok(true),
+        Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
+            if fault.kind() == ErrorKind::UniqueViolation =>
+        {
+            Ok(false)
+        }
+        Err(fault) => Err(fault),
+    }
 }
 
 impl Store {

@@ -64,21 +64,12 @@ pub fn compensate_wear(
     };
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
     let mut run: Option<Run<'_>> = None;
-    while let Some((passage, following)) = passages.next()? {
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        // A program that is refused is read to its end, so that every fault is named.
-        if !passages.is_refused() {
-            let dialect = passages.dialect();
-            let run = run.get_or_insert_with(|| {
-                Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
-            });
-            run.passage(&passage, following.as_ref(), output)?;
-        }
-        passages.recycle(passage);
-    }
-    passages.refusals()?;
+    passages.work(stop, |passage, following, dialect| {
+        let run = run.get_or_insert_with(|| {
+            Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
+        });
+        run.passage(passage, following, output)
+    })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.faults.total > 0 {
         return Err(Fault::Lines(run.faults));
@@ -387,12 +378,8 @@ impl<'a> Run<'a> {
     /// The axes' travel, at the place the block leads to.
     fn check_travel(&self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
         let machine = self.pilot.machine;
-        let check = |axis: char, commanded: f64, travel: Option<Travel>| match travel {
-            Some(travel) if !travel.contains(commanded, TRAVEL_SLACK) => {
-                let Travel { min, max } = travel;
-                Err(LineFaultKind::OutOfTravel { axis, commanded, min, max })
-            }
-            _ => Ok(()),
+        let check = |axis: char, commanded: f64, travel: Option<Travel>| {
+            LineFaultKind::outside(axis, commanded, travel, TRAVEL_SLACK).map_or(Ok(()), Err)
         };
         for (axis, word) in machine.rotary_axes().iter().zip(end.rotary_deg) {
             check(axis.letter.as_char(), word, axis.travel_deg)?;
@@ -427,7 +414,7 @@ impl<'a> Run<'a> {
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
             contact: self.pilot.contact,
             blocks_in,
-            blocks_out: self.verifier.inventory.blocks,
+            blocks_out: self.verifier.blocks(),
             blocks_changed: self.blocks_changed,
             contacts_kept: self.contacts_kept,
             motions_shifted: self.motions_shifted,
@@ -436,10 +423,10 @@ impl<'a> Run<'a> {
             max_shift: Length::from_mm(max_shift_mm),
             max_shift_line,
             contact_angles: self.contact_angles,
-            before: self.verifier.before.summary(),
-            after: self.verifier.after.summary(),
-            cc_path_length_mm: self.verifier.before.path_mm(),
-            series: self.verifier.series,
+            before: self.verifier.found.before.summary(),
+            after: self.verifier.found.after.summary(),
+            cc_path_length_mm: self.verifier.found.before.path_mm(),
+            series: self.verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
         }
     }

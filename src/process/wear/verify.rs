@@ -1,20 +1,18 @@
 //! The written program read back as a control would read it: every motion against what was planned, and the worn
 //! cutter's contact against the nominal one's, from the words that were read.
 
-use std::collections::VecDeque;
-
+use super::super::Fault;
 use super::super::inventory::Inventory;
-use super::super::report::DeviationTotals;
-use super::super::verify::{Meaning, failed};
-use super::super::{Fault, Series, SeriesPoint};
+use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
+use super::super::verify::Meaning;
 use super::course::Point;
 use super::parameters::WearParameters;
 use crate::contact::{Sampled, Station};
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
-use crate::motion::{Interpreter, InterpreterOptions, Motion, MotionKind};
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::motion::{InterpreterOptions, Motion, MotionKind};
+use crate::program::Dialect;
 
 /// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
@@ -32,24 +30,26 @@ pub(super) struct Expected {
     pub(super) half_mm: f64,
 }
 
+impl Awaited for Expected {
+    fn line(&self) -> u64 {
+        self.motion.line
+    }
+
+    fn missing(&self) -> &'static str {
+        "a motion is missing"
+    }
+}
+
 /// Reads the output back and sums up what it leaves.
 pub(super) struct WearVerifier<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
     written: &'a Kinematics,
     actual: Tool,
-    reader: Reader,
-    interpreter: Interpreter,
-    batch: Batch,
-    motions: Vec<Motion>,
-    diagnostics: Diagnostics,
-    expected: VecDeque<Expected>,
+    read_back: ReadBack<Expected>,
     /// The last contact of the source, where a motion at feed may go on from it.
     contact_mm: Option<Vec3>,
-    pub(super) before: DeviationTotals,
-    pub(super) after: DeviationTotals,
-    pub(super) series: Series,
-    pub(super) inventory: Inventory,
+    pub(super) found: BeforeAfter,
 }
 
 impl<'a> WearVerifier<'a> {
@@ -65,63 +65,43 @@ impl<'a> WearVerifier<'a> {
             parameters,
             written,
             actual: parameters.cutter_wear().actual,
-            reader: Reader::new(Some(dialect), ReadLimits::default()),
-            interpreter: Interpreter::new(machine, options),
-            batch: Batch::new(),
-            motions: Vec::new(),
-            diagnostics: Diagnostics::new(),
-            expected: VecDeque::new(),
+            read_back: ReadBack::new(machine, dialect, options),
             contact_mm: None,
-            before: DeviationTotals::default(),
-            after: DeviationTotals::default(),
-            series: Series::default(),
-            inventory: Inventory::default(),
+            found: BeforeAfter::default(),
         }
     }
 
     /// What has to come next, in the order written.
     pub(super) fn await_next(&mut self, next: Expected) {
-        self.expected.push_back(next);
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.reader.feed(bytes);
-        self.read()
+        self.read_back.await_next(next);
     }
 
     /// Forgets what was to come: the program is refused.
     pub(super) fn abandon(&mut self) {
-        self.expected.clear();
+        self.read_back.abandon();
+    }
+
+    /// Reads these bytes of the output.
+    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        self.read_back.feed(bytes);
+        self.read()
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
     pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.reader.finish();
+        self.read_back.end();
         self.read()?;
-        if let Some(missing) = self.expected.front() {
-            return Err(failed(missing.motion.line, "a motion is missing"));
-        }
-        if !source.is_kept_by(&self.inventory) {
-            return Err(failed(0, "blocks or words that are not to be changed were lost or doubled"));
-        }
-        Ok(())
+        self.read_back.is_whole(source)
+    }
+
+    /// Blocks of the output.
+    pub(super) fn blocks(&self) -> u64 {
+        self.read_back.inventory.blocks
     }
 
     fn read(&mut self) -> Result<(), Fault> {
-        while self.reader.next_batch(&mut self.batch)? {
-            self.inventory.see(&self.batch);
-            self.motions.clear();
-            self.interpreter.interpret(&self.batch, &mut self.motions, &mut self.diagnostics);
-            if self.diagnostics.count(Severity::Refusal) > 0 {
-                let line = self.expected.front().map_or(0, |next| next.motion.line);
-                return Err(failed(line, "the written program is not readable"));
-            }
-            for index in 0..self.motions.len() {
-                let motion = self.motions[index];
-                let next = self.expected.pop_front().ok_or(failed(motion.line, "a motion too many"))?;
-                self.check(&motion, &next)?;
-            }
+        while let Some((motion, next)) = self.read_back.next()? {
+            self.check(&motion, &next)?;
         }
         Ok(())
     }
@@ -157,20 +137,13 @@ impl<'a> WearVerifier<'a> {
         let left_mm = -point.contact.shift_mm.dot(&normal);
         let path_mm = (contact_mm - from_mm).norm();
         self.contact_mm = Some(contact_mm);
-        self.record(
+        self.found.record(
             line,
             path_mm,
             &sampled(left_mm.abs(), left_mm),
             &sampled(off_mm.norm(), off_mm.dot(&normal)),
         );
         Ok(())
-    }
-
-    fn record(&mut self, line: u64, path_mm: f64, before: &Sampled, after: &Sampled) {
-        self.before.add(line, path_mm, before);
-        self.after.add(line, path_mm, after);
-        let (path_mm, before_mm, after_mm) = (self.before.path_mm(), before.max_mm, after.max_mm);
-        self.series.push(SeriesPoint { path_mm, line, before_mm, after_mm });
     }
 }
 
