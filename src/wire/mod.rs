@@ -3,6 +3,7 @@
 mod calibration;
 mod calibration_answer;
 mod calibration_history;
+mod calibration_run;
 mod calibration_words;
 mod compensation;
 mod drive;
@@ -31,7 +32,7 @@ mod wear_tool;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
-    SphereAxisDoc, SphereCentreDoc, SpindleBar, fit_fault, sphere_fault,
+    SphereAxisDoc, SphereCentreDoc, SpindleBar,
 };
 pub use calibration_answer::{
     BallBarAnswer, BlindDoc, CalibrationDocument, CalibrationHead, CovarianceDoc, EccentricitiesDoc,
@@ -41,6 +42,7 @@ pub use calibration_history::{
     AppliedProfile, ApplyRequest, CalibrationDifference, Difference, OtherAxes, Trend, TrendPoint,
     trend_table, trend_unit,
 };
+pub use calibration_run::{fit_fault, sphere_fault};
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
     Interpolation, Output, Provenance, Warning,

@@ -322,6 +322,9 @@ async fn probed_spheres_give_an_axis_that_can_be_applied() {
     close("/axes/0/spheres/0/radius_mm", 140.0);
     assert!(document["errors"]["A"].is_null(), "A was not measured");
     assert!(document["condition_number"].is_null() && document["eccentricities_um"].is_null());
+    let location = format!("{RUNS}/{}", document["id"].as_str().unwrap());
+    let bars = app.client.get(app.url(&location)).header("accept", "image/svg+xml").send().await.unwrap();
+    assert_eq!(pointers(&problem(bars, "invalid-request").await), ["/plot"]);
     let (tag, _) = machine(&app).await;
     let applied: Value = apply(&app, document["id"].as_str().unwrap(), &tag, "").await.json().await.unwrap();
     assert!(

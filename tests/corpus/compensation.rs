@@ -13,8 +13,8 @@ use trunnion::motion::Interpolation;
 use trunnion::process::{CcParameters, CcReport, ContactSource, Fault, compensate};
 use trunnion::units::Length;
 
-use crate::shared_file;
 use crate::tables::tables;
+use crate::{every_file, shared_file};
 
 fn ac() -> Machine {
     tables([RotaryLetter::A, RotaryLetter::C], false)
@@ -156,34 +156,24 @@ fn every_iso_program_is_compensated_or_refused_by_line_and_never_miswritten() {
     let Some(folder) = shared_file("programs") else { return };
     let machines = [ac(), tables([RotaryLetter::B, RotaryLetter::C], false)];
     let mut seen = 0;
-    let mut folders = vec![folder];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let program = fs::read(&path).expect("a file");
-            for machine in &machines {
-                let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0)) };
-                match run(machine, &parameters, &program) {
-                    Ok((output, report)) => {
-                        assert!(report.after.max_mm <= 0.010);
-                        if report.motions_over_tolerance == 0 {
-                            assert!(output == program, "{}", path.display());
-                        } else {
-                            println!("{}: {} over", path.display(), report.motions_over_tolerance);
-                        }
-                        seen += 1;
+    for path in every_file(&folder) {
+        let program = fs::read(&path).expect("a file");
+        for machine in &machines {
+            let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0)) };
+            match run(machine, &parameters, &program) {
+                Ok((output, report)) => {
+                    assert!(report.after.max_mm <= 0.010);
+                    if report.motions_over_tolerance == 0 {
+                        assert!(output == program, "{}", path.display());
+                    } else {
+                        println!("{}: {} over", path.display(), report.motions_over_tolerance);
                     }
-                    Err(
-                        fault @ (Fault::VerificationFailed { .. } | Fault::Unwritable { .. } | Fault::Io(_)),
-                    ) => {
-                        panic!("{}: {fault}", path.display());
-                    }
-                    Err(_) => {}
+                    seen += 1;
                 }
+                Err(fault @ (Fault::VerificationFailed { .. } | Fault::Unwritable { .. } | Fault::Io(_))) => {
+                    panic!("{}: {fault}", path.display());
+                }
+                Err(_) => {}
             }
         }
     }

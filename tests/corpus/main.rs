@@ -8,7 +8,7 @@ mod rotary_sphere;
 mod tables;
 mod wear;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[expect(clippy::print_stdout, reason = "what is skipped is said aloud")]
 /// The file of this name below the shared folder; `None`, said aloud, where there is no such folder.
@@ -18,4 +18,22 @@ fn shared_file(name: &str) -> Option<PathBuf> {
         return None;
     };
     Some(PathBuf::from(folder).join(name))
+}
+
+/// Every file below a folder, in the order of the paths.
+fn every_file(folder: &Path) -> Vec<PathBuf> {
+    let mut folders = vec![folder.to_owned()];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
 }

@@ -1,8 +1,6 @@
 //! The reader over programs that nobody here wrote.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests, which say what they skip")]
-
-use std::path::{Path, PathBuf};
+#![expect(clippy::unwrap_used, reason = "tests stop at the first surprise")]
 
 use trunnion::machine::{Machine, RotaryLetter};
 use trunnion::motion::{
@@ -13,27 +11,7 @@ use trunnion::program::{
 };
 
 use crate::tables::tables;
-
-/// The folder of real programs, or a line that says why the test does nothing.
-fn programs() -> Option<PathBuf> {
-    let folder = std::env::var_os("TRUNNION_SHARED").map(|shared| Path::new(&shared).join("programs"));
-    if folder.is_none() {
-        println!("skipped: TRUNNION_SHARED does not name the folder of real programs");
-    }
-    folder
-}
-
-fn every_file(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            every_file(&path, found);
-        } else {
-            found.push(path);
-        }
-    }
-}
+use crate::{every_file, shared_file};
 
 fn read(text: &[u8], dialect: Option<Dialect>, chunk: usize) -> Result<Vec<Batch>, ReadFault> {
     let mut reader = Reader::new(dialect, ReadLimits::default());
@@ -54,9 +32,8 @@ fn read(text: &[u8], dialect: Option<Dialect>, chunk: usize) -> Result<Vec<Batch
 
 #[test]
 fn every_file_is_covered_by_its_blocks_byte_for_byte() {
-    let Some(folder) = programs() else { return };
-    let mut files = Vec::new();
-    every_file(&folder, &mut files);
+    let Some(folder) = shared_file("programs") else { return };
+    let files = every_file(&folder);
     assert!(files.len() > 150, "only {} files", files.len());
     for path in files {
         let text = std::fs::read(&path).unwrap();
@@ -117,7 +94,7 @@ const COUNTS: [Count; 17] = [
 
 #[test]
 fn blocks_and_words_are_counted_as_the_index_counts_them() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let mut wrong = Vec::new();
     for (name, blocks, words) in COUNTS {
         let text = std::fs::read(folder.join(name)).unwrap();
@@ -155,7 +132,7 @@ fn blocks_and_words_are_counted_as_the_index_counts_them() {
 
 #[test]
 fn foreign_dialects_are_named_and_not_misread() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let mut wrong = Vec::new();
     for (name, dialect, line) in [
         ("5axis/nx_dmu70evo_840d_bc_traori.mpf", ForeignDialect::Siemens, 2),
@@ -197,7 +174,7 @@ fn follow_with(text: &[u8], machine: &Machine, options: InterpreterOptions) -> (
 
 #[test]
 fn the_impeller_is_followed_from_end_to_end() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
     let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::default() };
     let (motions, diagnostics) =
@@ -222,7 +199,7 @@ fn the_impeller_is_followed_from_end_to_end() {
 
 #[test]
 fn the_impeller_is_left_alone_where_nobody_says_what_its_user_codes_switch() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
     let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::A, RotaryLetter::C], false));
     assert_eq!(diagnostics.kept(), []);
@@ -235,7 +212,7 @@ fn the_impeller_is_left_alone_where_nobody_says_what_its_user_codes_switch() {
 
 #[test]
 fn the_printed_curve_is_followed_in_machine_coordinates() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let text = std::fs::read(folder.join("5axis/zhangty_simple_curve_bc_machine.gcode")).unwrap();
     let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::B, RotaryLetter::C], false));
     assert_eq!(diagnostics.count(Severity::Refusal), 0);
@@ -256,7 +233,7 @@ fn the_printed_curve_is_followed_in_machine_coordinates() {
 
 #[test]
 fn tool_centre_point_is_on_where_the_mori_program_says_so() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let text = std::fs::read(folder.join("5axis/nx_mori_nmv5000_bc_g43.4.txt")).unwrap();
     let (motions, diagnostics) = follow(&text, &tables([RotaryLetter::B, RotaryLetter::C], false));
     for diagnostic in diagnostics.kept() {
@@ -273,7 +250,7 @@ fn tool_centre_point_is_on_where_the_mori_program_says_so() {
 
 #[test]
 fn templates_and_control_flow_are_refused_with_their_lines() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     for (name, line) in [
         ("other/gcws_macro7.nc", 4),
@@ -289,7 +266,7 @@ fn templates_and_control_flow_are_refused_with_their_lines() {
 
 #[test]
 fn readable_programs_are_not_refused() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let mut refused = Vec::new();
     for (name, _, _) in COUNTS {
@@ -346,7 +323,7 @@ fn canonical_positions(expected: &str) -> Vec<[f64; 5]> {
 
 #[test]
 fn ends_agree_with_the_reference_interpreter() {
-    let Some(folder) = programs() else { return };
+    let Some(folder) = shared_file("programs") else { return };
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let arcs = ["small", "medium", "big"].into_iter().flat_map(|size| {
         ["metric", "imperial"].map(|units| {

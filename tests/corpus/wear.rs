@@ -8,8 +8,8 @@ use trunnion::motion::Interpolation;
 use trunnion::process::{ContactSource, Fault, WearParameters, WearReport, WornCutter, compensate_wear};
 use trunnion::units::Length;
 
-use crate::shared_file;
 use crate::tables::tables;
+use crate::{every_file, shared_file};
 
 /// Half a unit of three decimals on three axes, or of four in inches [mm].
 const ROUNDED_MM: f64 = 0.0025;
@@ -97,35 +97,25 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
         WearParameters::new(nominal, WornCutter::Tool(nominal)),
     ];
     let (mut moved, mut refused) = ([0; 4], [0; 4]);
-    let mut folders = vec![folder];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let program = fs::read(&path).expect("a file");
-            for machine in &machines {
-                for (k, parameters) in asked.iter().enumerate() {
-                    match run(machine, parameters, &program) {
-                        Ok((output, report)) => {
-                            assert!(report.after.max_mm <= ROUNDED_MM, "{}", path.display());
-                            assert!(k < 3 || output == program, "{}", path.display());
-                            assert!(
-                                report.blocks_changed + report.feeds_restored > 0 || output == program,
-                                "{}",
-                                path.display()
-                            );
-                            moved[k] += 1;
-                        }
-                        Err(
-                            fault @ (Fault::VerificationFailed { .. }
-                            | Fault::Unwritable { .. }
-                            | Fault::Io(_)),
-                        ) => panic!("{}: {fault}", path.display()),
-                        Err(_) => refused[k] += 1,
+    for path in every_file(&folder) {
+        let program = fs::read(&path).expect("a file");
+        for machine in &machines {
+            for (k, parameters) in asked.iter().enumerate() {
+                match run(machine, parameters, &program) {
+                    Ok((output, report)) => {
+                        assert!(report.after.max_mm <= ROUNDED_MM, "{}", path.display());
+                        assert!(k < 3 || output == program, "{}", path.display());
+                        assert!(
+                            report.blocks_changed + report.feeds_restored > 0 || output == program,
+                            "{}",
+                            path.display()
+                        );
+                        moved[k] += 1;
                     }
+                    Err(
+                        fault @ (Fault::VerificationFailed { .. } | Fault::Unwritable { .. } | Fault::Io(_)),
+                    ) => panic!("{}: {fault}", path.display()),
+                    Err(_) => refused[k] += 1,
                 }
             }
         }

@@ -49,14 +49,18 @@ impl CalibrationFigure {
     /// The figure of a run.
     pub(super) async fn respond(self, app: &AppState, run: CalibrationRow) -> Result<Response, Problem> {
         let svg = match self.plot.unwrap_or_default() {
+            CalibrationPlot::Eccentricities if run.document.ball_bar.is_none() => {
+                let detail = "probed spheres have no eccentricities; the report has what they show";
+                return Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/plot", detail)]));
+            }
             CalibrationPlot::Eccentricities => {
                 app.compute.run(move |_stop| eccentricities(&run.document)).await??
             }
             CalibrationPlot::Residuals => {
                 let test = self.test.unwrap_or(0);
-                let figures = residuals(app, &run).await?;
-                let count = figures.len();
-                figures.into_iter().nth(test).flatten().ok_or_else(|| {
+                let figure = residuals(app, &run, Some(test)).await?.pop();
+                figure.ok_or_else(|| {
+                    let count = run.document.ball_bar.as_ref().map_or(0, |found| found.tests.len());
                     let detail = format!("test {test} has no readings; the run has {count} tests");
                     Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/test", detail)])
                 })?
@@ -66,7 +70,7 @@ impl CalibrationFigure {
     }
 }
 
-/// The bars of a run; none where it has no eccentricities.
+/// The bars of a run.
 pub(super) fn eccentricities(document: &CalibrationDocument) -> Result<String, PlotFault> {
     let title = format!("{}, measured {}", document.machine_id, document.measured_at);
     let mut labelled: Vec<(String, [f64; 3])> = Vec::new();
@@ -95,8 +99,13 @@ pub(super) fn eccentricities(document: &CalibrationDocument) -> Result<String, P
     eccentricity_bars(&EccentricityFigure { title: &title, bars: &bars })
 }
 
-/// The residuals of each test about the bar's circle: the run is evaluated again, on the revision that it measured.
-pub(super) async fn residuals(app: &AppState, run: &CalibrationRow) -> Result<Vec<Option<String>>, Problem> {
+/// The residuals of each test that has readings, or of only one, about the bar's circle: the run is evaluated again, on
+/// the revision that it measured.
+pub(super) async fn residuals(
+    app: &AppState,
+    run: &CalibrationRow,
+    only: Option<usize>,
+) -> Result<Vec<String>, Problem> {
     if run.document.kind != CalibrationKind::RtcpBallbar {
         return Ok(Vec::new());
     }
@@ -112,10 +121,11 @@ pub(super) async fn residuals(app: &AppState, run: &CalibrationRow) -> Result<Ve
         .run(move |_stop| {
             let found = evaluate_ballbar(&request, &machine)
                 .map_err(|_stored_is_sound| Problem::internal(&"a stored run is no longer accepted"))?;
-            let tests = request.tests.iter().flatten().zip(&found.residuals_mm);
+            let tests = request.tests.iter().flatten().zip(&found.residuals_mm).enumerate();
             tests
-                .map(|(test, residuals_mm)| {
-                    let Some(readings) = &test.readings else { return Ok(None) };
+                .filter(|(index, _)| only.is_none_or(|only| only == *index))
+                .filter_map(|(_, (test, residuals_mm))| {
+                    let readings = test.readings.as_ref()?;
                     let points: Vec<(f64, f64)> = readings
                         .iter()
                         .zip(residuals_mm)
@@ -128,7 +138,7 @@ pub(super) async fn residuals(app: &AppState, run: &CalibrationRow) -> Result<Ve
                         curves: &[PolarCurve { label: "residual, outward = bar longer", points: &points }],
                         oval: None,
                     };
-                    Ok(Some(polar_contour(&figure)?))
+                    Some(polar_contour(&figure))
                 })
                 .collect::<Result<Vec<_>, PlotFault>>()
                 .map_err(Problem::from)

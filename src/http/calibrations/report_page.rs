@@ -8,7 +8,7 @@ use crate::wire::{CalibrationDocument, Estimate};
 
 /// The page: what was measured, what it says with its uncertainties, what it cannot say, and the figures.
 pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, Problem> {
-    let figures = residuals(app, &run).await?;
+    let figures = residuals(app, &run, None).await?;
     let document = run.document;
     let bars = if document.ball_bar.is_some() {
         let drawn = document.clone();
@@ -40,7 +40,7 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
         "<h2>Figures</h2>".to_owned(),
         bars,
     ];
-    parts.extend(figures.into_iter().flatten());
+    parts.extend(figures);
     let body = parts.join("\n");
     let title = escaped(&title);
     Ok(format!(
