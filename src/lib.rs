@@ -13,6 +13,8 @@ pub mod kinematics;
 
 pub mod program;
 
+pub mod surface;
+
 pub mod motion;
 
 pub mod contact;
