@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::program_job::{Finished, run_program_job};
+use super::program_job::{Finished, Workplace, run_program_job};
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::{Machine, Tool};
 use crate::store::{JobRow, Store};
@@ -115,7 +115,7 @@ pub async fn compensate(
     Cost::of_program(job.program.length(), request.parameters.tolerance_um).within(request.max_cost_s)?;
     let compensator = Arc::clone(compensator);
     let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |program, spool, stop| {
+    run_program_job(compute, store, spool, sources, job, move |Workplace { program, spool, stop, .. }| {
         let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
         let CompensationRequest { machine, parameters, tool, .. } = &request;
         let findings =

@@ -8,6 +8,8 @@ use thiserror::Error;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
+use crate::wear::SideBySide;
+
 /// Why there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ComputeFault {
@@ -27,6 +29,35 @@ pub struct Compute {
     /// Places that run.
     running: Arc<Semaphore>,
     width: usize,
+}
+
+/// The threads that one computation may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Threads {
+    count: usize,
+}
+
+impl Threads {
+    /// The computation's own.
+    pub const ONE: Self = Self { count: 1 };
+}
+
+impl SideBySide for Threads {
+    fn parts(&self) -> usize {
+        self.count
+    }
+
+    fn run<'a>(&self, mut parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
+        let own = parts.pop();
+        std::thread::scope(|scope| {
+            for part in parts {
+                scope.spawn(part);
+            }
+            if let Some(part) = own {
+                part();
+            }
+        });
+    }
 }
 
 impl Compute {
@@ -56,16 +87,41 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
     {
+        self.run_with(0, |_alone, stop| work(stop)).await
+    }
+
+    /// The same for work in parts, which run on as many threads as no other computation wants when it begins.
+    ///
+    /// # Errors
+    /// No place is free, or `work` panicked.
+    pub async fn run_in_parts<T, F>(&self, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+    {
+        self.run_with(self.width - 1, work).await
+    }
+
+    async fn run_with<T, F>(&self, most_more: usize, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+    {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let idle = || Arc::clone(&self.running).try_acquire_owned().ok();
+        let more: Vec<_> = std::iter::from_fn(idle).take(most_more).collect();
+        let threads = Threads { count: 1 + more.len() };
         let token = CancellationToken::new();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {
             // Held by the thread, not by the request: a place is free when its work has really ended.
-            let _held = (place, turn);
+            let _held = (place, turn, more);
             let _entered = span.entered();
-            work(&|| if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+            work(&threads, &|| {
+                if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })
         })
         .await;
         drop(stop_when_dropped);

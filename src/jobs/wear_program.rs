@@ -2,9 +2,9 @@
 
 use std::io::BufWriter;
 
-use super::cutter_contact::{contact, dialect, interpolation, series, summary, warning};
+use super::cutter_contact::{contact, series, summary};
 use super::program_file::FileSource;
-use super::program_job::{Finished, run_program_job};
+use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
 use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::Machine;
@@ -44,7 +44,7 @@ pub async fn compensate_wear(
 ) -> Result<JobRow, JobFault> {
     Cost::of_program(job.program.length(), AS_AT_TOLERANCE_UM).within(request.max_cost_s)?;
     let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |program, spool, stop| {
+    run_program_job(compute, store, spool, sources, job, move |Workplace { program, spool, stop, .. }| {
         let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
         let WearProgramRequest { machine, parameters, core, .. } = &request;
         let source = FileSource(program.path());
@@ -67,8 +67,8 @@ pub async fn compensate_wear(
 /// The core's report in the words of the wire.
 fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFindings {
     WearFindings {
-        dialect: dialect(report.dialect),
-        interpolation: interpolation(report.interpolation),
+        dialect: report.dialect.into(),
+        interpolation: report.interpolation.into(),
         contact: contact(report.contact),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
@@ -85,7 +85,7 @@ fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFi
         cc_path_length_mm: report.cc_path_length_mm,
         series: series(&report.series),
         advice: parameters.advice(report.contact_angles),
-        warnings: report.warnings.iter().map(warning).collect(),
+        warnings: report.warnings.iter().map(Into::into).collect(),
     }
 }
 

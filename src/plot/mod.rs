@@ -6,6 +6,7 @@ mod deviation_along_path;
 mod eccentricity_bars;
 mod following_error;
 mod polar_contour;
+mod residual_map;
 mod scallop;
 mod style;
 mod sweep;
@@ -18,6 +19,7 @@ pub use deviation_along_path::{DeviationFigure, DeviationPoint, deviation_along_
 pub use eccentricity_bars::{EccentricityBars, EccentricityFigure, eccentricity_bars};
 pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_error_over_time};
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
+pub use residual_map::{ResidualFigure, ResidualSample, residual_map};
 pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
 

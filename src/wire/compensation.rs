@@ -6,6 +6,7 @@ use utoipa::{IntoParams, ToSchema};
 use super::{Fault, FaultList, Fixed};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
+use crate::{motion, process, program};
 
 /// Where the cutter contact comes from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -34,6 +35,17 @@ pub enum Interpolation {
     Machine,
     /// The tool tip in the workpiece, with tool centre point control on.
     Tcp,
+}
+
+impl Interpolation {
+    /// In the core's terms.
+    #[must_use]
+    pub const fn to_core(self) -> motion::Interpolation {
+        match self {
+            Self::Machine => motion::Interpolation::Machine,
+            Self::Tcp => motion::Interpolation::Tcp,
+        }
+    }
 }
 
 /// How a deviating block is corrected.
@@ -77,6 +89,49 @@ pub enum Dialect {
     Apt,
     /// Columns separated by commas.
     Csv,
+}
+
+impl From<motion::Interpolation> for Interpolation {
+    fn from(core: motion::Interpolation) -> Self {
+        match core {
+            motion::Interpolation::Machine => Self::Machine,
+            motion::Interpolation::Tcp => Self::Tcp,
+        }
+    }
+}
+
+impl From<program::Dialect> for Dialect {
+    fn from(core: program::Dialect) -> Self {
+        match core {
+            program::Dialect::Iso => Self::Iso,
+            program::Dialect::Csv => Self::Csv,
+        }
+    }
+}
+
+impl Dialect {
+    /// In the core's terms; none is found from the text.
+    ///
+    /// # Errors
+    /// A dialect that is not read.
+    pub fn to_core(self) -> Result<Option<program::Dialect>, Fault> {
+        match self {
+            Self::Auto => Ok(None),
+            Self::Iso => Ok(Some(program::Dialect::Iso)),
+            Self::Csv => Ok(Some(program::Dialect::Csv)),
+            Self::Siemens | Self::Heidenhain | Self::Apt => {
+                Err(Fault::new("/dialect", "this dialect is not read in this version"))
+            }
+        }
+    }
+
+    /// [`Self::to_core`]; a fault joins `faults`.
+    pub fn core_among(self, faults: &mut FaultList) -> Option<program::Dialect> {
+        self.to_core().unwrap_or_else(|fault| {
+            faults.push(|| fault);
+            None
+        })
+    }
 }
 
 /// What the compensation of the CC path needs to know.
@@ -230,6 +285,20 @@ pub struct Warning {
     pub worst_line: Option<u64>,
     /// Largest distance, where one belongs to the warning.
     pub max_distance_um: Option<f64>,
+}
+
+impl From<&process::Warning> for Warning {
+    fn from(core: &process::Warning) -> Self {
+        let text = core.kind.text();
+        Self {
+            kind: core.kind.name().to_owned(),
+            detail: core.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
+            count: core.count,
+            line: core.line,
+            worst_line: core.worst_line,
+            max_distance_um: core.max_distance_mm.map(|distance_mm| Length::from_mm(distance_mm).um()),
+        }
+    }
 }
 
 /// What a result was computed from.

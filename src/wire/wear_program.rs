@@ -12,7 +12,6 @@ use crate::kinematics::Setup;
 use crate::process::{self, ContactSource, WornCutter};
 use crate::units::{Angle, Feedrate, Length};
 use crate::wear::{WearTable, WearTableFault};
-use crate::{motion, program};
 
 /// Which part of the cutter makes the surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -73,6 +72,10 @@ pub struct WearParameters {
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
+    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 99_999_999)]
+    pub tool_number: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_scallop_um: Option<f64>,
@@ -143,6 +146,9 @@ pub struct WearQuery {
     /// What the control interpolates; as the program switches it when absent.
     #[param(rename = "interpolation", inline)]
     interpolation: Option<Interpolation>,
+    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
+    #[param(rename = "tool_number")]
+    tool: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[param(rename = "allowed_scallop_um")]
     allowed_scallop: Option<f64>,
@@ -195,15 +201,7 @@ impl WearParameters {
             let max = CcParameters::MAX_FEED_MM_PER_MIN;
             faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
         }
-        let dialect = match self.dialect {
-            Dialect::Auto => None,
-            Dialect::Iso => Some(program::Dialect::Iso),
-            Dialect::Csv => Some(program::Dialect::Csv),
-            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
-                faults.push(|| Fault::new("/dialect", "this dialect is not read in this version"));
-                None
-            }
-        };
+        let dialect = self.dialect.core_among(&mut faults);
         self.check_advice(&mut faults);
         faults.into_result()?;
         // Parameters without faults have both.
@@ -216,10 +214,8 @@ impl WearParameters {
             shorter_by,
             length_in_control,
             contact,
-            interpolation: self.interpolation.map(|interpolation| match interpolation {
-                Interpolation::Machine => motion::Interpolation::Machine,
-                Interpolation::Tcp => motion::Interpolation::Tcp,
-            }),
+            tool_number: self.tool_number,
+            interpolation: self.interpolation.map(Interpolation::to_core),
             setup: Setup {
                 work_offset_mm: Vec3::from(self.work_offset_mm.0),
                 tool_length_mm: self.tool_length_mm,
