@@ -1,5 +1,7 @@
 //! A whole program against the nominal surface of its part: what it leaves and what it gouges.
 
+mod arc;
+mod course;
 mod parameters;
 mod report;
 mod run;

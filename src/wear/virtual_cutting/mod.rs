@@ -5,8 +5,15 @@
 //! wall does not. The residual is the least s at which a counting position enters (+ excess, − gouge); a needle
 //! that no position counts on is uncut.
 
+mod bed;
+mod boxes;
 mod residual;
+mod section;
 mod side_by_side;
+mod sweep;
+mod tile;
 
+pub use bed::{CutCounts, NeedleBed};
 pub use residual::Residual;
 pub use side_by_side::{OneAfterAnother, SideBySide};
+pub use sweep::SweepBatch;
