@@ -97,6 +97,7 @@ fn every_reference_resolves() {
 /// Units that a name may end in or carry.
 const UNITS: &[&str] = &[
     "_mm",
+    "_mm2",
     "_um",
     "_c",
     "_deg",

@@ -18,5 +18,6 @@ mod service;
 mod servo;
 mod support;
 mod upgrade;
+mod verification;
 mod wear;
 mod wear_program;

@@ -3,10 +3,15 @@
 mod ballbar;
 #[path = "../models/bar_machine.rs"]
 mod bar_machine;
+#[path = "../models/blade_passes.rs"]
+mod blade_passes;
 mod control_export;
 mod cutter_contact;
 #[path = "../models/double_double.rs"]
 mod double_double;
+#[path = "../models/finishing.rs"]
+#[expect(dead_code, unreachable_pub, reason = "one machine of it")]
+mod finishing;
 mod kinematics;
 mod rotary_sphere;
 mod servo;
@@ -15,5 +20,6 @@ mod servo_second_methods;
 mod sphere_run;
 #[path = "../models/tables.rs"]
 mod tables;
+mod virtual_blade;
 mod wear_compensation;
 mod wear_scallop;
