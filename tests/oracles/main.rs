@@ -13,7 +13,11 @@ mod servo;
 mod servo_paths;
 mod servo_second_methods;
 mod sphere_run;
+mod stl;
+mod surface_mesh;
 #[path = "../models/tables.rs"]
 mod tables;
+#[path = "../models/tessellation.rs"]
+mod tessellation;
 mod wear_compensation;
 mod wear_scallop;
