@@ -5,6 +5,7 @@
 
 mod carry;
 mod curvature;
+mod cutter_body;
 mod cutter_contact;
 mod deviation;
 mod feed;
@@ -15,6 +16,7 @@ mod segment;
 mod subdivision;
 
 pub use carry::Carry;
+pub use cutter_body::{CutterBody, CutterBodyFault};
 pub use cutter_contact::{ContactFault, CutterContact, Touch, feed_plane_normal};
 pub use deviation::{ContactLine, Deviation};
 pub use feed::{BlockTime, block_time_s, feed_word};

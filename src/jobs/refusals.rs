@@ -22,9 +22,10 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
         process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
         process::Fault::Lines(faults) => by_lines(faults, detail),
-        process::Fault::NothingToSimulate { first, .. } => {
+        process::Fault::NothingToSimulate { first, .. } | process::Fault::NothingToCut { first, .. } => {
             plain(program, first.map(|(_, line)| line), Vec::new())
         }
+        process::Fault::Verification(_) => plain(RefusalClass::Parameter, None, Vec::new()),
         // faults of the drives only come of a simulation, which has looked at them already
         process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {

@@ -4,7 +4,7 @@ use std::io;
 
 use thiserror::Error;
 
-use super::LeftOutReason;
+use super::{LeftOutReason, VerificationFault};
 use crate::contact::ContactFault;
 use crate::machine::Travel;
 use crate::motion::Unfollowable;
@@ -161,6 +161,17 @@ pub enum Fault {
         /// Why the first of them, and its line.
         first: Option<(LeftOutReason, u64)>,
     },
+    /// A program without a motion whose course is known: nothing is cut.
+    #[error("the program has no motion that can be followed; {left_out} were left out{}", first_of(*first))]
+    NothingToCut {
+        /// Motions left out.
+        left_out: u64,
+        /// Why the first of them, and its line.
+        first: Option<(LeftOutReason, u64)>,
+    },
+    /// What a verification is asked to do makes no sense.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Verification(Vec<VerificationFault>),
     /// The drives cannot run it.
     #[error(transparent)]
     Servo(#[from] ServoFault),

@@ -14,6 +14,7 @@ mod series;
 mod simulate;
 mod stream;
 mod survey;
+mod verification;
 mod verify;
 mod warnings;
 mod wear;
@@ -25,4 +26,8 @@ pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
 pub use stream::ProgramSource;
+pub use verification::{
+    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
+    VerificationParameters, verify_part,
+};
 pub use wear::{LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear};

@@ -111,6 +111,8 @@ pub enum WarningKind {
     SeveralTools,
     /// No contact was found in the whole program.
     NoContactKept,
+    /// A motion behind a change of the tool: cut with the same cutter.
+    CutWithOneTool,
 }
 
 impl WarningKind {
@@ -135,7 +137,7 @@ impl WarningKind {
             Self::FlatContact => "flat_contact",
             Self::NearlyFlatContact => "nearly_flat_contact",
             Self::PositionUnknown => "position_unknown",
-            Self::SeveralTools => "several_tools",
+            Self::SeveralTools | Self::CutWithOneTool => "several_tools",
         }
     }
 
@@ -192,6 +194,9 @@ impl WarningKind {
             Self::PositionUnknown => "not all five axes are known here; the motion is left as it is",
             Self::SeveralTools => {
                 "the tool was changed before; every motion is moved for the one worn cutter all the same"
+            }
+            Self::CutWithOneTool => {
+                "the tool was changed before; every motion is cut with the one cutter all the same"
             }
             Self::NoContactKept => "no contact was found in the program; no tip moves but by the length",
         }

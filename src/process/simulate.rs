@@ -57,7 +57,7 @@ impl SimulationParameters {
     }
 }
 
-/// Why a motion is not simulated. Rapids are not counted: no part is cut with them.
+/// Why a motion is not simulated, or not cut. Rapids of a simulation are not counted: no part is cut with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeftOutReason {
     /// It cannot be followed.
@@ -98,7 +98,7 @@ impl LeftOutReason {
     }
 }
 
-/// Motions that were not simulated for one reason.
+/// Motions that were not simulated, or not cut, for one reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LeftOut {
     /// Why; of [`LeftOutReason::NotFollowed`] the first reason met.
@@ -277,10 +277,10 @@ impl Outlook {
 }
 
 #[derive(Debug, Default)]
-struct LeftOuts(Vec<LeftOut>);
+pub(super) struct LeftOuts(pub(super) Vec<LeftOut>);
 
 impl LeftOuts {
-    fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
+    pub(super) fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
         let Some(reason) = reason else { return };
         match self.0.iter_mut().find(|kind| kind.reason.name() == reason.name()) {
             Some(kind) => kind.count += 1,

@@ -12,6 +12,7 @@ mod side_milling;
 mod stated_contact;
 mod surface;
 mod tip_shift;
+mod virtual_cutting;
 mod wear_table;
 
 pub use advice::{Advice, Outlook, WearAdvice, WearQuestion, advise};
@@ -25,4 +26,5 @@ pub use side_milling::side_milling_shift;
 pub use stated_contact::{StatedShift, StatedSide, end_milling_shift_at, side_milling_shift_at, stated_side};
 pub use surface::Surface;
 pub use tip_shift::{FlatContact, ShiftFault, TipShift};
+pub use virtual_cutting::{CutCounts, NeedleBed, OneAfterAnother, Residual, SideBySide, SweepBatch};
 pub use wear_table::{WearTable, WearTableFault};

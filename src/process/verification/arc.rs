@@ -1,0 +1,240 @@
+//! Arcs and helices as the control runs them.
+
+use crate::geometry::trig;
+use crate::motion::{AxisWords, Motion};
+use crate::program::{Address, Batch, Word, WordForm};
+
+/// An arc in one of the planes XY, ZX, YZ, with the third axis linear and rotary axes at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Arc {
+    start: AxisWords,
+    end: AxisWords,
+    /// The axes of the plane, in its right-handed order.
+    axes: [usize; 2],
+    /// Centre in the plane \[mm\].
+    centre_mm: [f64; 2],
+    /// From the centre to the start \[mm\].
+    arm_mm: [f64; 2],
+    /// Angle run, counter-clockwise positive \[rad\].
+    sweep_rad: f64,
+    /// Radius at the end over that at the start: what rounding of the words leaves of 1.
+    growth: f64,
+}
+
+/// G2, G3, G90.1, G91.1 in tenths.
+const CLOCKWISE: u32 = 20;
+const COUNTER_CLOCKWISE: u32 = 30;
+const ABSOLUTE_CENTRES: u32 = 901;
+const INCREMENTAL_CENTRES: u32 = 911;
+/// Start and end of an arc lie on one circle to this, or to this share of the radius: words have three decimals and
+/// controls have limits like this.
+const RADIUS_SLACK_MM: f64 = 0.01;
+const RADIUS_SLACK_SHARE: f64 = 1e-3;
+/// Ends nearer than this in the plane are one point \[mm\].
+const SAME_MM: f64 = 1e-6;
+
+/// The modes of arcs that motions do not tell: which way round, and how centres are counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct ArcModes {
+    is_clockwise: bool,
+    absolute_centres: bool,
+}
+
+impl ArcModes {
+    /// Takes the codes of one block.
+    pub(super) fn see(&mut self, words: &[Word]) {
+        for word in words.iter().filter(|word| word.address == Address::G) {
+            match word.code_tenths() {
+                Some(CLOCKWISE) => self.is_clockwise = true,
+                Some(COUNTER_CLOCKWISE) => self.is_clockwise = false,
+                Some(ABSOLUTE_CENTRES) => self.absolute_centres = true,
+                Some(INCREMENTAL_CENTRES) => self.absolute_centres = false,
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Arc {
+    /// The arc of a motion from `start` to `end`; `None` where its words do not make one: rotary axes turn, the plane or
+    /// the centre is not known, start and end lie on different circles, several turns (P).
+    pub(super) fn of(
+        modes: ArcModes,
+        batch: &Batch,
+        motion: &Motion,
+        [start, end]: [AxisWords; 2],
+    ) -> Option<Self> {
+        let block = batch.blocks().get(motion.block as usize)?;
+        let across = usize::from(motion.plane?);
+        let axes = [(across + 1) % 3, (across + 2) % 3];
+        if start.rotary_deg != end.rotary_deg {
+            return None;
+        }
+        let mut centre_words = [None; 3];
+        let mut radius = None;
+        for word in batch.words(block) {
+            let slot = match word.address {
+                Address::I => &mut centre_words[0],
+                Address::J => &mut centre_words[1],
+                Address::K => &mut centre_words[2],
+                Address::R => &mut radius,
+                Address::P => return None,
+                _ => continue,
+            };
+            if word.form != WordForm::Number {
+                return None;
+            }
+            *slot = Some(word.value * motion.mm_per_unit);
+        }
+        let from_mm = axes.map(|axis| start.linear_mm[axis]);
+        let to_mm = axes.map(|axis| end.linear_mm[axis]);
+        let centres = axes.map(|axis| centre_words[axis]);
+        let centre_mm = match (radius, centres) {
+            (Some(radius_mm), [None, None]) => centre_by_radius(modes, from_mm, to_mm, radius_mm)?,
+            (None, [None, None]) | (Some(_), _) => return None,
+            (None, [first, second]) => {
+                let place = |word: Option<f64>, from: f64| match (word, modes.absolute_centres) {
+                    (Some(at), true) => Some(at),
+                    (Some(offset), false) => Some(from + offset),
+                    (None, false) => Some(from),
+                    // whether it stays or is zero, controls do not agree
+                    (None, true) => None,
+                };
+                [place(first, from_mm[0])?, place(second, from_mm[1])?]
+            }
+        };
+        Self::about(modes.is_clockwise, [start, end], axes, centre_mm)
+    }
+
+    fn about(
+        is_clockwise: bool,
+        [start, end]: [AxisWords; 2],
+        axes: [usize; 2],
+        centre_mm: [f64; 2],
+    ) -> Option<Self> {
+        let arm = |words: &AxisWords| [0, 1].map(|k| words.linear_mm[axes[k]] - centre_mm[k]);
+        let (arm_mm, last_mm) = (arm(&start), arm(&end));
+        let [first, last] = [arm_mm, last_mm].map(|[a, b]| (a * a + b * b).sqrt());
+        let slack = RADIUS_SLACK_MM.max(RADIUS_SLACK_SHARE * first);
+        if !(first > SAME_MM && last > SAME_MM && (first - last).abs() <= slack) {
+            return None;
+        }
+        let cross = arm_mm[0] * last_mm[1] - arm_mm[1] * last_mm[0];
+        let dot = arm_mm[0] * last_mm[0] + arm_mm[1] * last_mm[1];
+        let ends_mm = ((arm_mm[0] - last_mm[0]).powi(2) + (arm_mm[1] - last_mm[1]).powi(2)).sqrt();
+        let turn_rad = trig::atan2(cross, dot);
+        let sweep_rad = match (ends_mm < SAME_MM, is_clockwise) {
+            (true, true) => -std::f64::consts::TAU,
+            (true, false) => std::f64::consts::TAU,
+            (false, true) if turn_rad > 0.0 => turn_rad - std::f64::consts::TAU,
+            (false, false) if turn_rad < 0.0 => turn_rad + std::f64::consts::TAU,
+            _ => turn_rad,
+        };
+        Some(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
+    }
+
+    /// The words at the fraction `u`: in the plane on the circle, else linear.
+    pub(super) fn words_at(&self, u: f64) -> AxisWords {
+        if u <= 0.0 {
+            return self.start;
+        }
+        if u >= 1.0 {
+            return self.end;
+        }
+        let mut words = self.start;
+        for axis in 0..3 {
+            let (from, to) = (self.start.linear_mm[axis], self.end.linear_mm[axis]);
+            words.linear_mm[axis] = from + (to - from) * u;
+        }
+        let (sin, cos) = trig::sin_cos(self.sweep_rad * u);
+        let scale = 1.0 + (self.growth - 1.0) * u;
+        let [a, b] = self.arm_mm;
+        words.linear_mm[self.axes[0]] = self.centre_mm[0] + scale * (a * cos - b * sin);
+        words.linear_mm[self.axes[1]] = self.centre_mm[1] + scale * (a * sin + b * cos);
+        words
+    }
+
+    /// Bounds on the first and second derivative of the words by u \[mm\].
+    pub(super) fn derivative_bounds_mm(&self) -> [f64; 2] {
+        let [a, b] = self.arm_mm;
+        let radius_mm = (a * a + b * b).sqrt() * self.growth.max(1.0);
+        let spiral_mm = radius_mm * (self.growth - 1.0).abs();
+        let rise_mm = (0..3)
+            .filter(|axis| !self.axes.contains(axis))
+            .map(|axis| (self.end.linear_mm[axis] - self.start.linear_mm[axis]).abs())
+            .sum::<f64>();
+        let sweep = self.sweep_rad.abs();
+        [radius_mm * sweep + spiral_mm + rise_mm, radius_mm * sweep * sweep + 2.0 * spiral_mm * sweep]
+    }
+}
+
+/// The centre of an arc given by its radius: a negative one takes the longer way round.
+fn centre_by_radius(modes: ArcModes, from_mm: [f64; 2], to_mm: [f64; 2], radius_mm: f64) -> Option<[f64; 2]> {
+    let chord = [to_mm[0] - from_mm[0], to_mm[1] - from_mm[1]];
+    let length_mm = (chord[0] * chord[0] + chord[1] * chord[1]).sqrt();
+    let half_mm = 0.5 * length_mm;
+    let reach_mm = radius_mm.abs();
+    let slack = RADIUS_SLACK_MM.max(RADIUS_SLACK_SHARE * reach_mm);
+    if length_mm < SAME_MM || half_mm > reach_mm + slack {
+        return None;
+    }
+    let height_mm = ((reach_mm - half_mm) * (reach_mm + half_mm)).max(0.0).sqrt();
+    // the centre is left of the chord where a short arc runs counter-clockwise
+    let side = if modes.is_clockwise == (radius_mm > 0.0) { -height_mm } else { height_mm };
+    let middle = [0.5 * (from_mm[0] + to_mm[0]), 0.5 * (from_mm[1] + to_mm[1])];
+    Some([middle[0] - chord[1] / length_mm * side, middle[1] + chord[0] / length_mm * side])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding of a few operations on lengths of some ten millimetres \[mm\].
+    const ROUNDING_MM: f64 = 1e-12;
+    const XY: [usize; 2] = [0, 1];
+
+    fn words(x: f64, y: f64, z: f64) -> AxisWords {
+        AxisWords { linear_mm: [x, y, z], rotary_deg: [0.0; 2] }
+    }
+
+    #[track_caller]
+    fn assert_at(arc: &Arc, u: f64, expected: [f64; 3]) {
+        let at = arc.words_at(u).linear_mm;
+        assert!(at.iter().zip(expected).all(|(a, b)| (a - b).abs() < ROUNDING_MM), "{at:?} {expected:?}");
+    }
+
+    #[test]
+    fn quarter_circles_run_the_stated_way() {
+        let ends = [words(10.0, 0.0, 0.0), words(0.0, 10.0, 4.0)];
+        let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
+        assert_at(&Arc::about(false, ends, XY, [0.0; 2]).unwrap(), 0.5, [half, half, 2.0]);
+        assert_at(&Arc::about(true, ends, XY, [0.0; 2]).unwrap(), 0.5, [-half, -half, 2.0]);
+    }
+
+    #[test]
+    fn equal_ends_are_a_full_circle_and_other_circles_none() {
+        let ends = [words(10.0, 0.0, 0.0), words(10.0, 0.0, 0.0)];
+        assert_at(&Arc::about(true, ends, XY, [0.0; 2]).unwrap(), 0.25, [0.0, -10.0, 0.0]);
+        assert_eq!(Arc::about(true, [words(10.0, 0.0, 0.0), words(0.0, 11.0, 0.0)], XY, [0.0; 2]), None);
+    }
+
+    #[test]
+    fn a_radius_takes_the_short_way_and_a_negative_one_the_long() {
+        let (from, to) = ([10.0, 0.0], [0.0, 10.0]);
+        let centre = |is_clockwise, radius_mm| {
+            let modes = ArcModes { is_clockwise, absolute_centres: false };
+            centre_by_radius(modes, from, to, radius_mm).unwrap()
+        };
+        for (found, expected) in [
+            (centre(false, 10.0), [0.0, 0.0]),
+            (centre(true, 10.0), [10.0, 10.0]),
+            (centre(false, -10.0), [10.0, 10.0]),
+            (centre(true, -10.0), [0.0, 0.0]),
+        ] {
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < ROUNDING_MM), "{found:?} {expected:?}");
+        }
+        let modes = ArcModes::default();
+        assert_eq!(centre_by_radius(modes, from, to, 7.0), None);
+        assert_eq!(centre_by_radius(modes, from, from, 7.0), None);
+    }
+}

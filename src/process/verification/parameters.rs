@@ -1,0 +1,138 @@
+//! What a verification is asked to do.
+
+use thiserror::Error;
+
+use crate::contact::{CutterBody, CutterBodyFault};
+use crate::kinematics::Setup;
+use crate::machine::Tool;
+use crate::motion::Interpolation;
+use crate::program::Dialect;
+use crate::surface::SurfacePoint;
+use crate::units::Length;
+
+/// The parameters of a verification by virtual cutting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerificationParameters {
+    /// The cutter in the spindle.
+    pub tool: Tool,
+    /// How far above the tip the cutter is taken into account; `None` is four radii.
+    pub cutting_length: Option<Length>,
+    /// Height H of the stock over the surface, along the normal: where needles end.
+    pub stock: Length,
+    /// Largest distance between the motion and what stands for it in the computation.
+    pub resolution: Length,
+    /// Residuals larger than this are counted.
+    pub limit: Length,
+    /// Work offset, tool length, location errors.
+    pub setup: Setup,
+    /// Who interpolates; `None` takes it from the program's own switches.
+    pub interpolation: Option<Interpolation>,
+    /// The dialect; `None` detects it.
+    pub dialect: Option<Dialect>,
+    /// Most straight pieces that the program's motions may be divided into.
+    pub max_pieces: u64,
+}
+
+/// Why a verification cannot be what it is asked to be.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum VerificationFault {
+    /// The cutter has no body.
+    #[error(transparent)]
+    CutterBody(#[from] CutterBodyFault),
+    /// A length outside its range.
+    #[error("{quantity} {length_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
+    OutOfRange {
+        /// `stock`, `resolution` or `limit`.
+        quantity: &'static str,
+        /// What was asked for \[mm\].
+        length_mm: f64,
+        /// Smallest accepted \[mm\].
+        min_mm: f64,
+        /// Largest accepted \[mm\].
+        max_mm: f64,
+    },
+    /// No sample of the surface.
+    #[error("the surface has no samples")]
+    NoSamples,
+    /// Samples that are no points with unit normals; the first of them.
+    #[error("{count} samples are not finite points with unit normals, the first is number {first}")]
+    Samples {
+        /// Index of the first.
+        first: usize,
+        /// How many.
+        count: usize,
+    },
+}
+
+/// A normal's length may be off by so much.
+const UNIT: f64 = 1e-6;
+/// Coordinates of samples beyond this are no part \[mm\].
+const MAX_COORDINATE_MM: f64 = 1e5;
+
+impl VerificationParameters {
+    /// Heights of stock taken for real \[mm\].
+    pub const STOCK_RANGE_MM: [f64; 2] = [1e-3, 100.0];
+    /// Resolutions taken for real \[mm\].
+    pub const RESOLUTION_RANGE_MM: [f64; 2] = [1e-5, 0.1];
+    /// Limits taken for real \[mm\].
+    pub const LIMIT_RANGE_MM: [f64; 2] = [1e-5, 10.0];
+
+    /// The defaults for a cutter: flank of four radii, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
+    #[must_use]
+    pub fn new(tool: Tool) -> Self {
+        Self {
+            tool,
+            cutting_length: None,
+            stock: Length::from_mm(1.0),
+            resolution: Length::from_mm(5e-4),
+            limit: Length::from_mm(0.03),
+            setup: Setup::default(),
+            interpolation: None,
+            dialect: None,
+            max_pieces: 50_000_000,
+        }
+    }
+
+    /// The cutter's body.
+    ///
+    /// # Errors
+    /// A cutting length that does not reach above the corner.
+    pub fn body(&self) -> Result<CutterBody, CutterBodyFault> {
+        match self.cutting_length {
+            Some(cutting_length) => CutterBody::new(&self.tool, cutting_length),
+            None => Ok(CutterBody::with_default_length(&self.tool)),
+        }
+    }
+
+    /// Everything that is wrong with these parameters and samples; empty where nothing is.
+    #[must_use]
+    pub fn faults(&self, samples: &[SurfacePoint]) -> Vec<VerificationFault> {
+        let mut faults: Vec<VerificationFault> = self.body().err().into_iter().map(Into::into).collect();
+        let lengths = [
+            ("stock", self.stock, Self::STOCK_RANGE_MM),
+            ("resolution", self.resolution, Self::RESOLUTION_RANGE_MM),
+            ("limit", self.limit, Self::LIMIT_RANGE_MM),
+        ];
+        for (quantity, length, [min_mm, max_mm]) in lengths {
+            let length_mm = length.mm();
+            // NaN is in no range.
+            if !(min_mm..=max_mm).contains(&length_mm) {
+                faults.push(VerificationFault::OutOfRange { quantity, length_mm, min_mm, max_mm });
+            }
+        }
+        if samples.is_empty() {
+            faults.push(VerificationFault::NoSamples);
+        }
+        let mut odd =
+            samples.iter().enumerate().filter(|(_, sample)| !is_sound(sample)).map(|(index, _)| index);
+        if let Some(first) = odd.next() {
+            faults.push(VerificationFault::Samples { first, count: 1 + odd.count() });
+        }
+        faults
+    }
+}
+
+fn is_sound(sample: &SurfacePoint) -> bool {
+    sample.point_mm.iter().all(|at_mm| at_mm.abs() <= MAX_COORDINATE_MM)
+        && (sample.normal.norm() - 1.0).abs() <= UNIT
+}

@@ -1,0 +1,250 @@
+//! The course of a verification.
+
+use std::ops::ControlFlow;
+
+use super::super::simulate::LeftOuts;
+use super::super::stream::Passages;
+use super::super::warnings::Warnings;
+use super::super::{Fault, ProgramSource, WarningKind};
+use super::arc::ArcModes;
+use super::course::Course;
+use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
+use crate::contact::CutterBody;
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::motion::{InterpreterOptions, MotionKind};
+use crate::program::{Address, Batch, Dialect};
+use crate::surface::SurfacePoint;
+use crate::units::Length;
+use crate::wear::{NeedleBed, Residual, SideBySide, SweepBatch};
+
+/// How much finer the second computation is.
+const FINER: f64 = 8.0;
+/// Samples with the largest residuals that are cut again, and as many evenly chosen ones.
+const CUT_AGAIN: usize = 128;
+/// M6, in tenths.
+const TOOL_CHANGE: u32 = 60;
+
+/// Cuts a program virtually and compares what is left with the nominal surface, sample by sample, along the normal
+/// (P3 §4.2; [`NeedleBed`] says what is taken for what is left).
+///
+/// Every motion cuts: G1 and arcs on the true path of the machine or of the tip, rotary axes turning along, with
+/// location errors as the set-up says; and G0, taken as straight in its words, though controls may run each axis
+/// at its own speed. Motions whose course is not known are left out and counted: what they would cut is missing.
+/// Travel is not looked at. The motion is divided until it is nowhere farther than `resolution` from what is computed
+/// with; then a few hundred samples are cut again eight times finer, to say how far residuals move.
+///
+/// # Errors
+/// Parameters or samples that make no sense; a program that cannot be read, moves nothing that can be followed, or
+/// divides into too many pieces.
+pub fn verify_part(
+    machine: &Machine,
+    parameters: &VerificationParameters,
+    samples: &[SurfacePoint],
+    source: &dyn ProgramSource,
+    parts: &dyn SideBySide,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Verification, Fault> {
+    let faults = parameters.faults(samples);
+    if !faults.is_empty() {
+        return Err(Fault::Verification(faults));
+    }
+    let kinematics = Kinematics::new(machine, &parameters.setup);
+    let workshop = Workshop { machine, kinematics: &kinematics, parameters, source, parts, stop };
+    let found = workshop.cut(samples, parameters.resolution)?;
+    if found.motions.total() == 0 {
+        let first = found.left_out.0.iter().min_by_key(|kind| kind.first_line);
+        return Err(Fault::NothingToCut {
+            left_out: found.left_out.0.iter().map(|kind| kind.count).sum(),
+            first: first.map(|kind| (kind.reason, kind.first_line)),
+        });
+    }
+    let residuals = found.bed.residuals();
+    let convergence = workshop.cut_again(samples, &residuals)?;
+    let counts = found.bed.counts();
+    Ok(Verification {
+        dialect: found.dialect,
+        blocks: found.blocks,
+        motions: found.motions,
+        left_out: found.left_out.0,
+        warnings: found.warnings.into_list(),
+        summary: ResidualSummary::of(samples, &residuals, parameters.limit),
+        convergence,
+        effort: Effort { pieces: found.pieces, pairs: counts.pairs, cuts: counts.cuts },
+        residuals,
+    })
+}
+
+/// Everything that does not change from one cutting to the next.
+struct Workshop<'a> {
+    machine: &'a Machine,
+    kinematics: &'a Kinematics,
+    parameters: &'a VerificationParameters,
+    source: &'a dyn ProgramSource,
+    parts: &'a dyn SideBySide,
+    stop: &'a dyn Fn() -> ControlFlow<()>,
+}
+
+/// What became of a program.
+struct Found {
+    bed: NeedleBed,
+    dialect: Dialect,
+    blocks: u64,
+    motions: MotionCounts,
+    left_out: LeftOuts,
+    warnings: Warnings,
+    pieces: u64,
+}
+
+impl Workshop<'_> {
+    /// The whole program over these samples.
+    fn cut(&self, samples: &[SurfacePoint], resolution: Length) -> Result<Found, Fault> {
+        let Self { machine, parameters, .. } = *self;
+        let body = parameters.body().map_err(|fault| Fault::Verification(vec![fault.into()]))?;
+        let options = InterpreterOptions {
+            feed_mm_per_min: None,
+            interpolation_stated: parameters.interpolation.is_some(),
+        };
+        let mut passages = Passages::open(self.source, machine, parameters.dialect, options)?;
+        let mut mill = Mill {
+            workshop: self,
+            body,
+            resolution_mm: resolution.mm(),
+            bed: NeedleBed::new(samples, parameters.stock),
+            batch: SweepBatch::new(),
+            modes: ArcModes::default(),
+            tool_changes: 0,
+            motions: MotionCounts::default(),
+            left_out: LeftOuts::default(),
+            warnings: Warnings::default(),
+            pieces: 0,
+        };
+        passages.work(self.stop, |passage, _, _| {
+            let mut seen = 0;
+            for motion in &passage.motions {
+                mill.scan(&passage.batch, &mut seen, motion.block as usize + 1);
+                match Course::of(parameters, mill.modes, &passage.batch, motion) {
+                    Ok(Some(course)) => mill.run(&course)?,
+                    Ok(None) => {}
+                    Err(reason) => mill.left_out.add(Some(reason), motion.line),
+                }
+            }
+            mill.scan(&passage.batch, &mut seen, passage.batch.blocks().len());
+            Ok(())
+        })?;
+        mill.flush()?;
+        passages.warn(&mut mill.warnings);
+        let Mill { bed, motions, left_out, warnings, pieces, .. } = mill;
+        let (dialect, blocks) = (passages.dialect(), passages.blocks);
+        Ok(Found { bed, dialect, blocks, motions, left_out, warnings, pieces })
+    }
+
+    /// Some samples again, with finer pieces.
+    fn cut_again(
+        &self,
+        samples: &[SurfacePoint],
+        residuals: &[Option<Residual>],
+    ) -> Result<Convergence, Fault> {
+        let resolution = Length::from_mm(self.parameters.resolution.mm() / FINER);
+        let chosen = chosen(residuals);
+        let again: Vec<SurfacePoint> = chosen.iter().map(|&index| samples[index]).collect();
+        let finer = self.cut(&again, resolution)?.bed.residuals();
+        let mut max_change_mm: f64 = 0.0;
+        let mut cut_once = 0;
+        for (&index, finer) in chosen.iter().zip(finer) {
+            match (residuals[index], finer) {
+                (Some(before), Some(after)) => {
+                    max_change_mm = max_change_mm.max((before.residual_mm - after.residual_mm).abs());
+                }
+                (None, None) => {}
+                _ => cut_once += 1,
+            }
+        }
+        let max_change = Length::from_mm(max_change_mm);
+        Ok(Convergence { samples: chosen.len() as u64, resolution, max_change, cut_once })
+    }
+}
+
+/// Indices of the samples with the largest residuals and of evenly chosen ones, each once and in order.
+fn chosen(residuals: &[Option<Residual>]) -> Vec<usize> {
+    let size = |index: usize| residuals[index].map_or(-1.0, |residual| residual.residual_mm.abs());
+    let mut order: Vec<usize> = (0..residuals.len()).collect();
+    if order.len() > CUT_AGAIN {
+        order.select_nth_unstable_by(CUT_AGAIN, |&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
+        order.truncate(CUT_AGAIN);
+    }
+    order.extend((0..CUT_AGAIN).map(|k| k * residuals.len() / CUT_AGAIN));
+    order.sort_unstable();
+    order.dedup();
+    order
+}
+
+/// The cutting in progress.
+struct Mill<'a> {
+    workshop: &'a Workshop<'a>,
+    body: CutterBody,
+    resolution_mm: f64,
+    bed: NeedleBed,
+    batch: SweepBatch,
+    modes: ArcModes,
+    tool_changes: u64,
+    motions: MotionCounts,
+    left_out: LeftOuts,
+    warnings: Warnings,
+    pieces: u64,
+}
+
+impl Mill<'_> {
+    /// Looks for codes that motions do not tell, in the blocks from `seen` on.
+    fn scan(&mut self, batch: &Batch, seen: &mut usize, end: usize) {
+        for block in batch.blocks().get(*seen..end).unwrap_or_default() {
+            let words = batch.words(block);
+            self.modes.see(words);
+            let is_change = |word: &&crate::program::Word| {
+                word.address == Address::M && word.code_tenths() == Some(TOOL_CHANGE)
+            };
+            self.tool_changes += words.iter().filter(is_change).count() as u64;
+        }
+        *seen = end;
+    }
+
+    /// Cuts along one motion.
+    fn run(&mut self, course: &Course) -> Result<(), Fault> {
+        let Workshop { machine, kinematics, parameters, .. } = *self.workshop;
+        let by_rapid = course.kind == MotionKind::Rapid;
+        match course.kind {
+            MotionKind::Rapid => self.motions.rapids += 1,
+            MotionKind::Arc => self.motions.arcs += 1,
+            MotionKind::Linear | MotionKind::Opaque => self.motions.linear += 1,
+        }
+        // the first M6 takes the cutter that this is about
+        if self.tool_changes > 1 {
+            self.warnings.add(WarningKind::CutWithOneTool, Some(course.line));
+        }
+        let pieces = course.pieces(machine, kinematics, &self.body, self.resolution_mm);
+        self.pieces = self.pieces.saturating_add(pieces);
+        if self.pieces > parameters.max_pieces {
+            let what = "straight pieces that the program's motions divide into";
+            return Err(Fault::TooCostly { what, limit: parameters.max_pieces });
+        }
+        let mut from = course.pose_at(machine, kinematics, 0.0);
+        for index in 1..=pieces {
+            let to = course.pose_at(machine, kinematics, index as f64 / pieces as f64);
+            self.batch.push(&self.body, [&from, &to], self.resolution_mm, course.line, by_rapid);
+            if self.batch.len() >= SweepBatch::FULL {
+                self.flush()?;
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), Fault> {
+        if (self.workshop.stop)().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        self.bed.cut(&self.body, &self.batch, self.workshop.parts);
+        self.batch.clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,220 @@
+//! A needle against one straight piece of motion, in the frame of the tool.
+//!
+//! There the needle moves and the cutter rests: at the fraction u of the piece and the height s it is at
+//! `(1 − u)(a0 + s·n0) + u(a1 + s·n1)`. The signed distance d(s, u) is convex in u for every s, and convex in s for
+//! every u, because the cutter is convex.
+
+use crate::contact::CutterBody;
+use crate::geometry::Vec3;
+
+/// A level is not entered by less than this \[mm\].
+const FLOOR_MM: f64 = -1e-8;
+/// How near a least distance is found \[mm\], or as a share of itself: the next level looks again.
+const GAP_MM: f64 = 1e-9;
+const GAP_SHARE: f64 = 0.02;
+/// Entries are found to this \[mm\].
+const ENTRY_MM: f64 = 1e-11;
+/// Bounds on the steps, never reached but where rounding rules.
+const MAX_STEPS: usize = 60;
+const MAX_LEVELS: usize = 40;
+
+/// A needle in the frame of the tool, at both ends of a piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Section {
+    /// Its sample \[mm\].
+    pub(super) at_mm: [Vec3; 2],
+    /// Its direction.
+    pub(super) along: [Vec3; 2],
+}
+
+/// The distance at one fraction u of a line.
+#[derive(Debug, Clone, Copy)]
+struct Mark {
+    u: f64,
+    distance_mm: f64,
+    /// Derivative by u.
+    slope: f64,
+}
+
+/// A line run through from u = 0 to u = 1 in the frame of the tool.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Run {
+    from_mm: Vec3,
+    step_mm: Vec3,
+}
+
+impl Run {
+    pub(super) fn new([from_mm, to_mm]: [Vec3; 2]) -> Self {
+        Self { from_mm, step_mm: to_mm - from_mm }
+    }
+
+    #[inline]
+    fn mark(&self, body: &CutterBody, u: f64) -> Mark {
+        let p = self.from_mm + self.step_mm * u;
+        let radial_mm = (p.x * p.x + p.y * p.y).sqrt();
+        let profile = body.profile(radial_mm, p.z);
+        // on the axis the distance has no radial slope but on folds, where any will do
+        let turn = if radial_mm > 0.0 { profile.radial / radial_mm } else { 0.0 };
+        let slope = (p.x * self.step_mm.x + p.y * self.step_mm.y) * turn + profile.axial * self.step_mm.z;
+        Mark { u, distance_mm: profile.distance_mm, slope }
+    }
+
+    /// A lower bound of the distance along the run, by its tangents; those at the ends, and where these do not settle
+    /// `enough_mm`, one between.
+    #[inline]
+    pub(super) fn lower_bound_mm(&self, body: &CutterBody, enough_mm: f64) -> f64 {
+        let left = self.mark(body, 0.0);
+        if left.slope >= 0.0 {
+            return left.distance_mm;
+        }
+        let right = self.mark(body, 1.0);
+        if right.slope <= 0.0 {
+            return right.distance_mm;
+        }
+        let (meet, bound_mm) = tangents(&left, &right);
+        if bound_mm >= enough_mm {
+            return bound_mm;
+        }
+        let middle = self.mark(body, meet.clamp(0.0, 1.0));
+        let (_, finer_mm) =
+            if middle.slope < 0.0 { tangents(&middle, &right) } else { tangents(&left, &middle) };
+        finer_mm.max(bound_mm).min(middle.distance_mm)
+    }
+
+    /// About where the distance is least, if it is below `floor_mm` anywhere.
+    #[inline]
+    fn least(&self, body: &CutterBody, floor_mm: f64) -> Option<Mark> {
+        let below = |mark: Mark| (mark.distance_mm < floor_mm).then_some(mark);
+        let mut left = self.mark(body, 0.0);
+        if left.slope >= 0.0 {
+            return below(left);
+        }
+        let mut right = self.mark(body, 1.0);
+        if right.slope <= 0.0 {
+            return below(right);
+        }
+        let mut best = if left.distance_mm < right.distance_mm { left } else { right };
+        for step in 0..MAX_STEPS {
+            let (meet, bound_mm) = tangents(&left, &right);
+            if bound_mm >= floor_mm {
+                return None;
+            }
+            let gap_mm = best.distance_mm - bound_mm;
+            if gap_mm <= GAP_MM || (gap_mm <= -GAP_SHARE * best.distance_mm && best.distance_mm < floor_mm) {
+                return below(best);
+            }
+            let width = right.u - left.u;
+            // the secant serves smooth stretches, the tangents' meeting folds, the middle what is neither
+            let u = match step % 3 {
+                0 => left.u - width * left.slope / (right.slope - left.slope),
+                1 => meet,
+                _ => left.u + 0.5 * width,
+            };
+            if !(u > left.u && u < right.u) {
+                return below(best);
+            }
+            let mark = self.mark(body, u);
+            if mark.distance_mm < best.distance_mm {
+                best = mark;
+            }
+            if mark.slope < 0.0 {
+                left = mark;
+            } else {
+                right = mark;
+            }
+        }
+        below(best)
+    }
+
+    /// The root of the distance that Newton's way from outside leads to, from `u` on: convex, so never past it.
+    fn enter(&self, body: &CutterBody, mut u: f64) -> f64 {
+        for _ in 0..MAX_STEPS {
+            let mark = self.mark(body, u);
+            if mark.distance_mm <= ENTRY_MM || mark.slope == 0.0 {
+                break;
+            }
+            u -= mark.distance_mm / mark.slope;
+        }
+        u
+    }
+}
+
+/// Where the tangents of both marks meet, and how low; `left.slope < right.slope`.
+#[inline]
+fn tangents(left: &Mark, right: &Mark) -> (f64, f64) {
+    let width = right.u - left.u;
+    let run = (right.slope * width - (right.distance_mm - left.distance_mm)) / (right.slope - left.slope);
+    (left.u + run, left.distance_mm + left.slope * run)
+}
+
+impl Section {
+    /// The path of the needle's point at height `s_mm`.
+    #[inline]
+    fn level(&self, s_mm: f64) -> Run {
+        Run::new([0, 1].map(|k| self.at_mm[k] + self.along[k] * s_mm))
+    }
+
+    /// The needle at the fraction `u`, run through by its height.
+    fn needle(&self, u: f64) -> Run {
+        let from_mm = self.at_mm[0] + (self.at_mm[1] - self.at_mm[0]) * u;
+        Run { from_mm, step_mm: self.along[0] + (self.along[1] - self.along[0]) * u }
+    }
+
+    /// The least height below `best_mm` at which a position of the piece enters that also contains `stock_mm`, if there
+    /// is one; `best_mm` ≤ `stock_mm`.
+    ///
+    /// At a height s the least distance over all counting u is found; where it is negative, the entry at that u is
+    /// the next, lower s. No u can enter below the height at which all have a distance of 0 or more: it would
+    /// contain the stock's height and its entry, and so every height between.
+    #[inline]
+    pub(super) fn entry_below(&self, body: &CutterBody, stock_mm: f64, best_mm: f64) -> Option<f64> {
+        let mut lowest = None;
+        let mut s_mm = best_mm;
+        for _ in 0..MAX_LEVELS {
+            let level = self.level(s_mm);
+            let Some(mark) = level.least(body, FLOOR_MM) else { break };
+            let Some(u) = self.counting(body, stock_mm, s_mm, mark.u) else { break };
+            let distance_mm = if u.to_bits() == mark.u.to_bits() {
+                mark.distance_mm
+            } else {
+                level.mark(body, u).distance_mm
+            };
+            if distance_mm >= FLOOR_MM {
+                break;
+            }
+            let entered_mm = self.entry_at(body, u, s_mm);
+            if entered_mm >= s_mm {
+                break;
+            }
+            s_mm = entered_mm;
+            lowest = Some(s_mm);
+        }
+        lowest
+    }
+
+    /// The fraction nearest to `u` at which the cutter contains the needle's top.
+    fn counting(&self, body: &CutterBody, stock_mm: f64, s_mm: f64, u: f64) -> Option<f64> {
+        if s_mm >= stock_mm {
+            return Some(u);
+        }
+        let top = self.level(stock_mm);
+        if top.mark(body, u).distance_mm <= 0.0 {
+            return Some(u);
+        }
+        top.least(body, FLOOR_MM)?;
+        Some(top.enter(body, u).clamp(0.0, 1.0))
+    }
+
+    /// Where the cutter, which contains the needle at `inside_mm`, begins on it.
+    fn entry_at(&self, body: &CutterBody, u: f64, inside_mm: f64) -> f64 {
+        let needle = self.needle(u);
+        let mark = needle.mark(body, inside_mm);
+        // a tangent's root lies outside; where the tangent does not fall, a whole diameter further down does
+        let outside_mm = if mark.slope < -0.1 {
+            inside_mm - mark.distance_mm / mark.slope
+        } else {
+            inside_mm - 2.0 * (2.0 * body.radius_mm() + body.cutting_length_mm())
+        };
+        needle.enter(body, outside_mm)
+    }
+}

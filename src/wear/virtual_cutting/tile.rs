@@ -1,0 +1,169 @@
+//! A few hundred neighbouring needles, and how a batch of pieces cuts them.
+
+use super::bed::{CutCounts, divide};
+use super::boxes::AxisBox;
+use super::{Residual, SweepBatch};
+use crate::contact::CutterBody;
+use crate::geometry::Vec3;
+use crate::surface::SurfacePoint;
+
+/// Needles in one clump, at most.
+const CLUMP: usize = 8;
+/// What rounding may add to a distance \[mm\].
+const ROUNDING_MM: f64 = 1e-9;
+
+/// One needle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Needle {
+    point_mm: Vec3,
+    normal: Vec3,
+    /// Where the lowest entry so far is; the stock's height where there is none \[mm\].
+    height_mm: f64,
+    line: u64,
+    /// Index of its sample.
+    pub(super) index: usize,
+    is_cut: bool,
+    by_rapid: bool,
+}
+
+impl Needle {
+    pub(super) fn new(index: usize, sample: &SurfacePoint, stock_mm: f64) -> Self {
+        let SurfacePoint { point_mm, normal } = *sample;
+        Self { point_mm, normal, height_mm: stock_mm, line: 0, index, is_cut: false, by_rapid: false }
+    }
+
+    pub(super) fn residual(&self) -> Option<Residual> {
+        let Self { height_mm, line, by_rapid, .. } = *self;
+        self.is_cut.then_some(Residual { residual_mm: height_mm, line, by_rapid })
+    }
+
+    /// The only point of the needle whose cutting would shorten it.
+    fn top_mm(&self) -> Vec3 {
+        self.point_mm + self.normal * self.height_mm
+    }
+}
+
+/// Needles so near each other that they are left out together.
+#[derive(Debug, Clone)]
+struct Clump {
+    first: usize,
+    end: usize,
+    centre_mm: Vec3,
+    /// Around the tops of its needles.
+    around: AxisBox,
+    /// Distance of the farthest top from the centre \[mm\].
+    reach_mm: f64,
+}
+
+impl Clump {
+    fn new(first: usize, needles: &[Needle]) -> Self {
+        let mut around = AxisBox::NOTHING;
+        for needle in needles {
+            around.take(needle.point_mm);
+        }
+        let mut clump =
+            Self { first, end: first + needles.len(), centre_mm: around.centre_mm(), around, reach_mm: 0.0 };
+        clump.measure(needles);
+        clump
+    }
+
+    /// Looks where the tops are now.
+    fn measure(&mut self, needles: &[Needle]) {
+        self.around = AxisBox::NOTHING;
+        let mut square: f64 = 0.0;
+        for needle in needles {
+            let top_mm = needle.top_mm();
+            self.around.take(top_mm);
+            square = square.max((top_mm - self.centre_mm).norm_squared());
+        }
+        self.reach_mm = square.sqrt() + ROUNDING_MM;
+    }
+}
+
+/// A tile of needles with their clumps.
+#[derive(Debug, Clone)]
+pub(super) struct Tile {
+    pub(super) needles: Vec<Needle>,
+    clumps: Vec<Clump>,
+    around: AxisBox,
+    stock_mm: f64,
+    pub(super) counts: CutCounts,
+}
+
+impl Tile {
+    pub(super) fn new(samples: &[SurfacePoint], indices: &[usize], stock_mm: f64) -> Self {
+        let mut order = indices.to_vec();
+        let mut sorted: Vec<Needle> = Vec::with_capacity(order.len());
+        let mut clumps = Vec::new();
+        divide(samples, &mut order, CLUMP, &mut |part| {
+            let first = sorted.len();
+            sorted.extend(part.iter().map(|&index| Needle::new(index, &samples[index], stock_mm)));
+            clumps.push(Clump::new(first, &sorted[first..]));
+        });
+        let mut tile = Self {
+            needles: sorted,
+            clumps,
+            around: AxisBox::NOTHING,
+            stock_mm,
+            counts: CutCounts::default(),
+        };
+        tile.measure();
+        tile
+    }
+
+    fn measure(&mut self) {
+        self.around = AxisBox::NOTHING;
+        for clump in &self.clumps {
+            self.around.join(&clump.around);
+        }
+    }
+
+    /// Cuts with every piece of a batch. In each clump the piece that comes nearest goes first, so that most of the
+    /// others are too far away by then.
+    pub(super) fn cut(&mut self, body: &CutterBody, batch: &SweepBatch) {
+        let mut groups = Vec::new();
+        batch.groups_at(&self.around, &mut groups);
+        if groups.is_empty() {
+            return;
+        }
+        let mut near: Vec<(f64, usize)> = Vec::new();
+        for clump in &mut self.clumps {
+            near.clear();
+            for index in batch.pieces_at(&groups, &clump.around) {
+                if let Some(nearness_mm) =
+                    batch.sweeps[index].nearness_mm(body, clump.centre_mm, clump.reach_mm)
+                {
+                    near.push((nearness_mm, index));
+                }
+            }
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let Some(needles) = self.needles.get_mut(clump.first..clump.end) else { continue };
+            for &(nearness_mm, index) in &near {
+                if nearness_mm > clump.reach_mm {
+                    break;
+                }
+                let sweep = &batch.sweeps[index];
+                let mut is_changed = false;
+                for needle in needles.iter_mut() {
+                    if (needle.top_mm() - clump.centre_mm).norm() + ROUNDING_MM < nearness_mm {
+                        continue;
+                    }
+                    self.counts.pairs += 1;
+                    let section = sweep.section(needle.point_mm, needle.normal);
+                    if let Some(height_mm) = section.entry_below(body, self.stock_mm, needle.height_mm) {
+                        needle.height_mm = height_mm;
+                        needle.line = sweep.line;
+                        needle.by_rapid = sweep.by_rapid;
+                        needle.is_cut = true;
+                        self.counts.cuts += 1;
+                        is_changed = true;
+                    }
+                }
+                if is_changed {
+                    clump.measure(needles);
+                }
+            }
+        }
+        self.measure();
+    }
+}
