@@ -98,6 +98,7 @@ fn every_reference_resolves() {
 const UNITS: &[&str] = &[
     "_mm",
     "_mm2",
+    "_mm3",
     "_um",
     "_c",
     "_deg",

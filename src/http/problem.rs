@@ -448,6 +448,13 @@ impl From<JobFault> for Problem {
             JobFault::Compensator(fault) => fault.into(),
             JobFault::Servo(fault) => fault.into(),
             JobFault::Blob(fault) => fault.into(),
+            JobFault::PartSurface(fault) => {
+                let detail = fault.to_string();
+                if fault.is_too_large() {
+                    return Self::new(ProblemType::BodyTooLarge, detail);
+                }
+                Self::invalid(ProblemType::InvalidRequest, vec![Fault::new("/surface", detail)])
+            }
             JobFault::Store(fault) => fault.into(),
             JobFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
             JobFault::Report(fault) => Self::internal(&fault),

@@ -5,9 +5,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use thiserror::Error;
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
+use super::PartSurfaceFault;
+use crate::surface::Mesh;
 use crate::wear::SideBySide;
 
 /// Why there is no result.
@@ -29,7 +31,12 @@ pub struct Compute {
     /// Places that run.
     running: Arc<Semaphore>,
     width: usize,
+    /// Memory that uploaded surfaces may take together \[MiB\].
+    surface_mib: Arc<Semaphore>,
+    surface_bytes: u64,
 }
+
+const MIB: u64 = 1 << 20;
 
 /// The threads that one computation may use.
 #[derive(Debug, Clone, Copy)]
@@ -61,15 +68,32 @@ impl SideBySide for Threads {
 }
 
 impl Compute {
-    /// A pool that runs `running` computations side by side and lets `waiting` more wait.
+    /// A pool that runs `running` computations side by side and lets `waiting` more wait, with so much memory for
+    /// uploaded surfaces.
     #[must_use]
-    pub fn new(running: usize, waiting: usize) -> Self {
+    pub fn new(running: usize, waiting: usize, surface_bytes: u64) -> Self {
         let running = running.max(1);
+        let mib = usize::try_from(surface_bytes.div_ceil(MIB)).unwrap_or(usize::MAX);
         Self {
             places: Arc::new(Semaphore::new(running + waiting)),
             running: Arc::new(Semaphore::new(running)),
             width: running,
+            surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
+            surface_bytes,
         }
+    }
+
+    /// Waits for the memory that a surface of so many facets takes; it is given back when what is returned goes.
+    ///
+    /// # Errors
+    /// It takes more than all surfaces together may.
+    pub async fn surface_memory(&self, facets: u64) -> Result<OwnedSemaphorePermit, PartSurfaceFault> {
+        let estimated_bytes = Mesh::memory_estimate_bytes(facets);
+        let limit_bytes = self.surface_bytes;
+        let too_large = PartSurfaceFault::TooLarge { facets, estimated_bytes, limit_bytes };
+        let mib = u32::try_from(estimated_bytes.div_ceil(MIB)).ok();
+        let Some(mib) = mib.filter(|_| estimated_bytes <= limit_bytes) else { return Err(too_large) };
+        Arc::clone(&self.surface_mib).acquire_many_owned(mib).await.map_err(|_closed| too_large)
     }
 
     /// How many computations run side by side.

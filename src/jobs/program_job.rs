@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::{CompensatorFault, Compute, ComputeFault, Sources, Spool, Threads, TooCostly};
+use super::part_surface::facets_of;
+use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
 use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
 use crate::wire::{JobDocument, JobOperation, JobState};
 
@@ -69,6 +70,9 @@ pub enum JobFault {
     /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] crate::servo::ServoFault),
+    /// The part's surface is none, or too large.
+    #[error(transparent)]
+    PartSurface(#[from] PartSurfaceFault),
     /// A file could not be kept.
     #[error(transparent)]
     Blob(#[from] BlobFault),
@@ -100,8 +104,17 @@ where
 {
     let created_at = sources.timestamp();
     let (spool, sources) = (spool.clone(), sources.clone());
+    let memory = match &job.surface {
+        Some(surface) => {
+            let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
+            Some(compute.surface_memory(facets).await?)
+        }
+        None => None,
+    };
     let in_parts = job.operation == JobOperation::Verification;
     let worked = move |threads: &Threads, stop: &dyn Fn() -> ControlFlow<()>| -> Result<_, JobFault> {
+        // Held by the work, not by the request: it is free when nothing reads the surface any more.
+        let _memory = memory;
         let started_at = sources.timestamp();
         let surface = job.surface.as_ref();
         let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };

@@ -1,9 +1,11 @@
 //! Virtual cutting of a part, kept as a job.
 
 use std::io::{BufReader, BufWriter};
+use std::ops::ControlFlow;
 
 use thiserror::Error;
 
+use super::part_surface::read_part;
 use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
@@ -12,7 +14,7 @@ use crate::machine::Machine;
 use crate::plot::{PlotFault, ResidualFigure, residual_map};
 use crate::process;
 use crate::store::{BlobFault, Blobs, Draft, JobRow, Store};
-use crate::surface::EvenSamples;
+use crate::surface::{EvenSamples, MeshReport};
 use crate::units::Length;
 use crate::wire::{FaultList, ResidualRow, VerificationParameters, VerificationReport, VerificationSources};
 
@@ -46,7 +48,7 @@ pub async fn verify_part(
     run_program_job(compute, store, spool, sources, job, move |place| {
         let Workplace { program, surface, spool, threads, stop } = place;
         let VerificationRequest { machine, parameters, core, .. } = &request;
-        let samples = samples(parameters, surface)?;
+        let (samples, mesh) = samples(parameters, surface, stop)?;
         let source = FileSource(program.path());
         let verification = process::verify_part(machine, core, &samples.points, &source, threads, stop)
             .map_err(in_words_of_the_wire)?;
@@ -59,6 +61,7 @@ pub async fn verify_part(
                 residuals_sha256: table.sha256(),
                 sample_spacing_mm: samples.spacing_mm,
                 area_mm2: samples.area_mm2,
+                mesh,
             },
             core,
             &verification,
@@ -69,12 +72,20 @@ pub async fn verify_part(
 }
 
 /// The samples of the surface that was described or uploaded.
-fn samples(parameters: &VerificationParameters, _uploaded: Option<&Draft>) -> Result<EvenSamples, JobFault> {
+fn samples(
+    parameters: &VerificationParameters,
+    uploaded: Option<&Draft>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<(EvenSamples, Option<MeshReport>), JobFault> {
+    if let Some(uploaded) = uploaded {
+        let mesh = read_part(uploaded, &parameters.mesh_settings(), stop)?;
+        return Ok((mesh.samples(parameters.samples), Some(*mesh.report())));
+    }
     let described = parameters.surface.as_ref();
     let surface = described.and_then(|surface| surface.to_core("/surface", &mut FaultList::default()));
     // Parameters without faults have a surface.
     let surface = surface.ok_or(CompensatorFault::Cancelled)?;
-    Ok(surface.samples(parameters.samples))
+    Ok((surface.samples(parameters.samples), None))
 }
 
 /// The table of residuals, aligned with the samples.

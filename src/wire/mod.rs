@@ -25,6 +25,7 @@ mod servo_path;
 mod servo_program;
 mod solved_poses;
 mod sphere_answer;
+mod surface_mesh;
 mod verification;
 mod wear_advice;
 mod wear_numbers;
@@ -81,6 +82,7 @@ pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, 
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
+pub use surface_mesh::SurfaceMeshDoc;
 pub use verification::{
     VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
 };

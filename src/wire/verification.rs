@@ -5,11 +5,11 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::{
     Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
-    LocationErrors, NominalSurfaceDoc, ToolDoc, Warning,
+    LocationErrors, NominalSurfaceDoc, SurfaceMeshDoc, ToolDoc, Warning,
 };
 use crate::geometry::Vec3;
 use crate::process::{self, Extreme, Histogram, Verification, VerificationFault};
-use crate::surface::SurfacePoint;
+use crate::surface::{MeshReport, MeshSettings, SurfacePoint};
 use crate::units::Length;
 
 /// What the virtual cutting of a part needs to know.
@@ -144,6 +144,16 @@ impl VerificationParameters {
     const CHORDAL_RANGE_UM: [f64; 2] = [1e-3, 1e4];
     /// Units of a surface taken for real \[mm\].
     const UNIT_RANGE_MM: [f64; 2] = [1e-6, 1e6];
+
+    /// How an uploaded surface is read.
+    #[must_use]
+    pub fn mesh_settings(&self) -> MeshSettings {
+        MeshSettings {
+            mm_per_unit: self.surface_unit_mm,
+            chordal_tolerance_mm: Length::from_um(self.chordal_tolerance_um).mm(),
+            ..MeshSettings::default()
+        }
+    }
 
     /// The parameters in the core's terms. `is_uploaded` says whether a surface came with the program.
     ///
@@ -303,6 +313,8 @@ pub struct VerificationReport {
     pub sample_spacing_mm: f64,
     /// Area of the surface.
     pub area_mm2: f64,
+    /// What was found in the file of an uploaded surface.
+    pub surface_mesh: Option<SurfaceMeshDoc>,
     /// Samples that no tool reaches: they keep their stock.
     pub uncut: u64,
     /// Samples with more than `limit_um` left above the surface.
@@ -377,6 +389,8 @@ pub struct VerificationSources {
     pub sample_spacing_mm: f64,
     /// Area of the surface.
     pub area_mm2: f64,
+    /// What was found in the file of an uploaded one.
+    pub mesh: Option<MeshReport>,
 }
 
 impl VerificationReport {
@@ -402,6 +416,7 @@ impl VerificationReport {
             samples: summary.cut + summary.uncut,
             sample_spacing_mm: sources.sample_spacing_mm,
             area_mm2: sources.area_mm2,
+            surface_mesh: sources.mesh.as_ref().map(Into::into),
             uncut: summary.uncut,
             excess_over_limit: summary.over_excess,
             gouge_over_limit: summary.over_gouge,

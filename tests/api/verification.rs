@@ -180,3 +180,88 @@ async fn work_that_would_cost_too_much_is_refused_before_it_begins() {
     problem(post(&app, &parameters(), &plate(), "application/json").await, "too-costly").await;
     assert_eq!(app.files(), (0, 0));
 }
+
+/// The top of the plate as a text of two facets, corners in the order given.
+fn stl(corners: [[f64; 3]; 4]) -> String {
+    let mut text = "solid plate\n".to_owned();
+    for facet in [[0, 1, 2], [0, 2, 3]] {
+        text += "facet normal 0 0 1\nouter loop\n";
+        for [x, y, z] in facet.map(|k| corners[k]) {
+            writeln!(text, "vertex {x} {y} {z}").unwrap();
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid plate\n"
+}
+
+const TOP: [[f64; 3]; 4] = [[-20.0, -5.0, 0.0], [20.0, -5.0, 0.0], [20.0, 5.0, 0.0], [-20.0, 5.0, 0.0]];
+
+async fn post_with_surface(app: &App, parameters: &Value, surface: Vec<u8>) -> reqwest::Response {
+    let form = Form::new()
+        .text("parameters", parameters.to_string())
+        .part("surface", Part::bytes(surface).file_name("plate.stl"))
+        .part("program", Part::text(plate()).file_name("plate.nc"));
+    app.client.post(app.url(PATH)).multipart(form).send().await.unwrap()
+}
+
+#[tokio::test]
+async fn an_uploaded_surface_is_the_same_as_its_formula_and_is_kept() {
+    let app = spawn().await;
+    let asked = json!({"tool": {"radius_mm": RADIUS_MM}, "samples": 20_000});
+    let response = post_with_surface(&app, &asked, stl(TOP).into_bytes()).await;
+    assert_eq!(response.status(), 200);
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    let report: Value = response.json().await.unwrap();
+    let max_um = report["max_excess"]["residual_um"].as_f64().unwrap();
+    assert!((max_um - SCALLOP_UM).abs() < BESIDE_THE_CUSP_UM, "{max_um}");
+    let mesh = &report["surface_mesh"];
+    assert_eq!(
+        (&mesh["triangles"], &mesh["vertices"], &mesh["open_edges"]),
+        (&json!(2), &json!(4), &json!(4))
+    );
+    assert_eq!((&mesh["volume_mm3"], &report["area_mm2"]), (&Value::Null, &json!(400.0)));
+    let document: Value = app.get(&job).await.json().await.unwrap();
+    assert_eq!(document["surface_sha256"], report["surface_sha256"]);
+    assert_eq!(app.files().0, 3, "program, surface, residuals");
+    // In inches, and with another unit said.
+    let small = TOP.map(|corner| corner.map(|x| x / 25.4));
+    let inches = json!({"tool": {"radius_mm": RADIUS_MM}, "samples": 20_000, "surface_unit_mm": 25.4});
+    let again: Value = post_with_surface(&app, &inches, stl(small).into_bytes()).await.json().await.unwrap();
+    assert!((again["area_mm2"].as_f64().unwrap() - 400.0).abs() < 1e-9);
+}
+
+#[tokio::test]
+async fn a_surface_that_is_none_is_refused_and_nothing_is_kept() {
+    let app = spawn_with(|settings| settings.max_surface_memory_bytes = 64 << 20).await;
+    let asked = json!({"tool": {"radius_mm": RADIUS_MM}});
+    let turned = stl(TOP).replacen("vertex -20 -5 0\nvertex 20 -5 0", "vertex 20 -5 0\nvertex -20 -5 0", 1);
+    for (surface, words) in [
+        (Vec::new(), "neither a binary"),
+        (b"ply\nformat ascii".to_vec(), "solid"),
+        (b"solid nothing\nendsolid nothing\n".to_vec(), "no facet"),
+        (stl(TOP).replace("vertex 20 5 0", "vertex 20 5").into_bytes(), "line"),
+        (stl(TOP).replace("vertex 20 5 0", "vertex 20 5 nan").into_bytes(), "coordinate"),
+        (turned.into_bytes(), "contrary sense"),
+        (stl(TOP)[..200].as_bytes().to_vec(), "endsolid"),
+        ([vec![0; 80], 1_u32.to_le_bytes().to_vec(), vec![0; 49]].concat(), "the file ends after 0"),
+    ] {
+        let body = problem(post_with_surface(&app, &asked, surface).await, "invalid-request").await;
+        assert_eq!(pointers(&body), ["/surface"], "{body}");
+        assert!(body["errors"][0]["detail"].as_str().unwrap().contains(words), "{words}: {body}");
+    }
+    // Both told and uploaded; told more facets than there is memory for.
+    let body =
+        problem(post_with_surface(&app, &parameters(), stl(TOP).into_bytes()).await, "invalid-request").await;
+    assert_eq!(pointers(&body), ["/surface"]);
+    let large = [vec![0; 80], 400_000_u32.to_le_bytes().to_vec(), vec![0; 50 * 400_000]].concat();
+    let body = problem(post_with_surface(&app, &asked, large).await, "body-too-large").await;
+    assert!(body["detail"].as_str().unwrap().contains("400000 facets"), "{body}");
+    assert_eq!(app.files(), (0, 0));
+    // Other operations have no part.
+    let form = Form::new().text("surface", stl(TOP)).text("program", plate());
+    let path = "/v1/machines/example-ac-table/servo-simulation";
+    let body =
+        problem(app.client.post(app.url(path)).multipart(form).send().await.unwrap(), "invalid-request")
+            .await;
+    assert_eq!(pointers(&body), ["/surface"]);
+}
