@@ -3,8 +3,6 @@
 mod ballbar;
 #[path = "../models/bar_machine.rs"]
 mod bar_machine;
-#[path = "../models/blade_passes.rs"]
-mod blade_passes;
 mod control_export;
 mod cutter_contact;
 #[path = "../models/double_double.rs"]
@@ -20,6 +18,9 @@ mod servo_second_methods;
 mod sphere_run;
 mod stl;
 mod surface_mesh;
+#[path = "../models/surface_passes.rs"]
+#[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
+mod surface_passes;
 #[path = "../models/tables.rs"]
 mod tables;
 #[path = "../models/tessellation.rs"]

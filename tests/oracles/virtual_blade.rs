@@ -7,19 +7,39 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::Setup;
 use trunnion::machine::Tool;
 use trunnion::process::{
-    ContactSource, Verification, VerificationParameters, WearParameters, WornCutter, compensate_wear,
-    verify_part,
+    ContactSource, VerificationParameters, WearParameters, WornCutter, compensate_wear, verify_part,
 };
 use trunnion::surface::{Blade, BladeSizes, ParametricSurface, SurfacePoint};
 use trunnion::units::Length;
 use trunnion::wear::OneAfterAnother;
 
-use crate::blade_passes::Spiral;
 use crate::finishing::ac_machine;
+use crate::surface_passes::{Finish, table};
+
+/// P3 Table 3's finishing: 0.02 mm of scallop on a plane by a ball of 10 mm, tolerance 0.03 mm.
+const STEPOVER_MM: f64 = 0.894;
+const TOLERANCE_MM: f64 = 0.03;
+/// Heights between which the blade is cut, and looked at: a ball's radius less at either end.
+const CUT_MM: [f64; 2] = [20.0, 40.0];
+const SEEN_MM: [f64; 2] = [24.0, 36.0];
+/// The tool axis leans from the normal by this at the lower end of what is looked at, and at the upper \[deg\].
+const LEAN_DEG: [f64; 2] = [5.0, 50.0];
+/// Samples on the whole blade.
+const SAMPLES: usize = 24_000;
+/// The contact of the program's words, four decimals of a millimetre and of a degree at 40 mm [mm].
+const WORDS_MM: f64 = 3e-4;
 
 fn ball(diameter_mm: f64) -> Tool {
     let radius = Length::from_mm(0.5 * diameter_mm);
     Tool::new(radius, radius).expect("a ball")
+}
+
+/// Points over the limit and the largest residual [mm].
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    over: u64,
+    gouged: u64,
+    max_mm: f64,
 }
 
 #[test]
@@ -27,59 +47,57 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
     let machine = ac_machine();
     let setup = Setup { work_offset_mm: Vec3::new(5.0, -3.0, 40.0), ..Setup::default() };
     let blade = Blade::new(Vec3::zeros(), BladeSizes::default()).expect("a blade");
-    let spiral = Spiral {
-        radius_mm: 5.0,
-        stepover_mm: 0.894,
-        tolerance_mm: 0.03,
-        lean_rad: 45_f64.to_radians(),
-        heights_mm: [20.0, 40.0],
+    let finish = Finish { radius_mm: 5.0, tolerance_mm: TOLERANCE_MM, towards: Vec3::z() };
+    let share = |height_mm: f64| ((height_mm - SEEN_MM[0]) / (SEEN_MM[1] - SEEN_MM[0])).clamp(0.0, 1.0);
+    let lean = |height_mm: f64| LEAN_DEG[0] + (LEAN_DEG[1] - LEAN_DEG[0]) * share(height_mm);
+    let at = |turn: f64| {
+        let height_mm = CUT_MM[0] + STEPOVER_MM * turn;
+        (blade.at([turn.fract(), height_mm]), lean(height_mm).to_radians())
     };
-    let contacts = spiral.contacts(&blade);
-    let nominal = spiral.table(&machine, &setup, &contacts).into_bytes();
+    let contacts = finish.contacts(at, (CUT_MM[1] - CUT_MM[0]) / STEPOVER_MM, 1.0 / 16.0);
+    let nominal = table(&finish.post(&machine, &setup, &contacts)).into_bytes();
     let samples: Vec<SurfacePoint> = blade
-        .samples(60_000)
+        .samples(SAMPLES)
         .points
         .into_iter()
-        .filter(|sample| (24.0..36.0).contains(&sample.point_mm.z))
+        .filter(|sample| (SEEN_MM[0]..SEEN_MM[1]).contains(&sample.point_mm.z))
         .collect();
-    let cut = |diameter_mm: f64, program: &Vec<u8>| -> Verification {
+    let stop = || ControlFlow::Continue(());
+    let cut = |diameter_mm: f64, program: &Vec<u8>| -> Row {
         let parameters = VerificationParameters { setup, ..VerificationParameters::new(ball(diameter_mm)) };
-        let stop = || ControlFlow::Continue(());
-        verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop).expect("cut")
+        let found =
+            verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop).expect("cut").summary;
+        assert_eq!(found.uncut, 0);
+        let max_mm = found.max_excess.map_or(0.0, |worst| worst.residual.residual_mm);
+        let row = Row { over: found.over_excess, gouged: found.over_gouge, max_mm };
+        println!("{diameter_mm} mm: {row:?}");
+        row
     };
     let compensated = |diameter_mm: f64| {
-        let parameters = WearParameters {
-            setup,
-            contact: ContactSource::Normals,
-            ..WearParameters::new(ball(10.0), WornCutter::Tool(ball(diameter_mm)))
-        };
+        let worn = WornCutter::Tool(ball(diameter_mm));
+        let contact = ContactSource::Normals;
+        let parameters = WearParameters { setup, contact, ..WearParameters::new(ball(10.0), worn) };
         let mut output = Vec::new();
-        let stop = || ControlFlow::Continue(());
         compensate_wear(&machine, &parameters, &nominal, &mut output, &stop).expect("compensated");
         output
     };
-    eprintln!("{} contacts, {} samples", contacts.len(), samples.len());
-    let say = |name: &str, found: &Verification| {
-        let s = &found.summary;
-        eprintln!(
-            "{name}: over {} gouge {} uncut {} max {:.4} gouge {:.4} rms {:.4} pairs {} pieces {} conv {:.2e}",
-            s.over_excess,
-            s.over_gouge,
-            s.uncut,
-            s.max_excess.map_or(0.0, |e| e.residual.residual_mm),
-            s.max_gouge.map_or(0.0, |e| e.residual.residual_mm),
-            s.rms_mm,
-            found.effort.pairs,
-            found.effort.pieces,
-            found.convergence.max_change.mm()
-        );
-    };
-    let t = std::time::Instant::now();
-    say("10", &cut(10.0, &nominal));
-    eprintln!("{:?}", t.elapsed());
-    for d in [8.0, 9.0, 9.5] {
-        say(&format!("{d} as it is"), &cut(d, &nominal));
-        say(&format!("{d} compensated"), &cut(d, &compensated(d)));
+    println!("{} contacts, {} samples", contacts.len(), samples.len());
+    let programmed = cut(10.0, &nominal);
+    let worn = [8.0, 9.0, 9.5];
+    let as_is = worn.map(|diameter_mm| cut(diameter_mm, &nominal));
+    let mended = worn.map(|diameter_mm| cut(diameter_mm, &compensated(diameter_mm)));
+    // The papers' order: more and larger the more is worn, fewer and smaller once compensated, never below what the
+    // nominal ball leaves.
+    for rows in [as_is, mended] {
+        let falls = |value: fn(&Row) -> f64| {
+            rows.windows(2).all(|pair| value(&pair[0]) > value(&pair[1])) && value(&rows[2]) >= value(&programmed)
+        };
+        assert!(falls(|row| row.over as f64) && falls(|row| row.max_mm), "{rows:?} {programmed:?}");
     }
-    eprintln!("{:?}", t.elapsed());
+    for (diameter_mm, (as_is, mended)) in worn.into_iter().zip(as_is.into_iter().zip(mended)) {
+        assert!(mended.over < as_is.over && mended.max_mm < as_is.max_mm);
+        // What stands off uncompensated is (r − r′)(1 − n·t) where the axis leans most.
+        let lost_mm = (5.0 - 0.5 * diameter_mm) * (1.0 - LEAN_DEG[1].to_radians().cos());
+        assert!(as_is.max_mm > lost_mm - WORDS_MM && as_is.max_mm < lost_mm + mended.max_mm);
+    }
 }
