@@ -15,5 +15,6 @@ mod servo_second_methods;
 mod sphere_run;
 #[path = "../models/tables.rs"]
 mod tables;
+mod virtual_cutting;
 mod wear_compensation;
 mod wear_scallop;
