@@ -12,5 +12,6 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod virtual_cutting;
 mod wear;
 mod wear_program;

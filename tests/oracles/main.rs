@@ -26,5 +26,6 @@ mod tables;
 #[path = "../models/tessellation.rs"]
 mod tessellation;
 mod virtual_blade;
+mod virtual_cutting;
 mod wear_compensation;
 mod wear_scallop;

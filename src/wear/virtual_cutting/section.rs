@@ -9,6 +9,9 @@ use crate::geometry::Vec3;
 
 /// A level is not entered by less than this \[mm\].
 const FLOOR_MM: f64 = -1e-8;
+/// The cutter is taken so much larger that a needle or its top that is only touched counts, whatever rounding says
+/// \[mm\].
+const TOUCH_MM: f64 = 2e-8;
 /// How near a least distance is found \[mm\], or as a share of itself: the next level looks again.
 const GAP_MM: f64 = 1e-9;
 const GAP_SHARE: f64 = 0.02;
@@ -56,7 +59,7 @@ impl Run {
         // on the axis the distance has no radial slope but on folds, where any will do
         let turn = if radial_mm > 0.0 { profile.radial / radial_mm } else { 0.0 };
         let slope = (p.x * self.step_mm.x + p.y * self.step_mm.y) * turn + profile.axial * self.step_mm.z;
-        Mark { u, distance_mm: profile.distance_mm, slope }
+        Mark { u, distance_mm: profile.distance_mm - TOUCH_MM, slope }
     }
 
     /// A lower bound of the distance along the run, by its tangents; those at the ends, and where these do not settle
@@ -151,7 +154,8 @@ impl Section {
     /// The path of the needle's point at height `s_mm`.
     #[inline]
     fn level(&self, s_mm: f64) -> Run {
-        Run::new([0, 1].map(|k| self.at_mm[k] + self.along[k] * s_mm))
+        let [from, to] = &self.at_mm;
+        Run::new([from + self.along[0] * s_mm, to + self.along[1] * s_mm])
     }
 
     /// The needle at the fraction `u`, run through by its height.
