@@ -16,4 +16,5 @@ mod sphere_run;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear_compensation;
+mod wear_history;
 mod wear_scallop;
