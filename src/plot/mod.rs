@@ -9,6 +9,7 @@ mod polar_contour;
 mod scallop;
 mod style;
 mod sweep;
+mod wear_trend;
 
 use thiserror::Error;
 
@@ -20,6 +21,7 @@ pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_e
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
 pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
+pub use wear_trend::{WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 
 /// A figure could not be drawn: a defect of this software, never of the figure's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

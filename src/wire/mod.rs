@@ -24,11 +24,13 @@ mod servo_program;
 mod solved_poses;
 mod sphere_answer;
 mod wear_advice;
+mod wear_history;
 mod wear_numbers;
 mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
+mod wear_trend;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
@@ -77,6 +79,10 @@ pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
+pub use wear_history::{
+    MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntriesAnswer, WearEntriesRequest, WearEntry, WearEntryRequest,
+    WearQuantity, Withdrawal, WithdrawalRequest, check_name, other_quantity,
+};
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_program::{
     LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
@@ -84,3 +90,7 @@ pub use wear_program::{
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
+pub use wear_trend::{
+    FollowedWear, PartsInterval, WearEdge, WearFit, WearOutlook, WearOutlookKind, WearTrend, WearTrendHead,
+    WearTrendPoint, WearWarning, wear_trend_table,
+};

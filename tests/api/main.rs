@@ -19,4 +19,5 @@ mod servo;
 mod support;
 mod upgrade;
 mod wear;
+mod wear_history;
 mod wear_program;

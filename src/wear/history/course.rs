@@ -13,8 +13,10 @@ const LEAST_ROUGHNESS: f64 = 0.1;
 const ROUGHNESSES: u32 = 27;
 /// Weight beforehand of a rate that never strays.
 const STRAIGHT: f64 = 0.3;
+/// From this probability of a rate above zero on, wear is taken to rise.
+const RISING: f64 = 0.9;
 /// Parts of the whole below which a roughness no longer counts.
-const NEGLIGIBLE: f64 = 1e-9;
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// Wear and rate at the last reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,6 +184,12 @@ impl WearCourse {
         }
     }
 
+    /// Whether it is at least 90 % sure that the wear still grows at the last reading.
+    #[must_use]
+    pub fn is_rising(&self) -> bool {
+        self.now().chance_rising >= RISING
+    }
+
     /// Probability that the wear once `parts` are cut is above `wear_mm` \[mm\]; for parts before the last reading that of
     /// the last reading. Wear does not fall: only courses count that end no lower than they are now.
     #[must_use]
@@ -196,8 +204,8 @@ impl WearCourse {
     #[must_use]
     pub fn exceeded_mm(&self, parts: f64, probability: f64, [least_mm, most_mm]: [f64; 2]) -> f64 {
         let (mut low_mm, mut high_mm) = (least_mm, most_mm);
-        // Half a hundred halvings leave nothing of any figure's height.
-        for _ in 0..50 {
+        // A thousand millionth of the stretch is left.
+        for _ in 0..30 {
             let middle_mm = 0.5 * (low_mm + high_mm);
             if self.chance_above(parts, middle_mm) > probability {
                 low_mm = middle_mm;

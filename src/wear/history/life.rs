@@ -4,8 +4,6 @@ use super::WearCourse;
 
 /// What is left outside an interval of 95 % on either side.
 const TAIL: f64 = 0.025;
-/// From this probability of a rate above zero on, wear is taken to rise.
-const RISING: f64 = 0.9;
 /// How far ahead anything is told, in spans of the readings: nobody has seen farther stages of the wear.
 const REACH: f64 = 3.0;
 /// Places looked at on the way there.
@@ -53,7 +51,7 @@ pub fn cutter_life(courses: &[&WearCourse], limit_mm: f64, parts_now: u32) -> Cu
     let first = courses.iter().map(|course| course.first_parts()).min().unwrap_or(parts_now);
     let span = now - f64::from(first);
     let reach = now + REACH * span;
-    let rises: Vec<bool> = courses.iter().map(|course| course.now().chance_rising >= RISING).collect();
+    let rises: Vec<bool> = courses.iter().map(|course| course.is_rising()).collect();
     let any = |parts: f64| -> f64 { courses.iter().map(|course| course.chance_above(parts, limit_mm)).sum() };
     let surely = |parts: f64| -> f64 {
         let rising = courses.iter().zip(&rises).filter(|(_, rises)| **rises);
