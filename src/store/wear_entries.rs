@@ -14,7 +14,7 @@ use crate::wire::{MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntry, WearQuantity, Wit
 pub enum WearConflict {
     /// The cutter has entries of the other quantity.
     OtherQuantity {
-        /// Index of the entry among those posted.
+        /// Index of the cutter's first entry among those posted.
         index: usize,
     },
     /// The cutter has an entry of the same edge, parts and time.
@@ -230,14 +230,14 @@ impl Store {
         let added = self
             .write("storing wear entries", |connection| {
                 Box::pin(async move {
-                    let mut refused = Vec::new();
+                    let mut refused = against_cutters(connection, &entries).await?;
                     for (index, entry) in entries.iter().enumerate() {
-                        refused.extend(conflict(connection, index, entry).await?);
                         if refused.len() >= MOST_CONFLICTS {
                             break;
                         }
+                        let there = twin(connection, entry).await?;
+                        refused.extend(there.map(|id| WearConflict::AlreadyThere { index, id }));
                     }
-                    refused.extend(crowded(connection, &entries).await?);
                     let Some(first) = entries.first().filter(|_| refused.is_empty()) else {
                         return Ok(refused);
                     };
@@ -292,28 +292,11 @@ impl Store {
     }
 }
 
-/// What keeps one entry from being stored beside those that count.
-async fn conflict(
-    connection: &mut SqliteConnection,
-    index: usize,
-    entry: &WearEntry,
-) -> Result<Option<WearConflict>, sqlx::Error> {
+/// The entry that counts and is of the same cutter, edge, parts and time as this one.
+async fn twin(connection: &mut SqliteConnection, entry: &WearEntry) -> Result<Option<String>, sqlx::Error> {
     let WearEntry { machine_id, tool_id, cutter_id, measured_at, parts_cut, .. } = entry;
-    let (edge, quantity) = (entry.edge.as_deref().unwrap_or_default(), entry.wear().0.as_str());
-    let other = sqlx::query_scalar!(
-        "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND quantity <> ?
-           AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
-        machine_id,
-        tool_id,
-        cutter_id,
-        quantity
-    )
-    .fetch_optional(&mut *connection)
-    .await?;
-    if other.is_some() {
-        return Ok(Some(WearConflict::OtherQuantity { index }));
-    }
-    let same = sqlx::query_scalar!(
+    let edge = entry.edge.as_deref().unwrap_or_default();
+    sqlx::query_scalar!(
         "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND edge = ?
            AND parts_cut = ? AND measured_at = ?
            AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
@@ -325,12 +308,11 @@ async fn conflict(
         measured_at
     )
     .fetch_optional(&mut *connection)
-    .await?;
-    Ok(same.map(|id| WearConflict::AlreadyThere { index, id }))
+    .await
 }
 
-/// The first entry and the first edge of each cutter that is one too many for it.
-async fn crowded(
+/// What does not fit a cutter: the other quantity, and the first entry and the first edge that are one too many.
+async fn against_cutters(
     connection: &mut SqliteConnection,
     entries: &[WearEntry],
 ) -> Result<Vec<WearConflict>, sqlx::Error> {
@@ -338,7 +320,22 @@ async fn crowded(
     cutters.sort_by(|one, other| one.cutter_id.cmp(&other.cutter_id));
     cutters.dedup_by(|one, other| one.cutter_id == other.cutter_id);
     let mut conflicts = Vec::new();
-    for WearEntry { machine_id, tool_id, cutter_id, .. } in cutters {
+    for entry in cutters {
+        let WearEntry { machine_id, tool_id, cutter_id, .. } = entry;
+        let posted = || entries.iter().enumerate().filter(|(_, entry)| entry.cutter_id == *cutter_id);
+        let quantity = entry.wear().0.as_str();
+        let other = sqlx::query_scalar!(
+            "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND quantity <> ?
+               AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
+            machine_id,
+            tool_id,
+            cutter_id,
+            quantity
+        )
+        .fetch_optional(&mut *connection)
+        .await?;
+        let first = posted().next().filter(|_| other.is_some());
+        conflicts.extend(first.map(|(index, _)| WearConflict::OtherQuantity { index }));
         let there = sqlx::query!(
             "SELECT edge, COUNT(*) AS count FROM wear_entries
              WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? GROUP BY edge",
@@ -351,7 +348,6 @@ async fn crowded(
         let mut edges: BTreeSet<String> = there.iter().map(|row| row.edge.clone()).collect();
         let kept: i64 = there.iter().map(|row| row.count).sum();
         let room = MAX_WEAR_ENTRIES.saturating_sub(usize::try_from(kept).unwrap_or(usize::MAX));
-        let posted = || entries.iter().enumerate().filter(|(_, entry)| entry.cutter_id == *cutter_id);
         conflicts.extend(posted().nth(room).map(|(index, _)| WearConflict::TooMany { index }));
         let one_too_many = posted().find(|(_, entry)| {
             edges.insert(entry.edge.clone().unwrap_or_default());

@@ -91,6 +91,6 @@ pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
 pub use wear_trend::{
-    FollowedWear, PartsInterval, WearEdge, WearFit, WearOutlook, WearOutlookKind, WearTrend, WearTrendHead,
+    FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
     WearTrendPoint, WearWarning, wear_trend_table,
 };

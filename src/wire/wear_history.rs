@@ -190,7 +190,7 @@ impl WearEntry {
 #[serde(untagged)]
 pub enum WearEntriesAnswer {
     /// One.
-    One(WearEntry),
+    One(Box<WearEntry>),
     /// Many.
     Many(Vec<WearEntry>),
 }

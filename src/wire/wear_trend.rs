@@ -53,7 +53,7 @@ pub struct WearEdge {
 /// What can be told of the parts that are left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum WearOutlookKind {
+pub enum PartsOutlookKind {
     /// Where the limit is most likely reached.
     Predicted,
     /// Nothing but an early end: of no edge it is sure that it still wears.
@@ -79,9 +79,9 @@ pub struct PartsInterval {
 
 /// The parts that are left to the limit.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct WearOutlook {
+pub struct PartsOutlook {
     /// What can be told.
-    pub kind: WearOutlookKind,
+    pub kind: PartsOutlookKind,
     /// Counted from the newest entry; null where nothing can be told, and once the limit is passed.
     pub parts_left: Option<PartsInterval>,
     /// The same counted since the cutter was new.
@@ -125,7 +125,7 @@ pub struct WearTrend {
     /// Its edges.
     pub edges: Vec<WearEdge>,
     /// The parts that are left; null where no limit was asked for.
-    pub outlook: Option<WearOutlook>,
+    pub outlook: Option<PartsOutlook>,
     /// What a person should look at.
     pub warnings: Vec<WearWarning>,
 }
@@ -246,7 +246,7 @@ fn named(edge: Option<&str>) -> String {
 }
 
 /// That an edge's newest entry is at the limit.
-fn passed(edges: &[WearEdge], limit_um: f64) -> Option<WearOutlook> {
+fn passed(edges: &[WearEdge], limit_um: f64) -> Option<PartsOutlook> {
     let over = |edge: &&WearEdge| edge.entries.last().is_some_and(|newest| newest.wear_um >= limit_um);
     let begun = |edge: &&WearEdge| {
         edge.entries.iter().rposition(|entry| entry.wear_um < limit_um).map_or(0, |below| below + 1)
@@ -263,8 +263,8 @@ fn passed(edges: &[WearEdge], limit_um: f64) -> Option<WearOutlook> {
     };
     let words =
         format!("the limit of {limit_um} µm was passed {when}: the newest entry{name} is {newest_um} µm");
-    Some(WearOutlook {
-        kind: WearOutlookKind::Passed,
+    Some(PartsOutlook {
+        kind: PartsOutlookKind::Passed,
         parts_left: None,
         parts_at_limit: None,
         first_edge: first.edge.clone(),
@@ -276,11 +276,11 @@ fn places(edge: &WearEdge) -> usize {
     edge.entries.chunk_by(|one, next| one.parts_cut == next.parts_cut).count()
 }
 
-fn too_few(edges: &[WearEdge]) -> WearOutlook {
+fn too_few(edges: &[WearEdge]) -> PartsOutlook {
     let most = edges.iter().map(places).max().unwrap_or(0);
     let needed = crate::wear::LEAST_PLACES;
-    WearOutlook {
-        kind: WearOutlookKind::TooFewEntries,
+    PartsOutlook {
+        kind: PartsOutlookKind::TooFewEntries,
         parts_left: None,
         parts_at_limit: None,
         first_edge: None,
@@ -294,7 +294,7 @@ fn whole(parts: f64) -> u64 {
     parts.max(0.0) as u64
 }
 
-fn outlook(life: &CutterLife, limit_um: f64, now: u32, first_edge: Option<String>) -> WearOutlook {
+fn outlook(life: &CutterLife, limit_um: f64, now: u32, first_edge: Option<String>) -> PartsOutlook {
     let at = PartsInterval {
         earliest: life.earliest.map(whole),
         estimate: life.estimate.map(whole),
@@ -320,22 +320,22 @@ fn outlook(life: &CutterLife, limit_um: f64, now: u32, first_edge: Option<String
             let most_likely = format!(
                 "{limit_um} µm{name} are most likely reached at {estimate} parts, {more} more than now"
             );
-            (WearOutlookKind::Predicted, format!("{most_likely}; {early}, {late}"))
+            (PartsOutlookKind::Predicted, format!("{most_likely}; {early}, {late}"))
         }
         LifeKind::NoRise => {
             let words = format!(
                 "it is less than 90 % sure that the wear still grows, so that there is no telling when {limit_um} µm are reached; {early}"
             );
-            (WearOutlookKind::NoRise, words)
+            (PartsOutlookKind::NoRise, words)
         }
         LifeKind::BeyondReach => {
             let words = format!(
                 "{limit_um} µm are most likely reached behind {reach} parts, and nobody has measured a stretch that tells so far; {early}"
             );
-            (WearOutlookKind::BeyondReach, words)
+            (PartsOutlookKind::BeyondReach, words)
         }
     };
-    WearOutlook { kind, parts_left: Some(parts_left), parts_at_limit: Some(at), first_edge, words }
+    PartsOutlook { kind, parts_left: Some(parts_left), parts_at_limit: Some(at), first_edge, words }
 }
 
 fn warnings(edges: &[WearEdge], parts_now: Option<u32>) -> Vec<WearWarning> {

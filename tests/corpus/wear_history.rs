@@ -1,8 +1,6 @@
 //! Predictions made in the middle of a real cutter's life, against what became of it: flank wear of the three flutes of a
 //! 6 mm ball over 315 cuts (data/INDEX.md). The published curves are smooth and have two plateaus and a rapid end.
 
-#![expect(clippy::print_stdout, reason = "the table of docs/wear.md is printed")]
-
 use trunnion::wear::{LifeKind, WearCourse, WearReading, cutter_life};
 
 use crate::shared_file;
@@ -11,14 +9,16 @@ const UM: f64 = 1e-3;
 /// Scatter put on the smooth curves, as a microscope's reading has it [µm].
 const SCATTER_UM: f64 = 3.0;
 const LIMITS_UM: [f64; 4] = [100.0, 120.0, 150.0, 180.0];
-const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 0.9];
+/// Shares of the life at which predictions are made [per cent].
+const SHARES: [usize; 4] = [25, 50, 75, 90];
 
 /// Wear of the three flutes after each cut [µm].
 fn flutes(text: &str) -> Vec<[f64; 3]> {
     text.lines()
         .skip(1)
         .map(|line| {
-            let numbers: Vec<f64> = line.split(',').skip(1).map(|word| word.parse().unwrap()).collect();
+            let numbers: Vec<f64> =
+                line.split(',').skip(1).map(|word| word.parse().expect("a number")).collect();
             [numbers[0], numbers[1], numbers[2]]
         })
         .collect()
@@ -69,18 +69,14 @@ fn predictions_in_the_middle_of_a_real_life_hold_the_truth() {
                 for limit_um in LIMITS_UM {
                     for flute in 0..3 {
                         let truth = 1 + wear_um.iter().position(|wear| wear[flute] >= limit_um).unwrap();
-                        let now = (share * truth as f64) as usize;
+                        let now = share * truth / 100;
                         // Counted back from now: the newest entry is fresh.
-                        let mut cuts: Vec<usize> = (0..)
-                            .map(|k| k * every)
-                            .take_while(|back| *back < now)
-                            .map(|back| now - back)
-                            .collect();
-                        cuts.reverse();
+                        let cuts: Vec<usize> =
+                            (1..=now).filter(|cut| (now - cut).is_multiple_of(every)).collect();
                         let readings: Vec<WearReading> = cuts
                             .iter()
                             .map(|cut| WearReading {
-                                parts_cut: *cut as u32,
+                                parts_cut: u32::try_from(*cut).unwrap(),
                                 wear_mm: (wear_um[cut - 1][flute] + scatter_um * scatter(&mut state))
                                     .max(0.0)
                                     * UM,
@@ -88,7 +84,7 @@ fn predictions_in_the_middle_of_a_real_life_hold_the_truth() {
                             })
                             .collect();
                         let Ok(course) = WearCourse::of(&readings) else { continue };
-                        let life = cutter_life(&[&course], limit_um * UM, now as u32);
+                        let life = cutter_life(&[&course], limit_um * UM, u32::try_from(now).unwrap());
                         let truth = truth as f64;
                         told.tries += 1;
                         told.early += u32::from(life.earliest.is_none_or(|earliest| earliest > truth));
@@ -102,7 +98,7 @@ fn predictions_in_the_middle_of_a_real_life_hold_the_truth() {
                 }
                 misses = (misses.0 + told.tries, misses.1 + told.early, misses.2 + told.late);
                 println!(
-                    "| {every} | {scatter_um} | {share} | {} of {} | {} | {} | {} | {:.2} | {:.2} |",
+                    "| {every} | {scatter_um} | {share} % | {} of {} | {} | {} | {} | {:.2} | {:.2} |",
                     told.early,
                     told.tries,
                     told.late,
@@ -111,7 +107,7 @@ fn predictions_in_the_middle_of_a_real_life_hold_the_truth() {
                     middle(told.early_ratios.clone()),
                     middle(told.ratios.clone())
                 );
-                if (share - 0.9).abs() < 1e-9 && every <= 10 {
+                if share == 90 && every <= 10 {
                     // Near the end the rapid stage is seen.
                     assert!((0.95..1.1).contains(&middle(told.ratios.clone())), "{told:?}");
                     assert!(middle(told.early_ratios.clone()) > 0.9, "{told:?}");

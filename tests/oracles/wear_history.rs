@@ -166,8 +166,8 @@ fn the_rate_of_a_line_is_that_of_least_squares() {
     assert!(now.chance_rising > 0.9999, "{now:?}");
     // 38 degrees of freedom: √(40/38) of 2 µm, or less where the rate takes some.
     assert!((1.8..2.06).contains(&(course.scatter_mm() / UM)), "{}", course.scatter_mm());
-    for (k, fitted_mm) in course.fitted_mm().iter().enumerate() {
-        let wear = (10.0 + 0.4 * f64::from(5 * (k as u32 / 2))) * UM;
+    for (k, fitted_mm) in (0_u32..).zip(course.fitted_mm()) {
+        let wear = (10.0 + 0.4 * f64::from(5 * (k / 2))) * UM;
         assert!((fitted_mm - wear).abs() < 1e-8, "{k}: {fitted_mm}");
     }
     let life = cutter_life(&[&course], 90.0 * UM, 95);

@@ -139,8 +139,8 @@ impl WearCourse {
             })
             .filter(|component| component.share > NEGLIGIBLE)
             .collect::<Vec<_>>();
-        let mut fitted_mm = scaled.smooth(best.1, best.0.start);
-        fitted_mm.iter_mut().for_each(|wear_mm| *wear_mm += middle_mm);
+        let smoothed_mm = scaled.smooth(best.1, best.0.start);
+        let fitted_mm = smoothed_mm.into_iter().map(|wear_mm| wear_mm + middle_mm).collect();
         let scatter: f64 = components.iter().map(|component| component.share * component.scatter).sum();
         let scatter_mm = scatter * typical_mm2.sqrt();
         Ok(Self { components, freedom, first_parts, last_parts, fitted_mm, scatter_mm })

@@ -192,7 +192,7 @@ fn created(request: &WearEntriesRequest, mut entries: Vec<WearEntry>) -> Result<
         WearEntriesRequest::One(_) => {
             let entry = entries.swap_remove(0);
             location = format!("{location}/{}", entry.id);
-            WearEntriesAnswer::One(entry)
+            WearEntriesAnswer::One(Box::new(entry))
         }
         WearEntriesRequest::Many(_) => WearEntriesAnswer::Many(entries),
     };

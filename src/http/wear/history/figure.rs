@@ -3,7 +3,7 @@
 use crate::plot::{PlotFault, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 use crate::units::UM_PER_MM;
 use crate::wear::{CutterLife, WearCourse};
-use crate::wire::{FollowedWear, WearEdge, WearOutlookKind, WearQuantity};
+use crate::wire::{FollowedWear, PartsOutlookKind, WearEdge, WearQuantity};
 
 /// Media type of a figure.
 pub(super) const SVG: &str = "image/svg+xml";
@@ -25,7 +25,7 @@ pub(super) fn figure(followed: &FollowedWear) -> Result<String, PlotFault> {
         trend.edges.iter().flat_map(|edge| &edge.entries).map(|entry| entry.wear_um).fold(0.0, f64::max);
     let top_um = 4.0 * f64::max(most_um, trend.limit_um.unwrap_or(0.0)) + 1.0;
     // The edge that is first has the band, if there is one.
-    let predicted = trend.outlook.as_ref().filter(|outlook| outlook.kind == WearOutlookKind::Predicted);
+    let predicted = trend.outlook.as_ref().filter(|outlook| outlook.kind == PartsOutlookKind::Predicted);
     let first_edge = predicted.map(|outlook| &outlook.first_edge);
     let edges: Vec<WearEdgeCurve> = trend
         .edges
