@@ -112,6 +112,7 @@ const UNITS: &[&str] = &[
     "_per_s",
     "_per_rad",
     "_per_a",
+    "_per_part",
     "_s_per_rad",
     "_nm",
     "_per_s2",

@@ -28,11 +28,13 @@ mod sphere_answer;
 mod surface_mesh;
 mod verification;
 mod wear_advice;
+mod wear_history;
 mod wear_numbers;
 mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
+mod wear_trend;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
@@ -87,6 +89,10 @@ pub use verification::{
     VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
 };
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
+pub use wear_history::{
+    MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntriesAnswer, WearEntriesRequest, WearEntry, WearEntryRequest,
+    WearQuantity, Withdrawal, WithdrawalRequest, check_name, other_quantity,
+};
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_program::{
     LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
@@ -94,3 +100,7 @@ pub use wear_program::{
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
+pub use wear_trend::{
+    FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
+    WearTrendPoint, WearWarning, wear_trend_table,
+};

@@ -20,4 +20,5 @@ mod support;
 mod upgrade;
 mod verification;
 mod wear;
+mod wear_history;
 mod wear_program;

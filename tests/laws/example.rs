@@ -64,7 +64,8 @@ fn the_example_dome_leaves_the_scallops_it_was_made_for() {
     let parameters = VerificationParameters { setup, ..VerificationParameters::new(tool) };
     let samples = Sphere::new(Vec3::zeros(), 20.0, half_rad, Bulge::Convex).expect("a sphere").samples(4000);
     let stop = || ControlFlow::Continue(());
-    let found = verify_part(&machine, &parameters, &samples.points, &text.into_bytes(), &OneAfterAnother, &stop);
+    let found =
+        verify_part(&machine, &parameters, &samples.points, &text.into_bytes(), &OneAfterAnother, &stop);
     let found = found.expect("cut").summary;
     let stepover = Length::from_mm(2.0 * 20.0 * (0.5 * 2.4 * half_rad / f64::from(count - 1)).sin());
     let surface = Surface::Convex { radius: Length::from_mm(20.0) };

@@ -72,9 +72,8 @@ impl Finish {
                 let words = [first.word_deg(a), second.word_deg(c)];
                 [words[0], words[1] + 360.0 * ((before_deg[1] - words[1]) / 360.0).round()]
             });
-            let travel = |words: &[f64; 2]| {
-                (words[0] - before_deg[0]).abs() + 1e-3 * (words[1] - before_deg[1]).abs()
-            };
+            let travel =
+                |words: &[f64; 2]| (words[0] - before_deg[0]).abs() + 1e-3 * (words[1] - before_deg[1]).abs();
             let words = words.min_by(|a, b| travel(a).total_cmp(&travel(b))).expect("a candidate");
             before_deg = words;
             // The angles as they are written say where the tip has to be.
@@ -115,9 +114,7 @@ pub fn program(name: &str, passes: &[Vec<Posted>], clear_mm: f64) -> String {
             }
             let code = if index == 0 { "G1 " } else { "" };
             let feed = if index == 0 { " F1200." } else { "" };
-            block(format!(
-                "{code}X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4} U{u:.4} V{v:.4} W{w:.4}{feed}"
-            ));
+            block(format!("{code}X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4} U{u:.4} V{v:.4} W{w:.4}{feed}"));
         }
         block(format!("G0 Z{clear_mm:.4}"));
     }

@@ -28,4 +28,5 @@ mod tessellation;
 mod virtual_blade;
 mod virtual_cutting;
 mod wear_compensation;
+mod wear_history;
 mod wear_scallop;

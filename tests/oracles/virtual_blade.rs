@@ -65,8 +65,9 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
     let stop = || ControlFlow::Continue(());
     let cut = |diameter_mm: f64, program: &Vec<u8>| -> Row {
         let parameters = VerificationParameters { setup, ..VerificationParameters::new(ball(diameter_mm)) };
-        let found =
-            verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop).expect("cut").summary;
+        let found = verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop)
+            .expect("cut")
+            .summary;
         assert_eq!(found.uncut, 0);
         let max_mm = found.max_excess.map_or(0.0, |worst| worst.residual.residual_mm);
         let row = Row { over: found.over_excess, gouged: found.over_gouge, max_mm };
@@ -90,7 +91,8 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
     // nominal ball leaves.
     for rows in [as_is, mended] {
         let falls = |value: fn(&Row) -> f64| {
-            rows.windows(2).all(|pair| value(&pair[0]) > value(&pair[1])) && value(&rows[2]) >= value(&programmed)
+            rows.windows(2).all(|pair| value(&pair[0]) > value(&pair[1]))
+                && value(&rows[2]) >= value(&programmed)
         };
         assert!(falls(|row| row.over as f64) && falls(|row| row.max_mm), "{rows:?} {programmed:?}");
     }
