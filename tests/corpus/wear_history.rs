@@ -87,7 +87,12 @@ fn predictions_in_the_middle_of_a_real_life_hold_the_truth() {
                         let life = cutter_life(&[&course], limit_um * UM, u32::try_from(now).unwrap());
                         let truth = truth as f64;
                         told.tries += 1;
-                        told.early += u32::from(life.earliest.is_none_or(|earliest| earliest > truth));
+                        let is_early = life.earliest.is_none_or(|earliest| earliest > truth);
+                        told.early += u32::from(is_early);
+                        if is_early {
+                            let limit = format!("{limit_um} µm, flute {}", flute + 1);
+                            println!("missed: {limit} at {now}: {:?} for {truth}", life.earliest);
+                        }
                         // The limit was reached within the cut before.
                         told.late += u32::from(life.latest.is_some_and(|latest| latest < truth - 1.0));
                         told.open += u32::from(life.latest.is_none());

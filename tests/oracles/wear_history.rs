@@ -114,7 +114,7 @@ fn straying(rate_mm: f64, stray_mm: f64) -> impl FnMut(&mut Draws) -> Vec<f64> {
     }
 }
 
-/// Share of misses where the rate strays by an amount that so few readings hardly show: found to be 8 to 16 per cent, and
+/// Share of misses where the rate strays by an amount that so few readings hardly show: found to be 7 to 17 per cent, and
 /// told in docs/wear.md.
 const MOST_MISSED_STRAYING: f64 = 0.2;
 

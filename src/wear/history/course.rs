@@ -15,7 +15,7 @@ const ROUGHNESSES: u32 = 27;
 const STRAIGHT: f64 = 0.3;
 /// From this probability of a rate above zero on, wear is taken to rise.
 const RISING: f64 = 0.9;
-/// Parts of the whole below which a roughness no longer counts.
+/// Likelihood, over that of the likeliest, below which a roughness no longer counts.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Wear and rate at the last reading.
@@ -127,9 +127,10 @@ impl WearCourse {
             .collect();
         let best = fits.iter().max_by(|one, other| one.2.total_cmp(&other.2)).ok_or(few)?;
         let factor = |fitted: &Fitted| (fitted.square / freedom as f64).max(1.0);
-        let whole: f64 = fits.iter().map(|(.., likelihood)| (likelihood - best.2).exp()).sum();
-        let components = fits
-            .iter()
+        let counts = |likelihood: f64| (likelihood - best.2).exp() > NEGLIGIBLE;
+        let kept = || fits.iter().filter(|(.., likelihood)| counts(*likelihood));
+        let whole: f64 = kept().map(|(.., likelihood)| (likelihood - best.2).exp()).sum();
+        let components: Vec<Component> = kept()
             .map(|(fitted, walk, likelihood)| Component {
                 share: (likelihood - best.2).exp() / whole,
                 end: Vector2::new(fitted.end.x + middle_mm, fitted.end.y),
@@ -137,8 +138,7 @@ impl WearCourse {
                 walk: walk * factor(fitted),
                 scatter: factor(fitted).sqrt(),
             })
-            .filter(|component| component.share > NEGLIGIBLE)
-            .collect::<Vec<_>>();
+            .collect();
         let smoothed_mm = scaled.smooth(best.1, best.0.start);
         let fitted_mm = smoothed_mm.into_iter().map(|wear_mm| wear_mm + middle_mm).collect();
         let scatter: f64 = components.iter().map(|component| component.share * component.scatter).sum();
