@@ -12,5 +12,6 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod surface_contact;
 mod wear;
 mod wear_program;

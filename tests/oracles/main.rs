@@ -14,6 +14,7 @@ mod servo_paths;
 mod servo_second_methods;
 mod sphere_run;
 mod stl;
+mod surface_contact;
 mod surface_mesh;
 #[path = "../models/tables.rs"]
 mod tables;
