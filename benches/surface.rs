@@ -49,7 +49,9 @@ impl Facets {
             }
             for vector in std::iter::once(&Vec3::zeros()).chain(&facet) {
                 #[expect(clippy::cast_possible_truncation, reason = "the file is single precision")]
-                vector.iter().for_each(|x| self.ready.extend((*x as f32).to_le_bytes()));
+                for x in vector.iter() {
+                    self.ready.extend((*x as f32).to_le_bytes());
+                }
             }
             self.ready.extend([0, 0]);
         }

@@ -1,5 +1,6 @@
 //! A part's surface as a mesh of facets.
 
+use std::fmt;
 use std::io::Read;
 use std::ops::ControlFlow;
 
@@ -59,16 +60,22 @@ pub struct MeshReport {
 }
 
 /// Triangles over welded vertices, with smoothed normals at their corners and boxes to find them by.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Mesh {
     pub(super) vertices_mm: Vec<Vec3>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// For each corner the index of its normal.
     pub(super) corners: Vec<[u32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
-    pub(crate) tree: Tree,
+    pub(super) tree: Tree,
     report: MeshReport,
     chordal_tolerance_mm: f64,
+}
+
+impl fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Mesh").field("report", &self.report).finish_non_exhaustive()
+    }
 }
 
 /// Coordinates taken for real \[mm\].
@@ -219,6 +226,11 @@ impl Mesh {
     #[must_use]
     pub fn chordal_tolerance_mm(&self) -> f64 {
         self.chordal_tolerance_mm
+    }
+
+    /// The boxes over the triangles.
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.tree
     }
 
     /// How many triangles there are.

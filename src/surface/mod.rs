@@ -26,6 +26,7 @@ pub use fault::{SurfaceFault, SurfaceQuantity};
 pub use mesh::{Mesh, MeshReport, MeshSettings};
 pub use mesh_fault::{MAX_FACETS, MeshFault, MeshParameter, StlFault};
 pub use nearest::MeshPoint;
+pub(crate) use nearest::nearest_weights;
 pub use parametric::{Bulge, ParametricSurface, SurfaceDerivatives, SurfacePoint};
 pub use placed::Placed;
 pub use plane::Plane;

@@ -67,24 +67,25 @@ impl Mesh {
     /// edge or the rim of an open surface normals come from one side, and the curvature is too small.
     #[must_use]
     pub fn curvature_per_mm(&self, place: &MeshPoint, direction: Vec3) -> f64 {
-        let Some([a, b, c]) = self.corners_mm(place.triangle) else { return 0.0 };
-        let [l, m, n] = self.corner_normals(place.triangle);
-        let (u, v) = (b - a, c - a);
         let along = across(direction, place.facet_normal);
         let squared = along.norm_squared();
+        if squared > 0.0 { self.normal_rate_per_mm(place, along).dot(&along) / squared } else { 0.0 }
+    }
+
+    /// How the smoothed normal changes in a direction along the facet \[1/mm, times the direction's length\].
+    pub(crate) fn normal_rate_per_mm(&self, place: &MeshPoint, along: Vec3) -> Vec3 {
+        let Some([a, b, c]) = self.corners_mm(place.triangle) else { return Vec3::zeros() };
+        let [l, m, n] = self.corner_normals(place.triangle);
+        let (u, v) = (b - a, c - a);
         let determinant = u.norm_squared() * v.norm_squared() - u.dot(&v) * u.dot(&v);
-        if squared <= 0.0 || determinant <= 0.0 {
-            return 0.0;
+        let size = (l * place.weights[0] + m * place.weights[1] + n * place.weights[2]).norm();
+        if determinant <= 0.0 || size <= 0.0 {
+            return Vec3::zeros();
         }
         let (p, q) = (along.dot(&u), along.dot(&v));
         let s = (p * v.norm_squared() - q * u.dot(&v)) / determinant;
         let t = (q * u.norm_squared() - p * u.dot(&v)) / determinant;
-        let smooth = l * place.weights[0] + m * place.weights[1] + n * place.weights[2];
-        let size = smooth.norm();
-        if size <= 0.0 {
-            return 0.0;
-        }
-        ((m - l) * s + (n - l) * t).dot(&along) / (squared * size)
+        across((m - l) * s + (n - l) * t, place.normal) / size
     }
 
     fn corner_normals(&self, triangle: u32) -> [Vec3; 3] {

@@ -101,7 +101,9 @@ impl Tree {
         if facets.len() <= LEAF {
             // ties of the order above leave nothing to chance
             for (_, facet) in facets.iter() {
-                corners_mm(*facet).into_iter().for_each(|corner| bounds.add(corner));
+                for corner in corners_mm(*facet) {
+                    bounds.add(corner);
+                }
             }
         } else {
             let axis = widest(facets);

@@ -13,5 +13,6 @@ mod program;
 mod programs;
 mod servo;
 mod virtual_cutting;
+mod surface_contact;
 mod wear;
 mod wear_program;

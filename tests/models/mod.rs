@@ -4,4 +4,5 @@
 
 pub mod finishing;
 pub mod surface_passes;
+pub mod tessellation;
 pub mod witness;

@@ -1,5 +1,9 @@
 //! Facets of surfaces that are known exactly, and the files that hold them.
-#![expect(unreachable_pub, reason = "one model for several binaries")]
+#![expect(
+    unreachable_pub,
+    clippy::unwrap_used,
+    reason = "one model for several binaries; it stops at what it did not expect"
+)]
 
 use trunnion::geometry::Vec3;
 use trunnion::surface::ParametricSurface;
@@ -48,7 +52,9 @@ pub fn binary_stl(facets: &[[Vec3; 3]], header: &str) -> Vec<u8> {
     for facet in facets {
         for vector in std::iter::once(&normal(facet)).chain(facet) {
             #[expect(clippy::cast_possible_truncation, reason = "the file is single precision")]
-            vector.iter().for_each(|x| file.extend((*x as f32).to_le_bytes()));
+            for x in vector.iter() {
+                file.extend((*x as f32).to_le_bytes());
+            }
         }
         file.extend([0, 0]);
     }

@@ -17,6 +17,7 @@ mod servo_paths;
 mod servo_second_methods;
 mod sphere_run;
 mod stl;
+mod surface_contact;
 mod surface_mesh;
 #[path = "../models/surface_passes.rs"]
 #[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]

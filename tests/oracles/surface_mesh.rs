@@ -1,4 +1,5 @@
 //! Meshes of surfaces that are known exactly: places, normals, curvatures; edges of solids.
+#![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 
 use trunnion::geometry::Vec3;
 use trunnion::surface::{
