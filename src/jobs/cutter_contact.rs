@@ -7,7 +7,7 @@ use std::path::Path;
 use super::program_file::FileSource;
 use super::refusals::in_words_of_the_wire;
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
-use crate::contact::Correction as CoreCorrection;
+use crate::contact::{Correction as CoreCorrection, PartSurface};
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
@@ -29,11 +29,12 @@ impl Compensator for CutterContactCompensator {
         machine: &Machine,
         parameters: &CcParameters,
         tool: Option<Tool>,
+        part: Option<PartSurface>,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault> {
-        let parameters = core_parameters(parameters, tool)?;
+        let parameters = process::CcParameters { part, ..core_parameters(parameters, tool)? };
         let report = process::compensate(machine, &parameters, &FileSource(source), output, stop)
             .map_err(in_words_of_the_wire)?;
         Ok(findings(&report))
@@ -78,12 +79,7 @@ fn core_parameters(
         Contact::Normals => process::ContactSource::Normals,
         Contact::FeedPlane => process::ContactSource::FeedPlane,
         Contact::Tip => process::ContactSource::Tip,
-        Contact::Surface => {
-            return Err(parameter(
-                "/contact",
-                "contact from a surface is not available in this version".to_owned(),
-            ));
-        }
+        Contact::Surface => process::ContactSource::Surface,
     };
     let dialect = wire.dialect.to_core().map_err(|fault| parameter("/dialect", fault.detail))?;
     Ok(process::CcParameters {

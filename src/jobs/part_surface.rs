@@ -4,12 +4,15 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 use thiserror::Error;
 
 use super::CompensatorFault;
+use crate::contact::PartSurface;
 use crate::store::Draft;
 use crate::surface::{Mesh, MeshFault, MeshSettings, StlFault};
+use crate::wire::SurfaceReading;
 
 /// Why an uploaded surface is not worked with.
 #[derive(Debug, Error)]
@@ -61,6 +64,19 @@ pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
     } else {
         length / FULL_TEXT_FACET_BYTES
     })
+}
+
+/// The part that an uploaded surface is of, if one was.
+pub(super) fn part_surface(
+    surface: Option<&Draft>,
+    reading: &SurfaceReading,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Option<PartSurface>, super::JobFault> {
+    let read = |surface| {
+        let mesh = Arc::new(read_part(surface, &reading.settings(), stop)?);
+        Ok(PartSurface { mesh, contact_gap: reading.contact_gap() })
+    };
+    surface.map(read).transpose()
 }
 
 /// The mesh of an uploaded surface.

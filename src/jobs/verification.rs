@@ -78,7 +78,7 @@ fn samples(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<(EvenSamples, Option<MeshReport>), JobFault> {
     if let Some(uploaded) = uploaded {
-        let mesh = read_part(uploaded, &parameters.mesh_settings(), stop)?;
+        let mesh = read_part(uploaded, &parameters.surface_reading().settings(), stop)?;
         return Ok((mesh.samples(parameters.samples), Some(*mesh.report())));
     }
     let described = parameters.surface.as_ref();

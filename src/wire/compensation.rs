@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-use super::{Fault, FaultList, Fixed};
+use super::{Fault, FaultList, Fixed, SurfaceReading};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
 use crate::{motion, process, program};
@@ -156,6 +156,15 @@ pub struct CcParameters {
     #[serde(default)]
     #[param(inline)]
     pub contact: Contact,
+    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_unit_mm: Option<f64>,
+    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chordal_tolerance_um: Option<f64>,
+    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_gap_um: Option<f64>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[param(inline)]
@@ -196,12 +205,23 @@ impl CcParameters {
     /// Largest offset or tool length taken for real (mm).
     pub const MAX_OFFSET_MM: f64 = 1e5;
 
-    /// The tool, if one is given.
+    /// How an uploaded surface is read.
+    #[must_use]
+    pub fn surface_reading(&self) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: self.surface_unit_mm,
+            chordal_tolerance_um: self.chordal_tolerance_um,
+            contact_gap_um: self.contact_gap_um,
+        }
+    }
+
+    /// The tool, if one is given; `has_part` says whether the part's surface came with the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
-    pub fn check(&self) -> Result<Option<Tool>, Vec<Fault>> {
+    pub fn check(&self, has_part: bool) -> Result<Option<Tool>, Vec<Fault>> {
         let mut faults = FaultList::default();
+        self.surface_reading().check_with_contact(self.contact, has_part, &mut faults);
         let [min, max] = Self::TOLERANCE_RANGE_UM;
         faults.check_range(|| "/tolerance_um".to_owned(), self.tolerance_um, min, max);
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {

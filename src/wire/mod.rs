@@ -84,7 +84,7 @@ pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, 
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
-pub use surface_mesh::SurfaceMeshDoc;
+pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};
 pub use verification::{
     VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
 };

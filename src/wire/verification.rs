@@ -5,11 +5,11 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::{
     Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
-    LocationErrors, NominalSurfaceDoc, SurfaceMeshDoc, ToolDoc, Warning,
+    LocationErrors, NominalSurfaceDoc, SurfaceMeshDoc, SurfaceReading, ToolDoc, Warning,
 };
 use crate::geometry::Vec3;
 use crate::process::{self, Extreme, Histogram, Verification, VerificationFault};
-use crate::surface::{MeshReport, MeshSettings, SurfacePoint};
+use crate::surface::{MeshReport, SurfacePoint};
 use crate::units::Length;
 
 /// What the virtual cutting of a part needs to know.
@@ -24,14 +24,12 @@ pub struct VerificationParameters {
     /// The nominal surface, where it is not uploaded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<NominalSurfaceDoc>,
-    /// Millimetres of one unit of the uploaded surface: 25.4 for inches.
-    #[serde(default = "one")]
-    #[schema(default = 1.0)]
-    pub surface_unit_mm: f64,
-    /// How far facets of the uploaded surface may stand off the smooth one that they stand for.
-    #[serde(default = "ten_um")]
-    #[schema(default = 10.0)]
-    pub chordal_tolerance_um: f64,
+    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_unit_mm: Option<f64>,
+    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chordal_tolerance_um: Option<f64>,
     /// How many points of the surface are looked at.
     #[serde(default = "fifty_thousand")]
     #[schema(default = 50_000, minimum = 1, maximum = 2_000_000)]
@@ -71,10 +69,6 @@ fn one() -> f64 {
 
 fn half_um() -> f64 {
     0.5
-}
-
-fn ten_um() -> f64 {
-    10.0
 }
 
 fn thirty_um() -> f64 {
@@ -140,18 +134,14 @@ pub struct VerificationQuery {
 impl VerificationParameters {
     /// Most samples of one verification.
     pub const MAX_SAMPLES: usize = 2_000_000;
-    /// Chordal tolerances taken for real \[µm\].
-    const CHORDAL_RANGE_UM: [f64; 2] = [1e-3, 1e4];
-    /// Units of a surface taken for real \[mm\].
-    const UNIT_RANGE_MM: [f64; 2] = [1e-6, 1e6];
 
     /// How an uploaded surface is read.
     #[must_use]
-    pub fn mesh_settings(&self) -> MeshSettings {
-        MeshSettings {
-            mm_per_unit: self.surface_unit_mm,
-            chordal_tolerance_mm: Length::from_um(self.chordal_tolerance_um).mm(),
-            ..MeshSettings::default()
+    pub fn surface_reading(&self) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: self.surface_unit_mm,
+            chordal_tolerance_um: self.chordal_tolerance_um,
+            contact_gap_um: None,
         }
     }
 
@@ -176,11 +166,7 @@ impl VerificationParameters {
         if let Some(surface) = &self.surface {
             surface.to_core("/surface", &mut faults);
         }
-        let [least_um, most_um] = Self::CHORDAL_RANGE_UM;
-        let pointer = || "/chordal_tolerance_um".to_owned();
-        faults.check_range(pointer, self.chordal_tolerance_um, least_um, most_um);
-        let [least_mm, most_mm] = Self::UNIT_RANGE_MM;
-        faults.check_range(|| "/surface_unit_mm".to_owned(), self.surface_unit_mm, least_mm, most_mm);
+        self.surface_reading().check(is_uploaded, &mut faults);
         if !(1..=Self::MAX_SAMPLES).contains(&self.samples) {
             let detail = format!("{} is not between 1 and {}", self.samples, Self::MAX_SAMPLES);
             faults.push(|| Fault::new("/samples", detail));

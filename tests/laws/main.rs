@@ -12,7 +12,7 @@ mod path;
 mod program;
 mod programs;
 mod servo;
-mod virtual_cutting;
 mod surface_contact;
+mod virtual_cutting;
 mod wear;
 mod wear_program;
