@@ -13,6 +13,7 @@ use crate::units::Length;
 /// It is convex, so its signed distance (negative inside) is a convex function of the point, and never changes by
 /// more than the point moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_field_names, reason = "a bare number carries its unit in its name")]
 pub struct CutterBody {
     radius_mm: f64,
     corner_mm: f64,

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use trunnion::geometry::{Vec3, angle_between};
 use trunnion::kinematics::{Kinematics, Setup, ToolPose};
 use trunnion::machine::Machine;
-use trunnion::surface::{ParametricSurface, SurfacePoint};
+use trunnion::surface::SurfacePoint;
 
 /// How a surface is cut.
 #[derive(Debug, Clone, Copy)]

@@ -67,7 +67,8 @@ impl Arc {
         let block = batch.blocks().get(motion.block as usize)?;
         let across = usize::from(motion.plane?);
         let axes = [(across + 1) % 3, (across + 2) % 3];
-        if start.rotary_deg != end.rotary_deg {
+        let is_at_rest = |k: usize| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits();
+        if !(is_at_rest(0) && is_at_rest(1)) {
             return None;
         }
         let mut centre_words = [None; 3];

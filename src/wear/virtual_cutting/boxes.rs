@@ -35,12 +35,12 @@ impl AxisBox {
     /// Whether the boxes have a point in common.
     #[inline]
     pub(super) fn meets(&self, other: &Self) -> bool {
-        (self.low_mm.x <= other.high_mm.x)
-            & (self.low_mm.y <= other.high_mm.y)
-            & (self.low_mm.z <= other.high_mm.z)
-            & (other.low_mm.x <= self.high_mm.x)
-            & (other.low_mm.y <= self.high_mm.y)
-            & (other.low_mm.z <= self.high_mm.z)
+        self.low_mm.x <= other.high_mm.x
+            && self.low_mm.y <= other.high_mm.y
+            && self.low_mm.z <= other.high_mm.z
+            && other.low_mm.x <= self.high_mm.x
+            && other.low_mm.y <= self.high_mm.y
+            && other.low_mm.z <= self.high_mm.z
     }
 
     /// The middle.
