@@ -50,6 +50,8 @@ pub struct SurfaceContact {
     pub on_edge: bool,
 }
 
+/// How much farther away than the nearest place the search may start, of the contact gap.
+const SLACK: f64 = 0.25;
 /// The contact's way over the mesh is followed to this [mm] …
 const SETTLED_MM: f64 = 1e-7;
 /// … and where it stays above this there is an edge [mm].
@@ -67,17 +69,30 @@ const FLANK_COSINE: f64 = 0.01;
 pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> Option<SurfaceContact> {
     let body = CutterBody::with_default_length(tool);
     let within_mm = part.contact_gap.mm();
-    let nearest = nearest_to_cutter(&part.mesh, tool, &body, pose, within_mm)?;
-    let (distance_mm, away) = body.distance_and_gradient(pose, nearest.point_mm);
     // a place that is not about as near as the nearest one belongs to another side of an edge
     let doubt_mm = part.mesh.chordal_tolerance_mm().max(0.5 * within_mm);
-    let found = settle(&part.mesh, tool, pose, nearest)
-        .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm)
-        .unwrap_or(SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true });
+    let find = |slack_mm: f64| {
+        let nearest = nearest_to_cutter(&part.mesh, tool, &body, pose, within_mm, slack_mm)?;
+        let (distance_mm, away) = body.distance_and_gradient(pose, nearest.point_mm);
+        let settled = settle(&part.mesh, tool, pose, nearest)
+            .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm);
+        Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
+    };
+    // near the nearest place is near enough, unless there is an edge
+    let found = match find(SLACK * within_mm)? {
+        (Some(settled), _) => settled,
+        (None, _) => {
+            let (settled, edge) = find(0.0)?;
+            settled.unwrap_or(edge)
+        }
+    };
     (found.gap_mm.abs() <= within_mm).then_some(found)
 }
 
-/// The point of a mesh with the least signed distance from a cutter's body, where it is below `below_mm`.
+/// The point of a mesh with the least signed distance from a cutter's body, to `slack_mm`, where it is below
+/// `below_mm`.
+///
+/// The distance is convex: it lies nowhere below its tangent at the middle of a box or of a facet.
 #[must_use]
 pub fn nearest_to_cutter(
     mesh: &Mesh,
@@ -85,24 +100,27 @@ pub fn nearest_to_cutter(
     body: &CutterBody,
     pose: &ToolPose,
     below_mm: f64,
+    slack_mm: f64,
 ) -> Option<MeshPoint> {
-    let bound = |centre_mm, reach_mm| body.distance_mm(pose, centre_mm) - reach_mm;
     let found = mesh.tree().least(
-        below_mm,
+        below_mm + slack_mm,
         |bounds| {
-            let (centre_mm, reach_mm) = bounds.ball_mm();
-            bound(centre_mm, reach_mm)
+            let (centre_mm, halves_mm) = bounds.centre_and_halves_mm();
+            let (distance_mm, away) = body.distance_and_gradient(pose, centre_mm);
+            distance_mm - away.abs().dot(&halves_mm) + slack_mm
         },
-        |triangle, below_mm| {
+        |triangle, best_mm| {
             let corners_mm = mesh.corners_mm(triangle)?;
             let centre_mm = (corners_mm[0] + corners_mm[1] + corners_mm[2]) / 3.0;
-            let reach_mm = corners_mm.iter().map(|corner| (corner - centre_mm).norm()).fold(0.0, f64::max);
-            if bound(centre_mm, reach_mm) >= below_mm {
+            let (distance_mm, away) = body.distance_and_gradient(pose, centre_mm);
+            let falls_mm =
+                corners_mm.iter().map(|corner| (corner - centre_mm).dot(&away)).fold(0.0, f64::min);
+            if distance_mm + falls_mm + slack_mm >= best_mm {
                 return None;
             }
             let point_mm = least_on_triangle(tool, body, pose, &corners_mm);
             let distance_mm = body.distance_mm(pose, point_mm);
-            (distance_mm < below_mm).then_some((distance_mm, (triangle, point_mm)))
+            (distance_mm < best_mm).then_some((distance_mm, (triangle, point_mm)))
         },
     );
     let (_, (triangle, point_mm)) = found?;

@@ -26,6 +26,13 @@ impl MeshPoint {
     }
 }
 
+/// Normals are compared so many widths of the facet to either side …
+const WIDTHS: f64 = 2.0;
+/// … where the surface goes on at least so much of the way …
+const LEAST_WAY: f64 = 0.25;
+/// … and has not turned by more than 60°.
+const LEAST_COSINE: f64 = 0.5;
+
 impl Mesh {
     /// The place nearest to a point, where there is one closer than `within_mm`.
     #[must_use]
@@ -60,16 +67,38 @@ impl Mesh {
     }
 
     /// Normal curvature of the smooth surface at a place in a direction of W \[1/mm\], positive where the part is
-    /// convex: how fast the smoothed normal turns over the facet. Only the direction's component along the facet
-    /// counts; where there is none the answer is 0.
+    /// convex. Only the direction's component along the surface counts; where there is none the answer is 0.
     ///
-    /// Its error is of the size of the facet where these are regular, more where they are of all sizes; beside a real
-    /// edge or the rim of an open surface normals come from one side, and the curvature is too small.
+    /// It is how far the smoothed normal turns between two places, each two facets away: beside a real edge between the
+    /// place itself and the one on the other side of it, and where there is neither, over the facet. It is good to
+    /// some per cent on even facets, to a quarter on facets of all shapes; beside a real edge or the rim of an open
+    /// surface, where normals come from one side, it is too small.
     #[must_use]
     pub fn curvature_per_mm(&self, place: &MeshPoint, direction: Vec3) -> f64 {
-        let along = across(direction, place.facet_normal);
-        let squared = along.norm_squared();
-        if squared > 0.0 { self.normal_rate_per_mm(place, along).dot(&along) / squared } else { 0.0 }
+        let Some(along) = across(direction, place.normal).try_normalize(0.0) else { return 0.0 };
+        let Some(corners_mm) = self.corners_mm(place.triangle) else { return 0.0 };
+        let reaches_mm = corners_mm.map(|corner| corner.dot(&along));
+        let facet_mm = reaches_mm.into_iter().fold(f64::NEG_INFINITY, f64::max)
+            - reaches_mm.into_iter().fold(f64::INFINITY, f64::min);
+        let reach_mm = WIDTHS * facet_mm;
+        let beside = |sense: f64| {
+            let found = self.nearest(place.point_mm + along * (sense * reach_mm), reach_mm)?;
+            let way_mm = (found.point_mm - place.point_mm).dot(&along) * sense;
+            (way_mm > LEAST_WAY * reach_mm && found.normal.dot(&place.normal) > LEAST_COSINE).then_some(found)
+        };
+        let turn = |from: &MeshPoint, to: &MeshPoint| {
+            let chord_mm = to.point_mm - from.point_mm;
+            (to.normal - from.normal).dot(&chord_mm) / chord_mm.norm_squared()
+        };
+        match (beside(-1.0), beside(1.0)) {
+            (Some(before), Some(behind)) => turn(&before, &behind),
+            (Some(before), None) => turn(&before, place),
+            (None, Some(behind)) => turn(place, &behind),
+            (None, None) => {
+                let along = across(along, place.facet_normal);
+                self.normal_rate_per_mm(place, along).dot(&along) / along.norm_squared()
+            }
+        }
     }
 
     /// How the smoothed normal changes in a direction along the facet \[1/mm, times the direction's length\].

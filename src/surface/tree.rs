@@ -40,11 +40,11 @@ impl Bounds {
         Vec3::new(outside(0), outside(1), outside(2)).norm()
     }
 
-    /// Its centre, and how far its corners are from there \[mm\].
-    pub(crate) fn ball_mm(&self) -> (Vec3, f64) {
+    /// Its centre and its half widths \[mm\].
+    pub(crate) fn centre_and_halves_mm(&self) -> (Vec3, Vec3) {
         let least = Vec3::from(self.least_mm.map(f64::from));
         let largest = Vec3::from(self.largest_mm.map(f64::from));
-        ((least + largest) * 0.5, (largest - least).norm() * 0.5)
+        ((least + largest) * 0.5, (largest - least) * 0.5)
     }
 }
 

@@ -213,7 +213,7 @@ fn no_point_of_the_mesh_is_nearer_to_the_cutter_than_the_one_found() {
             let axis = leaning(exact.normal, 12.0, 50.0 * k as f64);
             let above_mm = exact.point_mm + exact.normal * 0.5;
             let pose = touching(&tool, above_mm, exact.normal, axis);
-            let found = nearest_to_cutter(mesh, &tool, &body, &pose, 5.0).unwrap();
+            let found = nearest_to_cutter(mesh, &tool, &body, &pose, 5.0, 0.0).unwrap();
             let found_mm = body.distance_mm(&pose, found.point_mm);
             let mut least_mm = f64::INFINITY;
             for triangle in 0..u32::try_from(mesh.triangles()).unwrap() {

@@ -6,7 +6,7 @@ use trunnion::surface::{
     Blade, BladeSizes, Bulge, Cylinder, Mesh, MeshFault, ParametricSurface, Plane, Saddle, Sphere,
 };
 
-use crate::tessellation::{cube, facets};
+use crate::tessellation::{cube, facets, uneven_facets};
 
 /// Facets stand for the surface within this; wide, so that every facet of a coarse mesh is joined [mm].
 const TOLERANCE_MM: f64 = 0.5;
@@ -52,8 +52,7 @@ fn kinds() -> Vec<Kind> {
 }
 
 /// Largest errors of a mesh over inner places: of the normal [rad] and of the curvature [1/mm].
-fn errors(kind: &Kind, cells: [usize; 2]) -> [f64; 2] {
-    let mesh = mesh(kind.surface.as_ref(), cells);
+fn errors(kind: &Kind, mesh: &Mesh) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for place in inner_places(kind.surface.as_ref(), 700) {
         let exact = kind.surface.at(place);
@@ -71,7 +70,8 @@ fn errors(kind: &Kind, cells: [usize; 2]) -> [f64; 2] {
 #[test]
 fn normals_get_better_with_the_square_of_the_facets_and_curvatures_with_them() {
     for kind in kinds() {
-        let [coarse, fine] = [1, 2].map(|times| errors(&kind, kind.cells.map(|cells| cells * times)));
+        let [coarse, fine] = [1, 2]
+            .map(|times| errors(&kind, &mesh(kind.surface.as_ref(), kind.cells.map(|cells| cells * times))));
         println!(
             "{}: normal {:e} {:e} curvature {:e} {:e}",
             kind.name, coarse[0], fine[0], coarse[1], fine[1]
@@ -80,7 +80,24 @@ fn normals_get_better_with_the_square_of_the_facets_and_curvatures_with_them() {
         assert!(fine[0] < coarse[0] / 3.0, "{}: {} {}", kind.name, coarse[0], fine[0]);
         assert!(coarse[0] < 2e-3, "{}: {}", kind.name, coarse[0]);
         assert!(fine[1] < coarse[1] / 1.6, "{}: {} {}", kind.name, coarse[1], fine[1]);
-        assert!(fine[1] < 0.02 * kind.curvature_per_mm, "{}: {}", kind.name, fine[1]);
+        assert!(fine[1] < 0.03 * kind.curvature_per_mm, "{}: {}", kind.name, fine[1]);
+    }
+}
+
+#[test]
+fn facets_of_all_shapes_still_tell_normals_and_curvatures() {
+    for kind in kinds() {
+        let [coarse, fine] = [2, 4].map(|times| {
+            let all = uneven_facets(kind.surface.as_ref(), kind.cells.map(|cells| cells * times));
+            errors(&kind, &Mesh::from_facets(all, TOLERANCE_MM).unwrap())
+        });
+        println!(
+            "{}: normal {:e} {:e} curvature {:e} {:e}",
+            kind.name, coarse[0], fine[0], coarse[1], fine[1]
+        );
+        assert!(fine[0] < coarse[0] / 1.5, "{}: {} {}", kind.name, coarse[0], fine[0]);
+        assert!(fine[0] < 1e-2, "{}: {}", kind.name, fine[0]);
+        assert!(fine[1] < 0.3 * kind.curvature_per_mm, "{}: {}", kind.name, fine[1]);
     }
 }
 
