@@ -26,8 +26,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         &self,
         machine: &Machine,
         parameters: &CcParameters,
-        tool: Option<Tool>,
-        part: Option<PartSurface>,
+        contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
@@ -35,6 +34,15 @@ pub trait Compensator: Send + Sync + fmt::Debug {
 
     /// The figure of a report, as SVG text.
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
+}
+
+/// What touches what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolAndPart {
+    /// The tool, if there is one.
+    pub tool: Option<Tool>,
+    /// The part, if its surface came with the program.
+    pub part: Option<PartSurface>,
 }
 
 /// What a program is refused for.
@@ -128,15 +136,9 @@ pub async fn compensate(
             let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
             let CompensationRequest { machine, parameters, tool, .. } = &request;
             let part = part_surface(surface, &parameters.surface_reading(), stop)?;
-            let findings = compensator.compensate(
-                machine,
-                parameters,
-                *tool,
-                part,
-                program.path(),
-                &mut output,
-                stop,
-            )?;
+            let contact = ToolAndPart { tool: *tool, part };
+            let findings =
+                compensator.compensate(machine, parameters, contact, program.path(), &mut output, stop)?;
             let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
             let provenance = Provenance {
                 machine_revision,

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::program_file::FileSource;
 use super::refusals::in_words_of_the_wire;
-use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
-use crate::contact::{Correction as CoreCorrection, PartSurface};
+use super::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
+use crate::contact::Correction as CoreCorrection;
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
@@ -28,8 +28,7 @@ impl Compensator for CutterContactCompensator {
         &self,
         machine: &Machine,
         parameters: &CcParameters,
-        tool: Option<Tool>,
-        part: Option<PartSurface>,
+        ToolAndPart { tool, part }: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,

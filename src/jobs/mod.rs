@@ -22,7 +22,7 @@ mod wear_program;
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
-    CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
+    CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart, compensate,
 };
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;

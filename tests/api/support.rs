@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use trunnion::cli::{Running, start};
 use trunnion::config::Settings;
-use trunnion::contact::PartSurface;
-use trunnion::jobs::{Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources};
-use trunnion::machine::{Machine, Tool};
+use trunnion::jobs::{
+    Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
+};
+use trunnion::machine::Machine;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
     Interpolation,
@@ -199,8 +200,7 @@ impl Compensator for Upper {
         &self,
         _machine: &Machine,
         _parameters: &CcParameters,
-        _tool: Option<Tool>,
-        _part: Option<PartSurface>,
+        _contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
