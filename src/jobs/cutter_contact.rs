@@ -162,6 +162,7 @@ pub(super) fn contact(contact: process::ContactSource) -> Contact {
         process::ContactSource::Program => Contact::Program,
         process::ContactSource::Normals => Contact::Normals,
         process::ContactSource::FeedPlane => Contact::FeedPlane,
+        process::ContactSource::Surface => Contact::Surface,
         process::ContactSource::Tip => Contact::Tip,
     }
 }

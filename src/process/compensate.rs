@@ -36,7 +36,7 @@ pub fn compensate(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<CcReport, Fault> {
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
-    let contact = survey.contact(parameters.contact)?;
+    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
     let options = InterpreterOptions {
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),

@@ -4,8 +4,8 @@ use super::fault::{LineFaultKind, LineFaults};
 use super::warnings::Warnings;
 use super::{CcParameters, ContactSource, WarningKind};
 use crate::contact::{
-    Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, feed_plane_normal, quick_look,
-    rotary_rad, sample_until_sure,
+    Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, contact_on_surface,
+    feed_plane_normal, quick_look, rotary_rad, sample_until_sure,
 };
 use crate::geometry::{Vec3, across};
 use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
@@ -343,6 +343,10 @@ impl<'a> Judge<'a> {
             }
             (ContactSource::Normals, ContactWords::Normal(normal)) => {
                 Touch::from_normal(tool, &pose, Vec3::from(normal), feed_direction)
+            }
+            (ContactSource::Surface, _) => {
+                let found = contact_on_surface(self.parameters.part.as_ref()?, tool, &pose)?;
+                Touch::from_normal(tool, &pose, found.normal, feed_direction)
             }
             (ContactSource::FeedPlane, _) => {
                 // A tip that rests or plunges along its axis touches with its lowest point.

@@ -30,4 +30,6 @@ pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
     VerificationParameters, verify_part,
 };
-pub use wear::{LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear};
+pub use wear::{
+    CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear,
+};

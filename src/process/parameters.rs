@@ -1,6 +1,6 @@
 //! What a cutter-contact compensation is asked to do.
 
-use crate::contact::Correction;
+use crate::contact::{Correction, PartSurface};
 use crate::kinematics::Setup;
 use crate::machine::Tool;
 use crate::motion::Interpolation;
@@ -10,7 +10,7 @@ use crate::units::{Feedrate, Length};
 /// Where the contact at the block ends comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSource {
-    /// The first available of program, normals, feed-plane.
+    /// The first available of program, normals, surface, feed-plane.
     #[default]
     Auto,
     /// U V W words.
@@ -19,6 +19,8 @@ pub enum ContactSource {
     Normals,
     /// P0's rule from the feed direction; an assumption, reported as such.
     FeedPlane,
+    /// The part's surface, where it comes with the program: where the cutter touches it.
+    Surface,
     /// The tool tip itself.
     Tip,
 }
@@ -32,6 +34,7 @@ impl ContactSource {
             Self::Program => "program",
             Self::Normals => "normals",
             Self::FeedPlane => "feed-plane",
+            Self::Surface => "surface",
             Self::Tip => "tip",
         }
     }
@@ -70,6 +73,8 @@ pub struct CcParameters {
     pub dialect: Option<Dialect>,
     /// What the computation may cost.
     pub budget: Budget,
+    /// The part's surface.
+    pub part: Option<PartSurface>,
 }
 
 /// Bounds on what one program may cost, checked as it runs.
@@ -107,6 +112,7 @@ impl CcParameters {
             feed: None,
             dialect: None,
             budget: Budget::default(),
+            part: None,
         }
     }
 }

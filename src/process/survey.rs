@@ -89,12 +89,15 @@ impl Survey {
         }
     }
 
-    /// The contact source for this program: `auto` takes the first available of program, normals, feed-plane, and
-    /// one that was asked for must be there.
-    pub(super) fn contact(self, asked: ContactSource) -> Result<ContactSource, Fault> {
+    /// The contact source for this program: `auto` takes the first available of program, normals, surface,
+    /// feed-plane, and one that was asked for must be there.
+    pub(super) fn contact(self, asked: ContactSource, has_part: bool) -> Result<ContactSource, Fault> {
+        let beside = if has_part { ContactSource::Surface } else { ContactSource::FeedPlane };
         let missing = match (asked, self.stated) {
             (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
-            (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(ContactSource::FeedPlane)),
+            (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(beside)),
+            (ContactSource::Surface, _) if has_part => return Ok(asked),
+            (ContactSource::Surface, _) => "surface of the part beside it",
             (asked, Some(stated)) if asked == stated => return Ok(asked),
             (ContactSource::Program, _) => "U V W words",
             (ContactSource::Normals, _) => "contact normals nx ny nz",

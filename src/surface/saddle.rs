@@ -7,6 +7,7 @@ use crate::geometry::Vec3;
 /// The hyperbolic paraboloid `z = −x²/(2a) + y²/(2b)` about its centre, facing +Z: at the centre convex along X with
 /// radius a, concave along Y with radius b. u and v are X and Y from the centre \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_field_names, reason = "every field is a length")]
 pub struct Saddle {
     centre_mm: Vec3,
     convex_radius_mm: f64,

@@ -12,6 +12,7 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod surface_contact;
 mod virtual_cutting;
 mod wear;
 mod wear_program;

@@ -8,6 +8,7 @@ use trunnion::kinematics::{Kinematics, Setup, ToolPose};
 use trunnion::machine::{
     LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness, Tool,
 };
+use trunnion::surface::ParametricSurface;
 use trunnion::units::Length;
 
 /// One programmed point.
@@ -150,6 +151,35 @@ pub fn dome_near_pole(machine: Machine, tool: Tool, points_per_pass: usize, pass
     cut("dome near the pole", machine, tool, surface, axis, points_per_pass, passes)
 }
 
+/// Passes over a part of an analytic surface, shares of its domain, the tool leaning from the normal toward the feed and
+/// aside by these angles.
+pub fn patch(
+    name: &'static str,
+    tool: Tool,
+    surface: &dyn ParametricSurface,
+    window: [[f64; 2]; 2],
+    lean_deg: [f64; 2],
+    [points_per_pass, passes]: [usize; 2],
+) -> Finishing {
+    let [[u0, u1], [v0, v1]] = surface.domain();
+    let place = |s: f64, h: f64| {
+        let [[a, b], [c, d]] = window;
+        [u0 + (u1 - u0) * (a + (b - a) * s), v0 + (v1 - v0) * (c + (d - c) * h)]
+    };
+    let [lead, tilt] = lean_deg.map(|deg| deg.to_radians().tan());
+    cut_over(
+        name,
+        ac_machine(),
+        tool,
+        &|s, h| {
+            let found = surface.derivatives(place(s, h));
+            (found.point_mm, found.normal(), found.by_u.normalize())
+        },
+        &|n, feed| (n + feed * lead + n.cross(&feed) * tilt).normalize(),
+        [points_per_pass, passes],
+    )
+}
+
 fn cut(
     name: &'static str,
     machine: Machine,
@@ -158,6 +188,39 @@ fn cut(
     axis: Orientation,
     points_per_pass: usize,
     passes: usize,
+) -> Finishing {
+    let at = |s: f64, h: f64| {
+        let step = 1e-5;
+        let ds = surface(s + step, h) - surface(s - step, h);
+        let dh = surface(s, h + step) - surface(s, h - step);
+        let mut normal = ds.cross(&dh).normalize();
+        let contact_mm = surface(s, h);
+        // Out of the part: upward for the dome, away from the axis for the flanks.
+        let outward =
+            if name.starts_with("dome") { Vec3::z() } else { Vec3::new(contact_mm.x, contact_mm.y, 0.0) };
+        if name == "blade" {
+            let inside = Vec3::new(0.0, 0.0, contact_mm.z);
+            if normal.dot(&(contact_mm - inside)) < 0.0 {
+                normal = -normal;
+            }
+        } else if normal.dot(&outward) < 0.0 {
+            normal = -normal;
+        }
+        (contact_mm, normal, ds.normalize())
+    };
+    cut_over(name, machine, tool, &at, &axis, [points_per_pass, passes])
+}
+
+/// Contact, normal and direction of rising s by (s, h) in [0, 1].
+type Place<'a> = &'a dyn Fn(f64, f64) -> (Vec3, Vec3, Vec3);
+
+fn cut_over(
+    name: &'static str,
+    machine: Machine,
+    tool: Tool,
+    place: Place<'_>,
+    axis: &dyn Fn(Vec3, Vec3) -> Vec3,
+    [points_per_pass, passes]: [usize; 2],
 ) -> Finishing {
     let setup = Setup { work_offset_mm: Vec3::new(12.0, -7.0, 35.0), ..Setup::default() };
     let kinematics = Kinematics::new(&machine, &setup);
@@ -168,23 +231,8 @@ fn cut(
             // Back and forth.
             let along = k as f64 / (points_per_pass - 1) as f64;
             let (s, sense) = if pass % 2 == 0 { (along, 1.0) } else { (1.0 - along, -1.0) };
-            let step = 1e-5;
-            let ds = surface(s + step, h) - surface(s - step, h);
-            let dh = surface(s, h + step) - surface(s, h - step);
-            let mut normal = ds.cross(&dh).normalize();
-            let contact_mm = surface(s, h);
-            // Out of the part: upward for the dome, away from the axis for the flanks.
-            let outward =
-                if name.starts_with("dome") { Vec3::z() } else { Vec3::new(contact_mm.x, contact_mm.y, 0.0) };
-            if name == "blade" {
-                let inside = Vec3::new(0.0, 0.0, contact_mm.z);
-                if normal.dot(&(contact_mm - inside)) < 0.0 {
-                    normal = -normal;
-                }
-            } else if normal.dot(&outward) < 0.0 {
-                normal = -normal;
-            }
-            let feed = (ds * sense).normalize();
+            let (contact_mm, normal, forward) = place(s, h);
+            let feed = forward * sense;
             let t = axis(normal, feed);
             let (r, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
             let across = normal - t * normal.dot(&t);

@@ -3,4 +3,5 @@
 #![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 
 pub mod finishing;
+pub mod tessellation;
 pub mod witness;

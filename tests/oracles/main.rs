@@ -13,8 +13,13 @@ mod servo;
 mod servo_paths;
 mod servo_second_methods;
 mod sphere_run;
+mod stl;
+mod surface_contact;
+mod surface_mesh;
 #[path = "../models/tables.rs"]
 mod tables;
+#[path = "../models/tessellation.rs"]
+mod tessellation;
 mod virtual_cutting;
 mod wear_compensation;
 mod wear_scallop;

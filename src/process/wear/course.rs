@@ -6,8 +6,9 @@ use super::super::{ContactSource, WarningKind};
 use super::contact::{WornContact, by_normal, by_point, flat};
 use super::parameters::WearParameters;
 use super::points::{Points, rests};
+use super::report::CurvatureAcross;
 use super::written::Written;
-use crate::contact::{Touch, feed_plane_normal, rotary_rad};
+use crate::contact::{Touch, contact_on_surface, feed_plane_normal, rotary_rad};
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::Machine;
@@ -55,6 +56,8 @@ pub(super) struct Pilot<'a> {
     /// Whether the length alone moves every point.
     pub(super) moves_everything: bool,
     pub(super) warnings: Warnings,
+    /// Of the part across the feed, at the contacts.
+    pub(super) curvature: CurvatureAcross,
 }
 
 impl Pilot<'_> {
@@ -89,7 +92,11 @@ impl Pilot<'_> {
             return Ok(Course::Leave);
         };
         let pose = self.points.pose(motion, index, &end);
-        let stated = self.stated(motion, &end, &pose)?;
+        let stated = match self.contact {
+            ContactSource::Surface if rests(motion) => None,
+            ContactSource::Surface => self.on_surface(&pose)?,
+            _ => self.stated(motion, &end, &pose)?,
+        };
         if stated.is_none() && rests(motion) {
             return Ok(Course::Move { target_mm: axes.standing_mm(&end.linear_mm), point: None });
         }
@@ -115,6 +122,7 @@ impl Pilot<'_> {
     ) -> Course {
         if let Some(found) = &contact {
             self.note(motion.line, found);
+            self.note_curvature(motion, &pose, found);
         }
         let has_contact = contact.is_some();
         let contact = contact.unwrap_or_else(|| flat(self.parameters, &pose, 0.0));
@@ -155,6 +163,13 @@ impl Pilot<'_> {
             }
             _ => Ok(None),
         }
+    }
+
+    /// Where the nominal cutter touches the part.
+    fn on_surface(&self, pose: &ToolPose) -> Result<Option<WornContact>, ShiftFault> {
+        let part = self.parameters.part.as_ref();
+        let found = part.and_then(|part| contact_on_surface(part, &self.parameters.nominal, pose));
+        found.map(|found| by_normal(self.parameters, pose, found.normal)).transpose()
     }
 
     /// The contact by the feed-plane rule: at the ends of motions at feed, and where a rapid hands over to one. A tip
@@ -263,10 +278,26 @@ impl Pilot<'_> {
         let touches = match (self.contact, motion.contact) {
             (ContactSource::Program, ContactWords::Point(_))
             | (ContactSource::Normals, ContactWords::Normal(_)) => true,
-            (ContactSource::FeedPlane, _) => matches!(motion.kind, MotionKind::Linear | MotionKind::Arc),
+            (ContactSource::FeedPlane | ContactSource::Surface, _) => {
+                matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
+            }
             _ => false,
         };
         axes.is_off() || self.moves_everything || (touches && !self.parameters.has_nominal_shape())
+    }
+
+    /// How the part is curved across the feed where the nominal cutter touches it.
+    fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, contact: &WornContact) {
+        let Some(part) = &self.parameters.part else { return };
+        let (MotionKind::Linear, Some(start)) = (motion.kind, motion.start) else { return };
+        let contact_mm = pose.tip_mm + contact.hold.offset_mm(&self.parameters.nominal, pose.axis);
+        let Some(place) = part.mesh.nearest(contact_mm, part.contact_gap.mm()) else { return };
+        let feed_mm = pose.tip_mm - self.points.tip_mm(self.points.mode(motion), start);
+        if feed_mm.norm() > RESTING_MM
+            && let Some(aside) = place.normal.cross(&feed_mm).try_normalize(RESTING_MM)
+        {
+            self.curvature.note(part.mesh.curvature_per_mm(&place, aside), motion.line);
+        }
     }
 
     fn note(&mut self, line: u64, contact: &WornContact) {

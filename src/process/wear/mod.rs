@@ -12,5 +12,5 @@ mod verify;
 mod written;
 
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
-pub use report::WearReport;
+pub use report::{CurvatureAcross, WearReport};
 pub use run::compensate_wear;

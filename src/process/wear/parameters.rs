@@ -1,6 +1,7 @@
 //! What a wear compensation is asked to do.
 
 use super::super::ContactSource;
+use crate::contact::PartSurface;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Side, Tool};
 use crate::motion::Interpolation;
@@ -71,6 +72,8 @@ pub struct WearParameters {
     pub feed: Option<Feedrate>,
     /// The dialect; `None` detects it.
     pub dialect: Option<Dialect>,
+    /// The part's surface.
+    pub part: Option<PartSurface>,
 }
 
 impl WearParameters {
@@ -88,6 +91,7 @@ impl WearParameters {
             setup: Setup::default(),
             feed: None,
             dialect: None,
+            part: None,
         }
     }
 

@@ -5,6 +5,32 @@ use crate::motion::Interpolation;
 use crate::program::Dialect;
 use crate::units::{Angle, Length};
 
+/// The tightest curvature of the part across the feed, over the contacts of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CurvatureAcross {
+    /// Least radius where the part is convex, with its line; none where it never is.
+    pub convex: Option<(Length, u64)>,
+    /// Least radius where it is concave.
+    pub concave: Option<(Length, u64)>,
+}
+
+/// Radii beyond this are flat: single-precision normals tell no more \[1/mm\].
+const FLAT_PER_MM: f64 = 1e-5;
+
+impl CurvatureAcross {
+    /// Takes in the curvature at the end of a line's motion, positive where the part is convex.
+    pub(super) fn note(&mut self, curvature_per_mm: f64, line: u64) {
+        if curvature_per_mm.is_nan() || curvature_per_mm.abs() < FLAT_PER_MM {
+            return;
+        }
+        let radius = Length::from_mm(1.0 / curvature_per_mm.abs());
+        let least = if curvature_per_mm > 0.0 { &mut self.convex } else { &mut self.concave };
+        if least.is_none_or(|(known, _)| radius < known) {
+            *least = Some((radius, line));
+        }
+    }
+}
+
 /// Everything a wear compensation has to show for itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearReport {
@@ -34,6 +60,8 @@ pub struct WearReport {
     pub max_shift_line: Option<u64>,
     /// Least and largest angle between normal and tool axis; none without a contact.
     pub contact_angles: Option<[Angle; 2]>,
+    /// How tightly the part is curved across the feed at the contacts of straight motions; none without a surface.
+    pub curvature: Option<CurvatureAcross>,
     /// Offset that the worn cutter leaves along the normal with the program as it was.
     pub before: DeviationSummary,
     /// Distance of the worn cutter's contact from the nominal one's, from the written text.

@@ -15,7 +15,7 @@ use super::course::{Course, Pilot, Point};
 use super::feed::lowered_feed;
 use super::parameters::{LengthInControl, Milling, WearParameters};
 use super::points::Points;
-use super::report::WearReport;
+use super::report::{CurvatureAcross, WearReport};
 use super::verify::{Expected, WearVerifier};
 use super::written::Written;
 use crate::contact::rotary_rad;
@@ -51,7 +51,7 @@ pub fn compensate_wear(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<WearReport, Fault> {
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
-    let contact = survey.contact(parameters.contact)?;
+    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
     if contact == ContactSource::Tip || side_by_feed {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
@@ -129,6 +129,7 @@ impl<'a> Run<'a> {
             absolute_centres: false,
             moves_everything,
             warnings: Warnings::default(),
+            curvature: CurvatureAcross::default(),
         };
         Self {
             survey,
@@ -423,6 +424,7 @@ impl<'a> Run<'a> {
             max_shift: Length::from_mm(max_shift_mm),
             max_shift_line,
             contact_angles: self.contact_angles,
+            curvature: self.pilot.parameters.part.as_ref().map(|_| self.pilot.curvature),
             before: self.verifier.found.before.summary(),
             after: self.verifier.found.after.summary(),
             cc_path_length_mm: self.verifier.found.before.path_mm(),

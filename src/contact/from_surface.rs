@@ -1,0 +1,237 @@
+//! The contact from the part: where a cutter at a pose touches a mesh.
+//!
+//! Two steps. First the point of the mesh that is nearest to the cutter, by the least signed distance from its body
+//! over all facets. On facets that point is off along the surface by as much as a facet's lean times the cutter's
+//! radius. So in a second step the point p moves over the mesh until the cutter's point of normal n(p), with n the
+//! smoothed normal, stands over p itself: `F = c(n) − p` along the surface is 0. With the mesh's curvature K and the
+//! cutter's `C = r I + (R − r)/sin ψ · b bᵀ` (ψ between n and t, b across both) a step of Newton's is `(I + C K) δ = F`.
+
+use std::sync::Arc;
+
+use super::{CutterBody, CutterContact};
+use crate::geometry::{Vec3, across};
+use crate::kinematics::ToolPose;
+use crate::machine::Tool;
+use crate::surface::{Mesh, MeshPoint, nearest_weights};
+use crate::units::Length;
+
+/// A part's nominal surface in W, and how near a cutter must come to touch it.
+#[derive(Debug, Clone)]
+pub struct PartSurface {
+    /// The surface.
+    pub mesh: Arc<Mesh>,
+    /// A cutter touches where it is no farther above or inside the facets than this.
+    pub contact_gap: Length,
+}
+
+impl PartSurface {
+    /// The gap where none is stated: facets, rounding and a program's own tolerance.
+    pub const DEFAULT_CONTACT_GAP: Length = Length::from_mm(0.1);
+}
+
+impl PartialEq for PartSurface {
+    /// The same mesh in memory.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.mesh, &other.mesh) && self.contact_gap == other.contact_gap
+    }
+}
+
+/// Where a cutter touches a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceContact {
+    /// The place on the mesh.
+    pub place: MeshPoint,
+    /// Unit normal of the part in the contact: the mesh's smoothed one, on a real edge the cutter's.
+    pub normal: Vec3,
+    /// Signed distance between cutter and mesh along the normal, negative where the cutter is inside \[mm\]. It holds
+    /// the distance between the facets and the surface they stand for.
+    pub gap_mm: f64,
+    /// Whether the contact is on an edge, a corner or a rim, where the part has no one normal.
+    pub on_edge: bool,
+}
+
+/// The contact's way over the mesh is followed to this [mm] …
+const SETTLED_MM: f64 = 1e-7;
+/// … and where it stays above this there is an edge [mm].
+const EDGE_MM: f64 = 1e-5;
+const MAX_STEPS: usize = 20;
+/// A normal this close to the tool axis (sine) leaves the side open: the flat end touches.
+const FLAT_SINE: f64 = 1e-6;
+/// A normal this far across the tool axis (cosine) above the corner touches the flank.
+const FLANK_COSINE: f64 = 0.01;
+
+/// Where `tool` at `pose` touches the part, if it is no farther away than the part's contact gap.
+///
+/// The body's flank reaches four radii above the tip. A cutter deeper inside than the gap does not touch, it gouges.
+#[must_use]
+pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> Option<SurfaceContact> {
+    let body = CutterBody::with_default_length(tool);
+    let within_mm = part.contact_gap.mm();
+    let nearest = nearest_to_cutter(&part.mesh, tool, &body, pose, within_mm)?;
+    let (distance_mm, away) = body.distance_and_gradient(pose, nearest.point_mm);
+    // a place that is not about as near as the nearest one belongs to another side of an edge
+    let doubt_mm = part.mesh.chordal_tolerance_mm().max(0.5 * within_mm);
+    let found = settle(&part.mesh, tool, pose, nearest)
+        .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm)
+        .unwrap_or(SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true });
+    (found.gap_mm.abs() <= within_mm).then_some(found)
+}
+
+/// The point of a mesh with the least signed distance from a cutter's body, where it is below `below_mm`.
+#[must_use]
+pub fn nearest_to_cutter(
+    mesh: &Mesh,
+    tool: &Tool,
+    body: &CutterBody,
+    pose: &ToolPose,
+    below_mm: f64,
+) -> Option<MeshPoint> {
+    let bound = |centre_mm, reach_mm| body.distance_mm(pose, centre_mm) - reach_mm;
+    let found = mesh.tree().least(
+        below_mm,
+        |bounds| {
+            let (centre_mm, reach_mm) = bounds.ball_mm();
+            bound(centre_mm, reach_mm)
+        },
+        |triangle, below_mm| {
+            let corners_mm = mesh.corners_mm(triangle)?;
+            let centre_mm = (corners_mm[0] + corners_mm[1] + corners_mm[2]) / 3.0;
+            let reach_mm = corners_mm.iter().map(|corner| (corner - centre_mm).norm()).fold(0.0, f64::max);
+            if bound(centre_mm, reach_mm) >= below_mm {
+                return None;
+            }
+            let point_mm = least_on_triangle(tool, body, pose, &corners_mm);
+            let distance_mm = body.distance_mm(pose, point_mm);
+            (distance_mm < below_mm).then_some((distance_mm, (triangle, point_mm)))
+        },
+    );
+    let (_, (triangle, point_mm)) = found?;
+    mesh.at(triangle, nearest_weights(mesh.corners_mm(triangle)?, point_mm))
+}
+
+/// The point of a triangle nearest to the cutter: below the cutter's outermost point against the facet where that
+/// falls inside, else on one of the sides. The distance is convex.
+fn least_on_triangle(tool: &Tool, body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> Vec3 {
+    let [a, b, c] = *corners_mm;
+    let normal = (b - a).cross(&(c - a)).normalize();
+    let centre_mm = (a + b + c) / 3.0;
+    if let Some(outermost_mm) = outermost_mm(tool, body, pose, normal, centre_mm) {
+        let foot_mm = outermost_mm - normal * (outermost_mm - a).dot(&normal);
+        let inside = [(a, b), (b, c), (c, a)]
+            .iter()
+            .all(|(from, to)| (to - from).cross(&(foot_mm - from)).dot(&normal) >= 0.0);
+        if inside {
+            return foot_mm;
+        }
+    }
+    let mut best = (f64::INFINITY, centre_mm);
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        let point_mm = least_on_side(body, pose, from, to);
+        let distance_mm = body.distance_mm(pose, point_mm);
+        if distance_mm < best.0 {
+            best = (distance_mm, point_mm);
+        }
+    }
+    best.1
+}
+
+/// The point of the cutter that is farthest against a normal; of many (flat end, flank) the one nearest to a place.
+fn outermost_mm(
+    tool: &Tool,
+    body: &CutterBody,
+    pose: &ToolPose,
+    normal: Vec3,
+    near_mm: Vec3,
+) -> Option<Vec3> {
+    let (cosine, beside) = (normal.dot(&pose.axis), across(normal, pose.axis));
+    let from_tip = near_mm - pose.tip_mm;
+    if beside.norm() < FLAT_SINE && cosine > 0.0 {
+        let aside = across(from_tip, pose.axis);
+        let reach_mm = aside.norm().min(tool.core_radius().mm());
+        return Some(pose.tip_mm + aside.try_normalize(0.0).unwrap_or_default() * reach_mm);
+    }
+    if cosine < -FLAT_SINE {
+        return None;
+    }
+    let contact = CutterContact::Normal { direction: normal, magnitude: 1.0 };
+    let mut found = pose.tip_mm + contact.offset_mm(tool, pose.axis);
+    if cosine < FLAT_SINE {
+        let (low_mm, high_mm) = (body.corner_radius_mm(), body.cutting_length_mm());
+        let height_mm = from_tip.dot(&pose.axis).clamp(low_mm, high_mm);
+        found += pose.axis * (height_mm - (found - pose.tip_mm).dot(&pose.axis));
+    }
+    Some(found)
+}
+
+/// The least distance along a side, by halving where the distance falls.
+fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3) -> Vec3 {
+    let side = to_mm - from_mm;
+    let (mut low, mut high) = (0.0, 1.0);
+    while (high - low) * side.norm() > SETTLED_MM && high - low > f64::EPSILON {
+        let middle = 0.5 * (low + high);
+        let (_, away) = body.distance_and_gradient(pose, from_mm + side * middle);
+        if away.dot(&side) > 0.0 { high = middle } else { low = middle }
+    }
+    from_mm + side * (0.5 * (low + high))
+}
+
+/// Follows the mesh until the cutter's point of the smoothed normal stands over it; none where there is no such place
+/// nearby, because the part has an edge.
+fn settle(mesh: &Mesh, tool: &Tool, pose: &ToolPose, start: MeshPoint) -> Option<SurfaceContact> {
+    let (corner_mm, core_mm) = (tool.corner_radius().mm(), tool.core_radius().mm());
+    // on the flank the contact keeps its height
+    let is_above = (start.point_mm - pose.tip_mm).dot(&pose.axis) > corner_mm;
+    let on_flank = is_above && start.normal.dot(&pose.axis).abs() < FLANK_COSINE;
+    let mut place = start;
+    let mut last_mm = f64::INFINITY;
+    for _ in 0..MAX_STEPS {
+        let normal = place.normal;
+        let beside = across(normal, pose.axis);
+        let sine = beside.norm();
+        if core_mm > 0.0 && sine < FLAT_SINE {
+            // the flat end touches as a whole: the place found first is as good as any
+            let gap_mm = (pose.tip_mm - place.point_mm).dot(&normal);
+            return Some(SurfaceContact { place, normal, gap_mm, on_edge: false });
+        }
+        let contact = CutterContact::Normal { direction: normal, magnitude: 1.0 };
+        let mut apart_mm = pose.tip_mm + contact.offset_mm(tool, pose.axis) - place.point_mm;
+        if on_flank {
+            apart_mm = across(apart_mm, pose.axis);
+        }
+        let off_mm = across(apart_mm, normal);
+        let off = off_mm.norm();
+        if off < SETTLED_MM || (off < EDGE_MM && off >= last_mm) {
+            let gap_mm = apart_mm.dot(&normal);
+            return Some(SurfaceContact { place, normal, gap_mm, on_edge: false });
+        }
+        last_mm = off;
+        let first = off_mm / off;
+        let second = normal.cross(&first);
+        let round = if sine > 0.0 { pose.axis.cross(&(beside / sine)) } else { Vec3::zeros() };
+        let wide_mm = if sine > 0.0 { core_mm / sine } else { 0.0 };
+        let moved = |along: Vec3| {
+            let turn = mesh.normal_rate_per_mm(&place, across(along, place.facet_normal));
+            along + turn * corner_mm + round * (wide_mm * turn.dot(&round))
+        };
+        let (p, q) = (moved(first), moved(second));
+        let [[a, b], [c, d]] = [[p.dot(&first), q.dot(&first)], [p.dot(&second), q.dot(&second)]];
+        let determinant = a * d - b * c;
+        // a hollow narrower than the cutter, or an edge
+        if determinant <= 0.0 {
+            return None;
+        }
+        let step_mm = first * (off * d / determinant) - second * (off * c / determinant);
+        place = mesh.nearest(place.point_mm + step_mm, 2.0 * step_mm.norm() + EDGE_MM)?;
+    }
+    None
+}
+
+impl SurfaceContact {
+    /// Normal curvature of the part across the feed \[1/mm\], positive where it is convex; none on an edge or where the
+    /// feed has no direction along the part.
+    #[must_use]
+    pub fn curvature_across_per_mm(&self, mesh: &Mesh, feed: Vec3) -> Option<f64> {
+        let aside = self.normal.cross(&feed).try_normalize(f64::MIN_POSITIVE)?;
+        (!self.on_edge).then(|| mesh.curvature_per_mm(&self.place, aside))
+    }
+}

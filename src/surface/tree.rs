@@ -1,0 +1,186 @@
+//! Boxes within boxes over the facets of a mesh.
+//!
+//! Built from above: the facets of a box are halved at the median of their centres, along the axis that these spread
+//! over most. Boxes are single precision, rounded outward: 32 bytes for every two or three facets.
+
+use crate::geometry::Vec3;
+
+/// An axis-parallel box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounds {
+    least_mm: [f32; 3],
+    largest_mm: [f32; 3],
+}
+
+impl Bounds {
+    const NOTHING: Self = Self { least_mm: [f32::INFINITY; 3], largest_mm: [f32::NEG_INFINITY; 3] };
+
+    #[expect(clippy::cast_possible_truncation, reason = "rounded outward behind it")]
+    fn add(&mut self, point_mm: Vec3) {
+        for ((least, largest), x) in self.least_mm.iter_mut().zip(&mut self.largest_mm).zip(point_mm.iter()) {
+            let near = *x as f32;
+            *least = least.min(if f64::from(near) > *x { near.next_down() } else { near });
+            *largest = largest.max(if f64::from(near) < *x { near.next_up() } else { near });
+        }
+    }
+
+    fn union(&self, other: &Self) -> Self {
+        Self {
+            least_mm: std::array::from_fn(|k| self.least_mm[k].min(other.least_mm[k])),
+            largest_mm: std::array::from_fn(|k| self.largest_mm[k].max(other.largest_mm[k])),
+        }
+    }
+
+    /// The distance of a point, 0 inside \[mm\].
+    pub(crate) fn distance_mm(&self, point_mm: Vec3) -> f64 {
+        let outside = |k: usize| {
+            let (least, largest) = (f64::from(self.least_mm[k]), f64::from(self.largest_mm[k]));
+            (least - point_mm[k]).max(point_mm[k] - largest).max(0.0)
+        };
+        Vec3::new(outside(0), outside(1), outside(2)).norm()
+    }
+
+    /// Its centre, and how far its corners are from there \[mm\].
+    pub(crate) fn ball_mm(&self) -> (Vec3, f64) {
+        let least = Vec3::from(self.least_mm.map(f64::from));
+        let largest = Vec3::from(self.largest_mm.map(f64::from));
+        ((least + largest) * 0.5, (largest - least).norm() * 0.5)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    bounds: Bounds,
+    /// The first facet of a leaf, or the child that does not stand right behind.
+    first: u32,
+    /// Facets of a leaf, 0 of a box of boxes.
+    count: u32,
+}
+
+/// Most facets of a leaf.
+const LEAF: usize = 8;
+
+/// The boxes; facets are numbered in the order that [`Tree::build`] gives them.
+#[derive(Debug, Clone)]
+pub(crate) struct Tree {
+    nodes: Vec<Node>,
+}
+
+impl Tree {
+    /// The tree, and the order its facets have to be brought into.
+    pub(super) fn build(facets: usize, corners_mm: impl Fn(u32) -> [Vec3; 3]) -> (Self, Vec<u32>) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "fewer than 2²⁴ facets; only an order comes from centres"
+        )]
+        let mut centres: Vec<([f32; 3], u32)> = (0..facets as u32)
+            .map(|facet| {
+                let [a, b, c] = corners_mm(facet);
+                let centre = (a + b + c) / 3.0;
+                ([centre.x as f32, centre.y as f32, centre.z as f32], facet)
+            })
+            .collect();
+        let mut tree = Self { nodes: Vec::with_capacity(facets / 2 + 1) };
+        if !centres.is_empty() {
+            tree.split(&mut centres, 0, &corners_mm);
+        }
+        (tree, centres.into_iter().map(|(_, facet)| facet).collect())
+    }
+
+    /// Adds the boxes of these facets; the depth is a logarithm, since facets are halved.
+    #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁴ facets")]
+    fn split(
+        &mut self,
+        facets: &mut [([f32; 3], u32)],
+        first: usize,
+        corners_mm: &impl Fn(u32) -> [Vec3; 3],
+    ) -> Bounds {
+        let at = self.nodes.len();
+        self.nodes.push(Node { bounds: Bounds::NOTHING, first: first as u32, count: facets.len() as u32 });
+        let mut bounds = Bounds::NOTHING;
+        if facets.len() <= LEAF {
+            // ties of the order above leave nothing to chance
+            for (_, facet) in facets.iter() {
+                for corner in corners_mm(*facet) {
+                    bounds.add(corner);
+                }
+            }
+        } else {
+            let axis = widest(facets);
+            let half = facets.len() / 2;
+            facets.select_nth_unstable_by(half, |(a, m), (b, n)| a[axis].total_cmp(&b[axis]).then(m.cmp(n)));
+            let (left, right) = facets.split_at_mut(half);
+            let left_bounds = self.split(left, first, corners_mm);
+            let child = self.nodes.len() as u32;
+            bounds = left_bounds.union(&self.split(right, first + half, corners_mm));
+            if let Some(node) = self.nodes.get_mut(at) {
+                (node.first, node.count) = (child, 0);
+            }
+        }
+        if let Some(node) = self.nodes.get_mut(at) {
+            node.bounds = bounds;
+        }
+        bounds
+    }
+
+    /// The least value over all facets that is below `below`, with what came with it.
+    ///
+    /// `bound` of a box is not above the value of any facet inside; `facet` gives a facet's value if it is below the
+    /// number passed in. Boxes are opened nearest first.
+    pub(crate) fn least<T>(
+        &self,
+        below: f64,
+        bound: impl Fn(&Bounds) -> f64,
+        mut facet: impl FnMut(u32, f64) -> Option<(f64, T)>,
+    ) -> Option<(f64, T)> {
+        let mut best = None;
+        let mut below = below;
+        let mut open: Vec<(f64, u32)> = Vec::with_capacity(2 * MAX_DEPTH);
+        if let Some(root) = self.nodes.first() {
+            open.push((bound(&root.bounds), 0));
+        }
+        while let Some((least, at)) = open.pop() {
+            // also leaves where a bound is not a number
+            if least.partial_cmp(&below) != Some(std::cmp::Ordering::Less) {
+                continue;
+            }
+            let Some(node) = self.nodes.get(at as usize) else { continue };
+            if node.count > 0 {
+                for number in node.first..node.first + node.count {
+                    if let Some((value, found)) = facet(number, below) {
+                        below = value;
+                        best = Some((value, found));
+                    }
+                }
+                continue;
+            }
+            let mut pair = [at + 1, node.first].map(|child| {
+                let least = self.nodes.get(child as usize).map_or(f64::INFINITY, |node| bound(&node.bounds));
+                (least, child)
+            });
+            if pair[0].0 < pair[1].0 {
+                pair.swap(0, 1);
+            }
+            open.extend(pair.into_iter().filter(|(least, _)| *least < below));
+        }
+        best
+    }
+}
+
+/// Halvings of fewer than 2²⁴ facets down to a leaf.
+const MAX_DEPTH: usize = 24;
+
+/// The axis along which the centres spread most.
+fn widest(facets: &[([f32; 3], u32)]) -> usize {
+    let mut least = [f32::INFINITY; 3];
+    let mut largest = [f32::NEG_INFINITY; 3];
+    for (centre, _) in facets {
+        for k in 0..3 {
+            least[k] = least[k].min(centre[k]);
+            largest[k] = largest[k].max(centre[k]);
+        }
+    }
+    let spread: [f32; 3] = std::array::from_fn(|k| largest[k] - least[k]);
+    let y_or_z = if spread[2] > spread[1] { 2 } else { 1 };
+    if spread[y_or_z] > spread[0] { y_or_z } else { 0 }
+}
