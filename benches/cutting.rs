@@ -48,7 +48,7 @@ fn surface(x: f64, y: f64) -> SurfacePoint {
 }
 
 fn samples() -> Vec<SurfacePoint> {
-    let side = (SAMPLES as f64).sqrt().ceil() as usize;
+    let side = SAMPLES.isqrt() + 1;
     (0..SAMPLES)
         .map(|k| {
             let at = |k: usize| (k as f64 + 0.5) / side as f64 * 100.0 - 50.0;

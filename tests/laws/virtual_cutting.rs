@@ -297,6 +297,11 @@ proptest! {
         are_near(&whole, &divided, apart_mm)?;
     }
 
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
     #[test]
     fn no_position_enters_lower_than_what_is_found_and_one_enters_there(
         (machine, tool, from, to, length_share, samples) in (preset_machine(true), tools(), points(1..2), points(1..2))
