@@ -48,6 +48,10 @@ settings! {
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
     /// Largest program or CSV body, after decompression (bytes)
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
+    /// Largest surface uploaded beside a program, after decompression (bytes)
+    max_surface_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_BYTES";
+    /// Most memory that one surface may need while it is worked on (bytes)
+    max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
     /// Most poses, joints or samples in one request
@@ -150,6 +154,8 @@ impl Settings {
             }
         };
         in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
+        in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
+        in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;
         in_range("max_json_bytes", self.max_json_bytes as f64, 1.0, 1e9)?;
         in_range("max_poses", self.max_poses as f64, 1.0, 1e8)?;
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;

@@ -97,6 +97,8 @@ fn every_reference_resolves() {
 /// Units that a name may end in or carry.
 const UNITS: &[&str] = &[
     "_mm",
+    "_mm2",
+    "_mm3",
     "_um",
     "_c",
     "_deg",
@@ -110,6 +112,7 @@ const UNITS: &[&str] = &[
     "_per_s",
     "_per_rad",
     "_per_a",
+    "_per_part",
     "_s_per_rad",
     "_nm",
     "_per_s2",

@@ -55,6 +55,8 @@ catalogue! {
         "The machine never had this revision. GET /v1/machines/{machine_id}/revisions lists them.";
     CalibrationNotFound = NOT_FOUND, "calibration-not-found", "There is no such calibration run",
         "The machine has no run with this id. GET /v1/machines/{machine_id}/calibrations lists them.";
+    WearEntryNotFound = NOT_FOUND, "wear-entry-not-found", "There is no such wear entry",
+        "The tool has no entry with this id. GET /v1/machines/{machine_id}/tools/{tool_id}/wear-entries lists them.";
     JobNotFound = NOT_FOUND, "job-not-found", "There is no such job",
         "No job has this id. GET /v1/jobs lists them.";
     ResultNotFound = NOT_FOUND, "result-not-found", "The job has no result",
@@ -71,6 +73,8 @@ catalogue! {
         "Applying the run would change a location error by more than 0.2 mm or 1000 µrad, or the run leaves errors open. Each entry of errors names one. Look at them; if they are meant, send {\"confirm\": true}.";
     AxesChanged = CONFLICT, "axes-changed", "The run measured other axes",
         "The machine's nominal rotary axes have changed since the run, or the location error of an axis that carries the measured one, so that its errors mean something else. Measure again, or put the profile back to the axes that were measured.";
+    AlreadyWithdrawn = CONFLICT, "already-withdrawn", "The entry was withdrawn for another reason",
+        "The detail says when and why. What was withdrawn stays as it is; post the right numbers as a new entry.";
     PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the state you believe",
         "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine. Read it again, decide again.";
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
@@ -234,6 +238,13 @@ impl Problem {
     pub fn calibration_not_found(machine_id: &str, id: &str) -> Self {
         let detail = format!("machine {machine_id:?} has no calibration {id:?}");
         Self::new(ProblemType::CalibrationNotFound, detail)
+    }
+
+    /// No wear entry of the tool with this id.
+    #[must_use]
+    pub fn wear_entry_not_found(tool_id: &str, id: &str) -> Self {
+        let detail = format!("tool {tool_id:?} has no wear entry {id:?}");
+        Self::new(ProblemType::WearEntryNotFound, detail)
     }
 
     /// No job with this id.
@@ -448,6 +459,13 @@ impl From<JobFault> for Problem {
             JobFault::Compensator(fault) => fault.into(),
             JobFault::Servo(fault) => fault.into(),
             JobFault::Blob(fault) => fault.into(),
+            JobFault::PartSurface(fault) => {
+                let detail = fault.to_string();
+                if fault.is_too_large() {
+                    return Self::new(ProblemType::BodyTooLarge, detail);
+                }
+                Self::invalid(ProblemType::InvalidRequest, vec![Fault::new("/surface", detail)])
+            }
             JobFault::Store(fault) => fault.into(),
             JobFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
             JobFault::Report(fault) => Self::internal(&fault),

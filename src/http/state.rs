@@ -49,7 +49,11 @@ impl AppState {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         Ok(Self {
             store,
-            compute: Compute::new(settings.computations(), settings.max_waiting_computations),
+            compute: Compute::new(
+                settings.computations(),
+                settings.max_waiting_computations,
+                settings.max_surface_memory_bytes,
+            ),
             spool: Spool::new(blobs, settings.max_body_bytes),
             sources,
             settings: Arc::new(settings),

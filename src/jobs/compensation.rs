@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::program_job::{Finished, run_program_job};
+use super::part_surface::part_surface;
+use super::program_job::{Finished, Workplace, run_program_job};
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
+use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
 use crate::store::{JobRow, Store};
 use crate::wire::{CcFindings, CcParameters, CcReport, Fault, Provenance};
@@ -25,6 +27,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         machine: &Machine,
         parameters: &CcParameters,
         tool: Option<Tool>,
+        part: Option<PartSurface>,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
@@ -115,20 +118,35 @@ pub async fn compensate(
     Cost::of_program(job.program.length(), request.parameters.tolerance_um).within(request.max_cost_s)?;
     let compensator = Arc::clone(compensator);
     let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |program, spool, stop| {
-        let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-        let CompensationRequest { machine, parameters, tool, .. } = &request;
-        let findings =
-            compensator.compensate(machine, parameters, *tool, program.path(), &mut output, stop)?;
-        let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
-        let provenance = Provenance {
-            machine_revision,
-            software_version: env!("CARGO_PKG_VERSION").to_owned(),
-            input_sha256: program.sha256(),
-            output_sha256: output.sha256(),
-        };
-        let report = serde_json::to_string(&CcReport { provenance, findings })?;
-        Ok(Finished { report, output: Some(output) })
-    })
+    run_program_job(
+        compute,
+        store,
+        spool,
+        sources,
+        job,
+        move |Workplace { program, surface, spool, stop, .. }| {
+            let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+            let CompensationRequest { machine, parameters, tool, .. } = &request;
+            let part = part_surface(surface, &parameters.surface_reading(), stop)?;
+            let findings = compensator.compensate(
+                machine,
+                parameters,
+                *tool,
+                part,
+                program.path(),
+                &mut output,
+                stop,
+            )?;
+            let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
+            let provenance = Provenance {
+                machine_revision,
+                software_version: env!("CARGO_PKG_VERSION").to_owned(),
+                input_sha256: program.sha256(),
+                output_sha256: output.sha256(),
+            };
+            let report = serde_json::to_string(&CcReport { provenance, findings })?;
+            Ok(Finished { report, output: Some(output) })
+        },
+    )
     .await
 }

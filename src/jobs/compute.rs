@@ -5,8 +5,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use thiserror::Error;
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
+
+use super::PartSurfaceFault;
+use crate::surface::Mesh;
+use crate::wear::SideBySide;
 
 /// Why there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -27,18 +31,69 @@ pub struct Compute {
     /// Places that run.
     running: Arc<Semaphore>,
     width: usize,
+    /// Memory that uploaded surfaces may take together \[MiB\].
+    surface_mib: Arc<Semaphore>,
+    surface_bytes: u64,
+}
+
+const MIB: u64 = 1 << 20;
+
+/// The threads that one computation may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Threads {
+    count: usize,
+}
+
+impl Threads {
+    /// The computation's own.
+    pub const ONE: Self = Self { count: 1 };
+}
+
+impl SideBySide for Threads {
+    fn parts(&self) -> usize {
+        self.count
+    }
+
+    fn run<'a>(&self, mut parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
+        let own = parts.pop();
+        std::thread::scope(|scope| {
+            for part in parts {
+                scope.spawn(part);
+            }
+            if let Some(part) = own {
+                part();
+            }
+        });
+    }
 }
 
 impl Compute {
-    /// A pool that runs `running` computations side by side and lets `waiting` more wait.
+    /// A pool that runs `running` computations side by side and lets `waiting` more wait, with so much memory for
+    /// uploaded surfaces.
     #[must_use]
-    pub fn new(running: usize, waiting: usize) -> Self {
+    pub fn new(running: usize, waiting: usize, surface_bytes: u64) -> Self {
         let running = running.max(1);
+        let mib = usize::try_from(surface_bytes.div_ceil(MIB)).unwrap_or(usize::MAX);
         Self {
             places: Arc::new(Semaphore::new(running + waiting)),
             running: Arc::new(Semaphore::new(running)),
             width: running,
+            surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
+            surface_bytes,
         }
+    }
+
+    /// Waits for the memory that a surface of so many facets takes; it is given back when what is returned goes.
+    ///
+    /// # Errors
+    /// It takes more than all surfaces together may.
+    pub async fn surface_memory(&self, facets: u64) -> Result<OwnedSemaphorePermit, PartSurfaceFault> {
+        let estimated_bytes = Mesh::memory_estimate_bytes(facets);
+        let limit_bytes = self.surface_bytes;
+        let too_large = PartSurfaceFault::TooLarge { facets, estimated_bytes, limit_bytes };
+        let mib = u32::try_from(estimated_bytes.div_ceil(MIB)).ok();
+        let Some(mib) = mib.filter(|_| estimated_bytes <= limit_bytes) else { return Err(too_large) };
+        Arc::clone(&self.surface_mib).acquire_many_owned(mib).await.map_err(|_closed| too_large)
     }
 
     /// How many computations run side by side.
@@ -56,16 +111,41 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
     {
+        self.run_with(0, |_alone, stop| work(stop)).await
+    }
+
+    /// The same for work in parts, which run on as many threads as no other computation wants when it begins.
+    ///
+    /// # Errors
+    /// No place is free, or `work` panicked.
+    pub async fn run_in_parts<T, F>(&self, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+    {
+        self.run_with(self.width - 1, work).await
+    }
+
+    async fn run_with<T, F>(&self, most_more: usize, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+    {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let idle = || Arc::clone(&self.running).try_acquire_owned().ok();
+        let more: Vec<_> = std::iter::from_fn(idle).take(most_more).collect();
+        let threads = Threads { count: 1 + more.len() };
         let token = CancellationToken::new();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {
             // Held by the thread, not by the request: a place is free when its work has really ended.
-            let _held = (place, turn);
+            let _held = (place, turn, more);
             let _entered = span.entered();
-            work(&|| if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+            work(&threads, &|| {
+                if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })
         })
         .await;
         drop(stop_when_dropped);

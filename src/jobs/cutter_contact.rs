@@ -7,18 +7,16 @@ use std::path::Path;
 use super::program_file::FileSource;
 use super::refusals::in_words_of_the_wire;
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass};
-use crate::contact::Correction as CoreCorrection;
+use crate::contact::{Correction as CoreCorrection, PartSurface};
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
-use crate::motion;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process;
-use crate::program;
 use crate::units::{Feedrate, Length, UM_PER_MM};
 use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
-    Fault, Interpolation, Output, Warning,
+    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault,
+    Interpolation, Output,
 };
 
 /// Compensates programs with the core.
@@ -31,11 +29,12 @@ impl Compensator for CutterContactCompensator {
         machine: &Machine,
         parameters: &CcParameters,
         tool: Option<Tool>,
+        part: Option<PartSurface>,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<CcFindings, CompensatorFault> {
-        let parameters = core_parameters(parameters, tool)?;
+        let parameters = process::CcParameters { part, ..core_parameters(parameters, tool)? };
         let report = process::compensate(machine, &parameters, &FileSource(source), output, stop)
             .map_err(in_words_of_the_wire)?;
         Ok(findings(&report))
@@ -80,28 +79,13 @@ fn core_parameters(
         Contact::Normals => process::ContactSource::Normals,
         Contact::FeedPlane => process::ContactSource::FeedPlane,
         Contact::Tip => process::ContactSource::Tip,
-        Contact::Surface => {
-            return Err(parameter(
-                "/contact",
-                "contact from a surface is not available in this version".to_owned(),
-            ));
-        }
+        Contact::Surface => process::ContactSource::Surface,
     };
-    let dialect = match wire.dialect {
-        Dialect::Auto => None,
-        Dialect::Iso => Some(program::Dialect::Iso),
-        Dialect::Csv => Some(program::Dialect::Csv),
-        Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
-            return Err(parameter("/dialect", "this dialect is not read in this version".to_owned()));
-        }
-    };
+    let dialect = wire.dialect.to_core().map_err(|fault| parameter("/dialect", fault.detail))?;
     Ok(process::CcParameters {
         tolerance: Length::from_um(wire.tolerance_um),
         contact,
-        interpolation: wire.interpolation.map(|interpolation| match interpolation {
-            Interpolation::Machine => motion::Interpolation::Machine,
-            Interpolation::Tcp => motion::Interpolation::Tcp,
-        }),
+        interpolation: wire.interpolation.map(Interpolation::to_core),
         correction: match wire.correction {
             Correction::Even => CoreCorrection::Even,
             Correction::Foot => CoreCorrection::Foot,
@@ -125,8 +109,8 @@ fn core_parameters(
 /// The core's report in the words of the wire.
 fn findings(report: &process::CcReport) -> CcFindings {
     CcFindings {
-        dialect: dialect(report.dialect),
-        interpolation: interpolation(report.interpolation),
+        dialect: report.dialect.into(),
+        interpolation: report.interpolation.into(),
         contact: contact(report.contact),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
@@ -138,21 +122,7 @@ fn findings(report: &process::CcReport) -> CcFindings {
         after: summary(&report.after),
         cc_path_length_mm: report.cc_path_length_mm,
         series: series(&report.series),
-        warnings: report.warnings.iter().map(warning).collect(),
-    }
-}
-
-pub(super) fn dialect(dialect: program::Dialect) -> Dialect {
-    match dialect {
-        program::Dialect::Iso => Dialect::Iso,
-        program::Dialect::Csv => Dialect::Csv,
-    }
-}
-
-pub(super) fn interpolation(interpolation: motion::Interpolation) -> Interpolation {
-    match interpolation {
-        motion::Interpolation::Machine => Interpolation::Machine,
-        motion::Interpolation::Tcp => Interpolation::Tcp,
+        warnings: report.warnings.iter().map(Into::into).collect(),
     }
 }
 
@@ -184,18 +154,6 @@ pub(super) fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
         max_excess_um: summary.max_excess_mm * UM_PER_MM,
         max_gouge_um: summary.max_gouge_mm * UM_PER_MM,
         worst_line: summary.worst_line,
-    }
-}
-
-pub(super) fn warning(warning: &process::Warning) -> Warning {
-    let text = warning.kind.text();
-    Warning {
-        kind: warning.kind.name().to_owned(),
-        detail: warning.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
-        count: warning.count,
-        line: warning.line,
-        worst_line: warning.worst_line,
-        max_distance_um: warning.max_distance_mm.map(|distance_mm| distance_mm * UM_PER_MM),
     }
 }
 

@@ -36,6 +36,12 @@ const CIRCLE_SAMPLE_S: f64 = 1e-7;
 /// measured.
 const TOOL_SAMPLE_S: f64 = 4e-6;
 
+/// One sample of a surface among one block's worth of program text, looked at and mostly passed over \[s\]; set with
+/// caution.
+const SAMPLE_BLOCK_S: f64 = 1e-9;
+/// Bytes of a block, at least.
+const BLOCK_BYTES: f64 = 20.0;
+
 /// One scallop height with its inverses, read and printed \[s\].
 const SCALLOP_S: f64 = 3e-6;
 
@@ -70,6 +76,14 @@ impl Cost {
     #[must_use]
     pub fn of_program_reading(length: u64) -> Self {
         Self { seconds: length as f64 * READ_BYTE_S }
+    }
+
+    /// Of a program of this length, cut virtually against so many samples.
+    #[must_use]
+    pub fn of_verification(length: u64, samples: usize) -> Self {
+        let blocks = length as f64 / BLOCK_BYTES;
+        let reading = Self::of_program_reading(length).seconds;
+        Self { seconds: reading + blocks * samples as f64 * SAMPLE_BLOCK_S }
     }
 
     /// How many samples of a whole machine the limit pays for.

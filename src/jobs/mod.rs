@@ -8,12 +8,14 @@ mod cutter_contact;
 mod estimate;
 mod kinematics;
 mod opening;
+mod part_surface;
 mod program_file;
 mod program_job;
 mod refusals;
 mod servo;
 mod servo_program;
 mod spool;
+mod verification;
 mod wear;
 mod wear_program;
 
@@ -22,14 +24,16 @@ pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
     CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, compensate,
 };
-pub use compute::{Compute, ComputeFault};
+pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
+pub use part_surface::PartSurfaceFault;
 pub use program_job::{JobFault, ProgramJob};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
+pub use verification::{ResidualFault, VerificationRequest, verification_figure, verify_part};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::{WearProgramRequest, compensate_wear, wear_figure};

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::{CompensatorFault, Compute, ComputeFault, Sources, Spool, TooCostly};
+use super::part_surface::facets_of;
+use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
 use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
 use crate::wire::{JobDocument, JobOperation, JobState};
 
@@ -22,10 +23,27 @@ pub struct ProgramJob {
     pub parameters: serde_json::Value,
     /// The upload.
     pub program: Draft,
+    /// The part's surface, where one came with it.
+    pub surface: Option<Draft>,
     /// Its name.
     pub file_name: String,
     /// The key it was asked under.
     pub used: Option<KeyUse>,
+}
+
+/// What there is to work on, and with.
+#[derive(Clone, Copy)]
+pub(super) struct Workplace<'a> {
+    /// The program.
+    pub(super) program: &'a Draft,
+    /// The part's surface, where one came with it.
+    pub(super) surface: Option<&'a Draft>,
+    /// Where results go.
+    pub(super) spool: &'a Spool,
+    /// Threads; one but for a verification.
+    pub(super) threads: &'a Threads,
+    /// Breaks when nobody waits for the result any more.
+    pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
 }
 
 /// What the work has made.
@@ -33,7 +51,7 @@ pub struct ProgramJob {
 pub(super) struct Finished {
     /// The report, as JSON text.
     pub(super) report: String,
-    /// A program, where the operation makes one.
+    /// A program or a table, where the operation makes one.
     pub(super) output: Option<Draft>,
 }
 
@@ -52,6 +70,9 @@ pub enum JobFault {
     /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] crate::servo::ServoFault),
+    /// The part's surface is none, or too large.
+    #[error(transparent)]
+    PartSurface(#[from] PartSurfaceFault),
     /// A file could not be kept.
     #[error(transparent)]
     Blob(#[from] BlobFault),
@@ -79,42 +100,57 @@ pub(super) async fn run_program_job<F>(
     work: F,
 ) -> Result<JobRow, JobFault>
 where
-    F: FnOnce(&Draft, &Spool, &dyn Fn() -> ControlFlow<()>) -> Result<Finished, JobFault> + Send + 'static,
+    F: FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
 {
     let created_at = sources.timestamp();
     let (spool, sources) = (spool.clone(), sources.clone());
-    let (job, used) = compute
-        .run(move |stop| -> Result<_, JobFault> {
-            let started_at = sources.timestamp();
-            let Finished { report, output } = work(&job.program, &spool, stop)?;
-            if stop().is_break() {
-                return Err(CompensatorFault::Cancelled.into());
-            }
-            let document = JobDocument {
-                id: sources.ids.next().to_string(),
-                machine_id: job.machine_id,
-                machine_revision: job.machine_revision,
-                operation: job.operation,
-                parameters: job.parameters,
-                state: JobState::Succeeded,
-                progress: 1.0,
-                input_sha256: job.program.sha256(),
-                output_sha256: output.as_ref().map(Draft::sha256),
-                external_id: None,
-                problem: None,
-                software_version: env!("CARGO_PKG_VERSION").to_owned(),
-                created_at,
-                started_at: Some(started_at),
-                finished_at: Some(sources.timestamp()),
-            };
-            spool.blobs().keep(job.program)?;
-            if let Some(output) = output {
-                spool.blobs().keep(output)?;
-            }
-            let report_sha256 = sha256_hex(report.as_bytes());
-            Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
-        })
-        .await??;
+    let memory = match &job.surface {
+        Some(surface) => {
+            let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
+            Some(compute.surface_memory(facets).await?)
+        }
+        None => None,
+    };
+    let in_parts = job.operation == JobOperation::Verification;
+    let worked = move |threads: &Threads, stop: &dyn Fn() -> ControlFlow<()>| -> Result<_, JobFault> {
+        // Held by the work, not by the request: it is free when nothing reads the surface any more.
+        let _memory = memory;
+        let started_at = sources.timestamp();
+        let surface = job.surface.as_ref();
+        let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };
+        let Finished { report, output } = work(place)?;
+        if stop().is_break() {
+            return Err(CompensatorFault::Cancelled.into());
+        }
+        let document = JobDocument {
+            id: sources.ids.next().to_string(),
+            machine_id: job.machine_id,
+            machine_revision: job.machine_revision,
+            operation: job.operation,
+            parameters: job.parameters,
+            state: JobState::Succeeded,
+            progress: 1.0,
+            input_sha256: job.program.sha256(),
+            surface_sha256: job.surface.as_ref().map(Draft::sha256),
+            output_sha256: output.as_ref().map(Draft::sha256),
+            external_id: None,
+            problem: None,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            created_at,
+            started_at: Some(started_at),
+            finished_at: Some(sources.timestamp()),
+        };
+        for draft in [Some(job.program), job.surface, output].into_iter().flatten() {
+            spool.blobs().keep(draft)?;
+        }
+        let report_sha256 = sha256_hex(report.as_bytes());
+        Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
+    };
+    let (job, used) = if in_parts {
+        compute.run_in_parts(worked).await??
+    } else {
+        compute.run(move |stop| worked(&Threads::ONE, stop)).await??
+    };
     if store.add_job(&job, used.as_ref()).await? {
         let NewJob { document, file_name, report, report_sha256 } = job;
         return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });

@@ -3,7 +3,7 @@
 use super::{CompensatorFault, Refusal, RefusalClass};
 use crate::process::{self, LineFault, LineFaultKind, LineFaults};
 use crate::program::Diagnostics;
-use crate::wire::Fault;
+use crate::wire::{Fault, verification_fault};
 
 /// A fault of the core as the service tells it.
 pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
@@ -25,11 +25,16 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::NothingToSimulate { first, .. } | process::Fault::NothingToCut { first, .. } => {
             plain(program, first.map(|(_, line)| line), Vec::new())
         }
-        process::Fault::Verification(_) => plain(RefusalClass::Parameter, None, Vec::new()),
         // faults of the drives only come of a simulation, which has looked at them already
         process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
+        }
+        process::Fault::NoSuchTool { .. } => {
+            plain(RefusalClass::Parameter, None, vec![Fault::new("/tool_number", detail.clone())])
+        }
+        process::Fault::Verification(faults) => {
+            plain(RefusalClass::Parameter, None, faults.iter().map(verification_fault).collect())
         }
         process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
         process::Fault::Unwritable { line, .. } => plain(program, Some(*line), Vec::new()),

@@ -1,7 +1,7 @@
 //! The servo simulation of a program, kept as a job.
 
 use super::program_file::FileSource;
-use super::program_job::{Finished, run_program_job};
+use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::Machine;
@@ -37,7 +37,7 @@ pub async fn simulate_program(
     let ServoProgramRequest { machine, mut parameters, max_cost_s } = request;
     parameters.max_samples = parameters.max_samples.min(Cost::servo_samples_within(max_cost_s));
     let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |program, _spool, stop| {
+    run_program_job(compute, store, spool, sources, job, move |Workplace { program, stop, .. }| {
         let source = FileSource(program.path());
         let simulation = match process::simulate(&machine, &parameters, &source, stop) {
             Ok(simulation) => simulation,

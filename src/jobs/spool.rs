@@ -61,7 +61,15 @@ impl Spool {
     /// # Errors
     /// The file cannot be made.
     pub fn begin(&self) -> Result<Upload, SpoolFault> {
-        Ok(Upload { draft: Some(self.blobs.draft()?), pending: Vec::new(), taken: 0, limit: self.limit })
+        self.begin_within(self.limit)
+    }
+
+    /// Begins an upload with a limit of its own \[bytes\].
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn begin_within(&self, limit: u64) -> Result<Upload, SpoolFault> {
+        Ok(Upload { draft: Some(self.blobs.draft()?), pending: Vec::new(), taken: 0, limit })
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::io::BufWriter;
 
-use super::cutter_contact::{contact, dialect, interpolation, series, summary, warning};
+use super::cutter_contact::{contact, series, summary};
+use super::part_surface::part_surface;
 use super::program_file::FileSource;
-use super::program_job::{Finished, run_program_job};
+use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
 use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::machine::Machine;
@@ -44,31 +45,39 @@ pub async fn compensate_wear(
 ) -> Result<JobRow, JobFault> {
     Cost::of_program(job.program.length(), AS_AT_TOLERANCE_UM).within(request.max_cost_s)?;
     let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |program, spool, stop| {
-        let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-        let WearProgramRequest { machine, parameters, core, .. } = &request;
-        let source = FileSource(program.path());
-        let report = process::compensate_wear(machine, core, &source, &mut output, stop)
-            .map_err(in_words_of_the_wire)?;
-        let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
-        let provenance = Provenance {
-            machine_revision,
-            software_version: env!("CARGO_PKG_VERSION").to_owned(),
-            input_sha256: program.sha256(),
-            output_sha256: output.sha256(),
-        };
-        let findings = findings(parameters, &report);
-        let report = serde_json::to_string(&WearReport { provenance, findings })?;
-        Ok(Finished { report, output: Some(output) })
-    })
+    run_program_job(
+        compute,
+        store,
+        spool,
+        sources,
+        job,
+        move |Workplace { program, surface, spool, stop, .. }| {
+            let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+            let WearProgramRequest { machine, parameters, mut core, .. } = request;
+            core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
+            let source = FileSource(program.path());
+            let report = process::compensate_wear(&machine, &core, &source, &mut output, stop)
+                .map_err(in_words_of_the_wire)?;
+            let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
+            let provenance = Provenance {
+                machine_revision,
+                software_version: env!("CARGO_PKG_VERSION").to_owned(),
+                input_sha256: program.sha256(),
+                output_sha256: output.sha256(),
+            };
+            let findings = findings(&parameters, &report);
+            let report = serde_json::to_string(&WearReport { provenance, findings })?;
+            Ok(Finished { report, output: Some(output) })
+        },
+    )
     .await
 }
 
 /// The core's report in the words of the wire.
 fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFindings {
     WearFindings {
-        dialect: dialect(report.dialect),
-        interpolation: interpolation(report.interpolation),
+        dialect: report.dialect.into(),
+        interpolation: report.interpolation.into(),
         contact: contact(report.contact),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
@@ -84,8 +93,9 @@ fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFi
         after: summary(&report.after),
         cc_path_length_mm: report.cc_path_length_mm,
         series: series(&report.series),
-        advice: parameters.advice(report.contact_angles),
-        warnings: report.warnings.iter().map(warning).collect(),
+        advice: parameters.advice(report.contact_angles, report.curvature.as_ref()),
+        curvature: report.curvature.as_ref().map(Into::into),
+        warnings: report.warnings.iter().map(Into::into).collect(),
     }
 }
 

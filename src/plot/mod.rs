@@ -6,9 +6,11 @@ mod deviation_along_path;
 mod eccentricity_bars;
 mod following_error;
 mod polar_contour;
+mod residual_map;
 mod scallop;
 mod style;
 mod sweep;
+mod wear_trend;
 
 use thiserror::Error;
 
@@ -18,8 +20,10 @@ pub use deviation_along_path::{DeviationFigure, DeviationPoint, deviation_along_
 pub use eccentricity_bars::{EccentricityBars, EccentricityFigure, eccentricity_bars};
 pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_error_over_time};
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
+pub use residual_map::{ResidualFigure, ResidualSample, residual_map};
 pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
+pub use wear_trend::{WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 
 /// A figure could not be drawn: a defect of this software, never of the figure's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

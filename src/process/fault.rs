@@ -82,6 +82,11 @@ pub enum LineFaultKind {
     /// The same where not all five axes are known.
     #[error("the motion has to be moved for the worn cutter, but not all five axes are known here")]
     PositionUnknown,
+    /// A cut by another tool than the first, while none was named.
+    #[error(
+        "another tool than that of the first cut is in the spindle; say by `tool_number` which one is worn"
+    )]
+    AnotherTool,
     /// A purely rotary block gets a linear path, which gives its F another meaning, and the F is not known.
     #[error("the block turns between degrees and millimetres per minute, and its feed is not known")]
     FeedUnknown,
@@ -190,6 +195,12 @@ pub enum Fault {
         contact: &'static str,
         /// `end` or `side`.
         milling: &'static str,
+    },
+    /// A tool was named that no motion is made with.
+    #[error("no motion is made with tool T{number}: it is never put in by M6")]
+    NoSuchTool {
+        /// Its T number.
+        number: u32,
     },
     /// More work than one request may cause.
     #[error("{what} exceed the limit of {limit}")]

@@ -107,8 +107,6 @@ pub enum WarningKind {
     NoContactAtEnd,
     /// A rapid before all five axes are known: left as it is.
     PositionUnknown,
-    /// A motion at feed behind a change of the tool: moved for the same cutter.
-    SeveralTools,
     /// No contact was found in the whole program.
     NoContactKept,
     /// A motion behind a change of the tool: cut with the same cutter.
@@ -137,7 +135,7 @@ impl WarningKind {
             Self::FlatContact => "flat_contact",
             Self::NearlyFlatContact => "nearly_flat_contact",
             Self::PositionUnknown => "position_unknown",
-            Self::SeveralTools | Self::CutWithOneTool => "several_tools",
+            Self::CutWithOneTool => "several_tools",
         }
     }
 
@@ -192,9 +190,6 @@ impl WarningKind {
                 "no contact is known at the end of this motion at feed; its tip moves by the length alone"
             }
             Self::PositionUnknown => "not all five axes are known here; the motion is left as it is",
-            Self::SeveralTools => {
-                "the tool was changed before; every motion is moved for the one worn cutter all the same"
-            }
             Self::CutWithOneTool => {
                 "the tool was changed before; every motion is cut with the one cutter all the same"
             }

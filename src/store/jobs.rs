@@ -66,6 +66,7 @@ struct StoredJob {
     created_at: String,
     started_at: Option<String>,
     finished_at: Option<String>,
+    surface_sha256: Option<String>,
 }
 
 impl StoredJob {
@@ -85,6 +86,7 @@ impl StoredJob {
             state: serde_json::from_value::<JobState>(word(self.state))?,
             progress: self.progress,
             input_sha256: self.input_sha256,
+            surface_sha256: self.surface_sha256,
             output_sha256: self.output_sha256,
             external_id: self.external_id,
             problem: self.problem.as_deref().map(serde_json::from_str).transpose()?,
@@ -158,9 +160,9 @@ impl Store {
                     let (operation, state) = (document.operation.as_str(), document.state.as_str());
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
-                             file_name, input_sha256, output_sha256, report, report_sha256, external_id,
+                             file_name, input_sha256, surface_sha256, output_sha256, report, report_sha256, external_id,
                              software_version, created_at, started_at, finished_at)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -170,6 +172,7 @@ impl Store {
                         document.progress,
                         file_name,
                         document.input_sha256,
+                        document.surface_sha256,
                         document.output_sha256,
                         report,
                         report_sha256,
@@ -197,7 +200,8 @@ impl Store {
     pub async fn named_blobs(&self) -> Result<HashSet<String>, StoreError> {
         let rows = sqlx::query!(
             "SELECT input_sha256 AS \"sha256!: String\" FROM jobs
-             UNION SELECT output_sha256 FROM jobs WHERE output_sha256 IS NOT NULL"
+             UNION SELECT output_sha256 FROM jobs WHERE output_sha256 IS NOT NULL
+             UNION SELECT surface_sha256 FROM jobs WHERE surface_sha256 IS NOT NULL"
         )
         .fetch_all(&self.readers)
         .await

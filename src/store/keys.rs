@@ -5,6 +5,7 @@ use sqlx::sqlite::SqliteConnection;
 
 use super::error::Doing;
 use super::{CalibrationRow, JobRow, Revision, Store, StoreError};
+use crate::wire::WearEntry;
 
 /// An idempotency key and what it is used for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +27,8 @@ pub enum Remembered {
     Calibration(Box<CalibrationRow>),
     /// It was used for the same request, which made this revision.
     Revision(Box<Revision>),
+    /// It was used for the same request, which stored these wear entries.
+    Wear(Vec<WearEntry>),
     /// It was used for another request.
     Other,
 }
@@ -36,6 +39,8 @@ pub(super) enum Answer<'a> {
     Job(&'a str),
     Calibration(&'a str),
     Revision(&'a str, i64),
+    /// The first of the entries.
+    Wear(&'a str),
 }
 
 /// Keeps a key inside the transaction that stores its answer, and drops those that are too old.
@@ -46,24 +51,26 @@ pub(super) async fn keep_key(
     now: &str,
 ) -> Result<(), sqlx::Error> {
     let Some(KeyUse { key, fingerprint, since }) = used else { return Ok(()) };
-    let (job, calibration, machine, revision) = match answer {
-        Answer::Job(id) => (Some(id), None, None, None),
-        Answer::Calibration(id) => (None, Some(id), None, None),
-        Answer::Revision(machine, revision) => (None, None, Some(machine), Some(revision)),
+    let (job, calibration, machine, revision, wear) = match answer {
+        Answer::Job(id) => (Some(id), None, None, None, None),
+        Answer::Calibration(id) => (None, Some(id), None, None, None),
+        Answer::Revision(machine, revision) => (None, None, Some(machine), Some(revision), None),
+        Answer::Wear(first) => (None, None, None, None, Some(first)),
     };
     sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
         .execute(&mut *connection)
         .await?;
     sqlx::query!(
         "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, calibration_id, machine_id,
-             machine_revision, created_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?)",
+             machine_revision, wear_entry_id, created_at)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
         key,
         fingerprint,
         job,
         calibration,
         machine,
         revision,
+        wear,
         now
     )
     .execute(&mut *connection)
@@ -93,7 +100,8 @@ impl Store {
     pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
         let (key, since) = (&used.key, &used.since);
         let row = sqlx::query!(
-            "SELECT fingerprint, job_id, k.calibration_id, c.machine_id AS calibrated, k.machine_id, k.machine_revision
+            "SELECT fingerprint, job_id, k.calibration_id, c.machine_id AS calibrated, k.machine_id, k.machine_revision,
+                 wear_entry_id
              FROM idempotency_keys k LEFT JOIN calibrations c ON c.id = k.calibration_id
              WHERE idempotency_key = ? AND k.created_at >= ?",
             key,
@@ -116,6 +124,9 @@ impl Store {
         if let (Some(machine_id), Some(revision)) = (row.machine_id, row.machine_revision) {
             let found = self.machine_revision(&machine_id, revision).await?;
             return Ok(found.map(|revision| Remembered::Revision(Box::new(revision))));
+        }
+        if let Some(first) = row.wear_entry_id {
+            return Ok(Some(Remembered::Wear(self.wear_posted_with(&first).await?)));
         }
         Ok(None)
     }

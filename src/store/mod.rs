@@ -10,6 +10,7 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod wear_entries;
 
 pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
@@ -21,3 +22,4 @@ pub use keys::{KeyUse, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};
 pub use page::{Cursor, CursorFault, Page};
+pub use wear_entries::{AddedWear, WearConflict};

@@ -19,11 +19,13 @@ pub struct MeshSettings {
     /// How far the facets may be from the surface they stand for \[mm\]. Across an edge where a smooth surface would
     /// have to be farther away, the part has a real edge, and normals are not smoothed.
     pub chordal_tolerance_mm: f64,
+    /// A file of more facets is refused; never more than [`MAX_FACETS`].
+    pub max_facets: u64,
 }
 
 impl Default for MeshSettings {
     fn default() -> Self {
-        Self { mm_per_unit: 1.0, chordal_tolerance_mm: 0.01 }
+        Self { mm_per_unit: 1.0, chordal_tolerance_mm: 0.01, max_facets: u64::from(MAX_FACETS) }
     }
 }
 
@@ -84,7 +86,7 @@ const THIN: f64 = 1.0 / 4_194_304.0;
 const STOP_EVERY: u64 = 1 << 16;
 /// Bytes of memory for each facet at the peak of reading: 3 corners of its own, as in a soup of facets; measured with
 /// a margin (`docs/performance.md`).
-const PEAK_BYTES_PER_FACET: u64 = 240;
+const PEAK_BYTES_PER_FACET: u64 = 300;
 /// Bytes of memory besides.
 const PEAK_BYTES: u64 = 16 << 20;
 
@@ -104,12 +106,13 @@ impl Mesh {
     ) -> Result<Self, MeshFault> {
         settings.check()?;
         let mut reader = StlReader::new(source)?;
+        let max_facets = settings.max_facets.min(u64::from(MAX_FACETS));
         let mut gathered = Gathered::default();
         let mut weld = Weld::new();
         while let Some(facet) = reader.next_facet()? {
             gathered.facets += 1;
-            if gathered.facets > u64::from(MAX_FACETS) {
-                let (facets, max) = (gathered.facets, MAX_FACETS);
+            if gathered.facets > max_facets {
+                let (facets, max) = (gathered.facets, max_facets);
                 return Err(StlFault::TooManyFacets { facets, max }.into());
             }
             if gathered.facets.is_multiple_of(STOP_EVERY) && stop().is_break() {
@@ -147,7 +150,7 @@ impl Mesh {
             }
             if gathered.facets > u64::from(MAX_FACETS) {
                 let (facets, max) = (gathered.facets, MAX_FACETS);
-                return Err(StlFault::TooManyFacets { facets, max }.into());
+                return Err(StlFault::TooManyFacets { facets, max: max.into() }.into());
             }
             gathered.add(&mut weld, corners_mm, Vec3::zeros());
         }

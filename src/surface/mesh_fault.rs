@@ -56,7 +56,7 @@ pub enum StlFault {
         /// Facets stated, or read so far.
         facets: u64,
         /// Most accepted.
-        max: u32,
+        max: u64,
     },
 }
 

@@ -42,7 +42,10 @@ impl<R: Read> StlReader<R> {
                 return Err(StlFault::TruncatedHeader { bytes });
             }
             if stated > MAX_FACETS {
-                return Err(StlFault::TooManyFacets { facets: u64::from(stated), max: MAX_FACETS });
+                return Err(StlFault::TooManyFacets {
+                    facets: u64::from(stated),
+                    max: u64::from(MAX_FACETS),
+                });
             }
             input.skip(HEADER_BYTES);
             return Ok(Self::Binary { input, stated, read: 0 });

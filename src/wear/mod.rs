@@ -5,6 +5,7 @@ mod advice;
 mod cutter_wear;
 mod effective_radius;
 mod end_milling;
+mod history;
 mod pass;
 mod scallop;
 mod scallop_fault;
@@ -19,6 +20,9 @@ pub use advice::{Advice, Outlook, WearAdvice, WearQuestion, advise};
 pub use cutter_wear::CutterWear;
 pub use effective_radius::{LEAD_RANGE_DEG, LeadFault, cutter_radius, effective_radius};
 pub use end_milling::{end_milling_shift, uncompensated_excess_mm};
+pub use history::{
+    CourseFault, CutterLife, LEAST_PLACES, LifeKind, WearCourse, WearRate, WearReading, cutter_life,
+};
 pub use pass::{CutterPass, PassFault};
 pub use scallop::{largest_stepover, scallop_height, smallest_tool_radius};
 pub use scallop_fault::{ScallopFault, ScallopQuantity};

@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-use super::{Fault, FaultList, Fixed};
+use super::{Fault, FaultList, Fixed, SurfaceReading};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
+use crate::{motion, process, program};
 
 /// Where the cutter contact comes from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -34,6 +35,17 @@ pub enum Interpolation {
     Machine,
     /// The tool tip in the workpiece, with tool centre point control on.
     Tcp,
+}
+
+impl Interpolation {
+    /// In the core's terms.
+    #[must_use]
+    pub const fn to_core(self) -> motion::Interpolation {
+        match self {
+            Self::Machine => motion::Interpolation::Machine,
+            Self::Tcp => motion::Interpolation::Tcp,
+        }
+    }
 }
 
 /// How a deviating block is corrected.
@@ -79,6 +91,49 @@ pub enum Dialect {
     Csv,
 }
 
+impl From<motion::Interpolation> for Interpolation {
+    fn from(core: motion::Interpolation) -> Self {
+        match core {
+            motion::Interpolation::Machine => Self::Machine,
+            motion::Interpolation::Tcp => Self::Tcp,
+        }
+    }
+}
+
+impl From<program::Dialect> for Dialect {
+    fn from(core: program::Dialect) -> Self {
+        match core {
+            program::Dialect::Iso => Self::Iso,
+            program::Dialect::Csv => Self::Csv,
+        }
+    }
+}
+
+impl Dialect {
+    /// In the core's terms; none is found from the text.
+    ///
+    /// # Errors
+    /// A dialect that is not read.
+    pub fn to_core(self) -> Result<Option<program::Dialect>, Fault> {
+        match self {
+            Self::Auto => Ok(None),
+            Self::Iso => Ok(Some(program::Dialect::Iso)),
+            Self::Csv => Ok(Some(program::Dialect::Csv)),
+            Self::Siemens | Self::Heidenhain | Self::Apt => {
+                Err(Fault::new("/dialect", "this dialect is not read in this version"))
+            }
+        }
+    }
+
+    /// [`Self::to_core`]; a fault joins `faults`.
+    pub fn core_among(self, faults: &mut FaultList) -> Option<program::Dialect> {
+        self.to_core().unwrap_or_else(|fault| {
+            faults.push(|| fault);
+            None
+        })
+    }
+}
+
 /// What the compensation of the CC path needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -101,6 +156,15 @@ pub struct CcParameters {
     #[serde(default)]
     #[param(inline)]
     pub contact: Contact,
+    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_unit_mm: Option<f64>,
+    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chordal_tolerance_um: Option<f64>,
+    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_gap_um: Option<f64>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[param(inline)]
@@ -141,12 +205,23 @@ impl CcParameters {
     /// Largest offset or tool length taken for real (mm).
     pub const MAX_OFFSET_MM: f64 = 1e5;
 
-    /// The tool, if one is given.
+    /// How an uploaded surface is read.
+    #[must_use]
+    pub fn surface_reading(&self) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: self.surface_unit_mm,
+            chordal_tolerance_um: self.chordal_tolerance_um,
+            contact_gap_um: self.contact_gap_um,
+        }
+    }
+
+    /// The tool, if one is given; `has_part` says whether the part's surface came with the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
-    pub fn check(&self) -> Result<Option<Tool>, Vec<Fault>> {
+    pub fn check(&self, has_part: bool) -> Result<Option<Tool>, Vec<Fault>> {
         let mut faults = FaultList::default();
+        self.surface_reading().check_with_contact(self.contact, has_part, &mut faults);
         let [min, max] = Self::TOLERANCE_RANGE_UM;
         faults.check_range(|| "/tolerance_um".to_owned(), self.tolerance_um, min, max);
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
@@ -230,6 +305,20 @@ pub struct Warning {
     pub worst_line: Option<u64>,
     /// Largest distance, where one belongs to the warning.
     pub max_distance_um: Option<f64>,
+}
+
+impl From<&process::Warning> for Warning {
+    fn from(core: &process::Warning) -> Self {
+        let text = core.kind.text();
+        Self {
+            kind: core.kind.name().to_owned(),
+            detail: core.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
+            count: core.count,
+            line: core.line,
+            worst_line: core.worst_line,
+            max_distance_um: core.max_distance_mm.map(|distance_mm| Length::from_mm(distance_mm).um()),
+        }
+    }
 }
 
 /// What a result was computed from.

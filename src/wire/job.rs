@@ -13,6 +13,8 @@ pub enum JobOperation {
     ServoSimulation,
     /// Compensation of a program for a worn cutter.
     WearCompensation,
+    /// Virtual cutting of the part's surface.
+    Verification,
 }
 
 impl JobOperation {
@@ -23,6 +25,7 @@ impl JobOperation {
             Self::CcCompensation => "cc-compensation",
             Self::ServoSimulation => "servo-simulation",
             Self::WearCompensation => "wear-compensation",
+            Self::Verification => "verification",
         }
     }
 }
@@ -81,7 +84,9 @@ pub struct JobDocument {
     pub progress: f64,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// SHA-256 of the resulting program.
+    /// SHA-256 of the part's surface, where one was uploaded.
+    pub surface_sha256: Option<String>,
+    /// SHA-256 of the resulting program, or of a verification's table of residuals.
     pub output_sha256: Option<String>,
     /// The client's own id.
     pub external_id: Option<String>,

@@ -11,11 +11,13 @@ mod fault;
 mod job;
 mod kinematics;
 mod machine;
+mod nominal_surface;
 mod numbers;
 mod objects;
 mod presets;
 mod query;
 mod reading;
+mod residuals;
 mod rows;
 mod servo;
 mod servo_answer;
@@ -23,12 +25,16 @@ mod servo_path;
 mod servo_program;
 mod solved_poses;
 mod sphere_answer;
+mod surface_mesh;
+mod verification;
 mod wear_advice;
+mod wear_history;
 mod wear_numbers;
 mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
+mod wear_trend;
 
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
@@ -58,11 +64,13 @@ pub use machine::{
     Kinematics, LinearLimits, LocationErrorDoc, MachineDocument, MachineProfile, RotaryAxisDoc, SideDoc,
     SquarenessDoc,
 };
+pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;
 pub use objects::Objects;
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
+pub use residuals::ResidualRow;
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
     FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,
@@ -76,7 +84,15 @@ pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, 
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
+pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};
+pub use verification::{
+    VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
+};
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
+pub use wear_history::{
+    MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntriesAnswer, WearEntriesRequest, WearEntry, WearEntryRequest,
+    WearQuantity, Withdrawal, WithdrawalRequest, check_name, other_quantity,
+};
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_program::{
     LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
@@ -84,3 +100,7 @@ pub use wear_program::{
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
+pub use wear_trend::{
+    FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
+    WearTrendPoint, WearWarning, wear_trend_table,
+};

@@ -10,10 +10,9 @@ use super::{
     AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, Fixed,
     GainScales, Interpolation, KinematicsOptions, LocationErrors, Plane, ServoSamples, SimulationRequest,
 };
-use crate::process::{ProgramSimulation, SimulationParameters};
+use crate::process::{LeftOut, ProgramSimulation, SimulationParameters};
 use crate::servo::DriveSet;
 use crate::units::Feedrate;
-use crate::{motion, program};
 
 /// What the simulation of a program needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
@@ -108,23 +107,12 @@ impl ServoProgramParameters {
             start: None,
             location_errors: self.location_errors,
         };
-        let dialect = match self.dialect {
-            Dialect::Auto => None,
-            Dialect::Iso => Some(program::Dialect::Iso),
-            Dialect::Csv => Some(program::Dialect::Csv),
-            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
-                faults.push(|| Fault::new("/dialect", "this dialect is not read in this version"));
-                None
-            }
-        };
+        let dialect = self.dialect.core_among(faults);
         let setup = options.setup(faults);
         let plain = SimulationParameters::new(set);
         SimulationParameters {
             setup,
-            interpolation: self.interpolation.map(|interpolation| match interpolation {
-                Interpolation::Machine => motion::Interpolation::Machine,
-                Interpolation::Tcp => motion::Interpolation::Tcp,
-            }),
+            interpolation: self.interpolation.map(Interpolation::to_core),
             feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             period_s: self.sample_period_s,
             profile: profile.map(|(profile, _)| profile),
@@ -136,7 +124,7 @@ impl ServoProgramParameters {
     }
 }
 
-/// Motions that were not simulated for one reason.
+/// Motions that were left out for one reason.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = LeftOut)]
 pub struct LeftOutDoc {
@@ -149,6 +137,17 @@ pub struct LeftOutDoc {
     pub count: u64,
     /// First line of the upload, 1-based.
     pub line: u64,
+}
+
+impl From<&LeftOut> for LeftOutDoc {
+    fn from(core: &LeftOut) -> Self {
+        Self {
+            kind: core.reason.name().to_owned(),
+            detail: core.reason.text(),
+            count: core.count,
+            line: core.first_line,
+        }
+    }
 }
 
 /// The report of a program's servo simulation.
@@ -200,10 +199,7 @@ impl ServoReport {
             machine_revision,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
             input_sha256,
-            dialect: match simulation.dialect {
-                program::Dialect::Iso => Dialect::Iso,
-                program::Dialect::Csv => Dialect::Csv,
-            },
+            dialect: simulation.dialect.into(),
             blocks: simulation.blocks,
             motions_simulated: simulation.motions,
             passes: simulation.passes,
@@ -212,16 +208,7 @@ impl ServoReport {
             contour_error: ContourErrorDoc::of(&outcome.contour),
             sample_count: outcome.samples,
             samples: ServoSamples::of(&outcome.trace, &simulation.axes, false),
-            left_out: simulation
-                .left_out
-                .iter()
-                .map(|left_out| LeftOutDoc {
-                    kind: left_out.reason.name().to_owned(),
-                    detail: left_out.reason.text(),
-                    count: left_out.count,
-                    line: left_out.first_line,
-                })
-                .collect(),
+            left_out: simulation.left_out.iter().map(Into::into).collect(),
         }
     }
 }

@@ -108,6 +108,22 @@ const ALLOWED_RANGE_UM: [f64; 2] = [1e-6, 1e6];
 /// Of the step-over: P3's five and ten per cent of wear stay above it, its twenty do not.
 const LEAST_SHARE: f64 = 0.9;
 
+impl WearAdviceAnswer {
+    /// Whether this asks for more, or leaves more where it asks for the same.
+    #[must_use]
+    pub fn is_worse_than(&self, other: &Self) -> bool {
+        let rank = |answer: &Self| match answer.advice {
+            AdviceKind::Keep => 0,
+            AdviceKind::Compensate => 1,
+            AdviceKind::ReduceStepover => 2,
+            AdviceKind::ChangeTool => 3,
+        };
+        // No residual at all is a cutter that cannot cut it.
+        let left_um = |answer: &Self| answer.residual_before_um.unwrap_or(f64::INFINITY);
+        (rank(self), left_um(self)) > (rank(other), left_um(other))
+    }
+}
+
 impl WearAdviceRequest {
     /// The advice.
     ///

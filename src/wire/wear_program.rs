@@ -5,14 +5,14 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::{
     CcParameters, Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Fixed,
-    Interpolation, Provenance, SurfaceKind, ToolDoc, Warning, WearAdviceAnswer, WearAdviceRequest,
+    Interpolation, Provenance, SurfaceKind, SurfaceReading, ToolDoc, Warning, WearAdviceAnswer,
+    WearAdviceRequest,
 };
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
-use crate::process::{self, ContactSource, WornCutter};
+use crate::process::{self, ContactSource, CurvatureAcross, WornCutter};
 use crate::units::{Angle, Feedrate, Length};
 use crate::wear::{WearTable, WearTableFault};
-use crate::{motion, program};
 
 /// Which part of the cutter makes the surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -70,16 +70,29 @@ pub struct WearParameters {
     /// Where the cutter contact comes from; the tip is none here.
     #[serde(default)]
     pub contact: Contact,
+    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_unit_mm: Option<f64>,
+    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chordal_tolerance_um: Option<f64>,
+    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_gap_um: Option<f64>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
+    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 99_999_999)]
+    pub tool_number: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_scallop_um: Option<f64>,
     /// For the advice: the program's step-over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepover_mm: Option<f64>,
-    /// For the advice: form of the surface across the feed; flat unless said.
+    /// For the advice: form of the surface across the feed; unless said as measured from the uploaded one, else flat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceKind>,
     /// For the advice: radius of the surface across the feed.
@@ -143,6 +156,9 @@ pub struct WearQuery {
     /// What the control interpolates; as the program switches it when absent.
     #[param(rename = "interpolation", inline)]
     interpolation: Option<Interpolation>,
+    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
+    #[param(rename = "tool_number")]
+    tool: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[param(rename = "allowed_scallop_um")]
     allowed_scallop: Option<f64>,
@@ -176,16 +192,27 @@ pub struct WearQuery {
 const MAX_ENTRIES: usize = 1000;
 
 impl WearParameters {
-    /// The parameters in the core's terms.
+    /// How an uploaded surface is read.
+    #[must_use]
+    pub fn surface_reading(&self) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: self.surface_unit_mm,
+            chordal_tolerance_um: self.chordal_tolerance_um,
+            contact_gap_um: self.contact_gap_um,
+        }
+    }
+
+    /// The parameters in the core's terms, the part apart; `has_part` says whether it came with the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
-    pub fn to_core(&self) -> Result<process::WearParameters, Vec<Fault>> {
+    pub fn to_core(&self, has_part: bool) -> Result<process::WearParameters, Vec<Fault>> {
         let mut faults = FaultList::default();
         let nominal = self.nominal_tool.to_core("/nominal_tool", &mut faults);
         let worn = self.worn(&mut faults);
         let (shorter_by, length_in_control) = self.length(&mut faults);
         let contact = self.contact(&mut faults);
+        self.surface_reading().check_with_contact(self.contact, has_part, &mut faults);
         let max = CcParameters::MAX_OFFSET_MM;
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
             faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);
@@ -195,15 +222,7 @@ impl WearParameters {
             let max = CcParameters::MAX_FEED_MM_PER_MIN;
             faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
         }
-        let dialect = match self.dialect {
-            Dialect::Auto => None,
-            Dialect::Iso => Some(program::Dialect::Iso),
-            Dialect::Csv => Some(program::Dialect::Csv),
-            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => {
-                faults.push(|| Fault::new("/dialect", "this dialect is not read in this version"));
-                None
-            }
-        };
+        let dialect = self.dialect.core_among(&mut faults);
         self.check_advice(&mut faults);
         faults.into_result()?;
         // Parameters without faults have both.
@@ -216,10 +235,8 @@ impl WearParameters {
             shorter_by,
             length_in_control,
             contact,
-            interpolation: self.interpolation.map(|interpolation| match interpolation {
-                Interpolation::Machine => motion::Interpolation::Machine,
-                Interpolation::Tcp => motion::Interpolation::Tcp,
-            }),
+            tool_number: self.tool_number,
+            interpolation: self.interpolation.map(Interpolation::to_core),
             setup: Setup {
                 work_offset_mm: Vec3::from(self.work_offset_mm.0),
                 tool_length_mm: self.tool_length_mm,
@@ -283,7 +300,7 @@ impl WearParameters {
             }
             Contact::FeedPlane => ContactSource::FeedPlane,
             Contact::Tip => refuse("the tip does not say where a worn cutter touches"),
-            Contact::Surface => refuse("contact from a surface is not available in this version"),
+            Contact::Surface => ContactSource::Surface,
         }
     }
 
@@ -341,11 +358,24 @@ impl WearParameters {
         })
     }
 
-    /// The advice for the contacts of a program, where it was asked for.
+    /// The advice for the contacts of a program, where it was asked for: for the surface as it was stated, else for
+    /// the worst of the curvatures measured, else for a flat one.
     #[must_use]
-    pub fn advice(&self, contact_angles: Option<[Angle; 2]>) -> Option<WearAdviceAnswer> {
+    pub fn advice(
+        &self,
+        contact_angles: Option<[Angle; 2]>,
+        measured: Option<&CurvatureAcross>,
+    ) -> Option<WearAdviceAnswer> {
         let [least, most] = contact_angles?.map(|angle| angle.deg().clamp(0.0, 90.0));
-        self.advice_request([least, most])?.solve().ok()
+        let request = self.advice_request([least, most])?;
+        let Some(measured) = measured.filter(|_| self.surface.is_none()) else { return request.solve().ok() };
+        let curved = [(SurfaceKind::Convex, measured.convex), (SurfaceKind::Concave, measured.concave)]
+            .into_iter()
+            .filter_map(|(surface, found)| Some((surface, Some(found?.0.mm()))));
+        let answers = curved.chain([(SurfaceKind::Flat, None)]).filter_map(|(surface, surface_radius_mm)| {
+            WearAdviceRequest { surface, surface_radius_mm, ..request }.solve().ok()
+        });
+        answers.reduce(|worst, next| if next.is_worse_than(&worst) { next } else { worst })
     }
 }
 
@@ -379,6 +409,32 @@ impl WearTableDoc {
     }
 }
 
+/// The tightest curvature of the part across the feed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CurvatureAcrossFeed)]
+pub struct CurvatureDoc {
+    /// Least radius where the part is convex; null where it nowhere is.
+    pub convex_radius_mm: Option<f64>,
+    /// Line of the upload that ends there.
+    pub convex_line: Option<u64>,
+    /// Least radius where it is concave; null where it nowhere is.
+    pub concave_radius_mm: Option<f64>,
+    /// Line of the upload that ends there.
+    pub concave_line: Option<u64>,
+}
+
+impl From<&CurvatureAcross> for CurvatureDoc {
+    fn from(core: &CurvatureAcross) -> Self {
+        let radius_mm = |found: Option<(Length, u64)>| found.map(|(radius, _)| radius.mm());
+        Self {
+            convex_radius_mm: radius_mm(core.convex),
+            convex_line: core.convex.map(|(_, line)| line),
+            concave_radius_mm: radius_mm(core.concave),
+            concave_line: core.concave.map(|(_, line)| line),
+        }
+    }
+}
+
 /// What the compensation for a worn cutter found and did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearFindings {
@@ -408,6 +464,8 @@ pub struct WearFindings {
     pub max_shift_line: Option<u64>,
     /// Least and largest angle between surface normal and tool axis; null without a contact.
     pub contact_angle_deg: Option<Fixed<2>>,
+    /// How tightly the uploaded surface is curved across the feed at the contacts; null without one.
+    pub curvature: Option<CurvatureDoc>,
     /// What the worn cutter leaves along the normal with the program as it was, scallops apart.
     pub before: DeviationSummary,
     /// Distance of the worn cutter's contact from the nominal one's, from the text that was written.

@@ -96,8 +96,9 @@ impl Described {
         let (maker, at) = match self.operation("post", collection) {
             Some(maker) => (maker, address.to_owned()),
             None if collection == "/v1/jobs" => {
-                let path = "/v1/machines/{machine_id}/cc-compensation";
-                (self.operation("post", path).unwrap(), path.replace("{machine_id}", "example-ac-table"))
+                let makes = if path.ends_with("/residuals") { "verification" } else { "cc-compensation" };
+                let path = format!("/v1/machines/{{machine_id}}/{makes}");
+                (self.operation("post", &path).unwrap(), path.replace("{machine_id}", "example-ac-table"))
             }
             None => unreachable!("{path}: nothing in the description makes one"),
         };

@@ -18,5 +18,7 @@ mod service;
 mod servo;
 mod support;
 mod upgrade;
+mod verification;
 mod wear;
+mod wear_history;
 mod wear_program;

@@ -56,6 +56,9 @@ M30
 ";
 const TABLE: &str = "X,Y,Z,A,C,nx,ny,nz\n10.000,0.000,5.000,10.000,20.000,0,0,1\n20.000,0.000,5.000,25.000,60.000,0,0.1,0.99\n";
 
+const ENTRIES: &str = r#"[{"measured_at": "2025-03-14T09:26:53Z", "parts_cut": 120, "radius_wear_um": 14.0, "note": "a"},
+    {"measured_at": "2025-03-15T09:26:53Z", "parts_cut": 140, "radius_wear_um": 16.0, "edge": "2", "standard_uncertainty_um": 1}]"#;
+
 /// What is put into texts.
 const SCRAPS: &[&str] = &[
     "",
@@ -266,7 +269,8 @@ fn seeds() -> Vec<Seed> {
                 let example = &content["example"];
                 let text = example.as_str().map_or_else(|| example.to_string(), str::to_owned);
                 let method = method.to_uppercase().parse().unwrap();
-                let path = path.replace("{machine_id}", "example-ac-table").replace("{id}", "none");
+                let path = path.replace("{machine_id}", "example-ac-table");
+                let path = path.replace("{tool_id}", "T12").replace("{id}", "none");
                 seeds.push(Seed { method, path, kind: kind.clone(), body: text.into_bytes() });
             }
         }
@@ -287,6 +291,12 @@ fn seeds() -> Vec<Seed> {
             body: text.into(),
         });
     }
+    seeds.push(Seed {
+        method: reqwest::Method::POST,
+        path: "/v1/machines/example-ac-table/tools/T12/wear-entries".to_owned(),
+        kind: "application/json".to_owned(),
+        body: ENTRIES.into(),
+    });
     let path = "/v1/machines/example-ac-table/wear-compensation?nominal_tool.radius_mm=5";
     let lengths = "nominal_tool.length_mm=80&actual_tool.length_mm=79.8";
     for (query, kind, text) in [

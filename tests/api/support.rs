@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use trunnion::cli::{Running, start};
 use trunnion::config::Settings;
+use trunnion::contact::PartSurface;
 use trunnion::jobs::{Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources};
 use trunnion::machine::{Machine, Tool};
 use trunnion::wire::{
@@ -199,6 +200,7 @@ impl Compensator for Upper {
         _machine: &Machine,
         _parameters: &CcParameters,
         _tool: Option<Tool>,
+        _part: Option<PartSurface>,
         source: &Path,
         output: &mut dyn Write,
         stop: &dyn Fn() -> ControlFlow<()>,

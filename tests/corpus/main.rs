@@ -7,6 +7,7 @@ mod rotary_sphere;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;
+mod wear_history;
 
 use std::path::{Path, PathBuf};
 

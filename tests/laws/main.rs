@@ -13,5 +13,6 @@ mod program;
 mod programs;
 mod servo;
 mod surface_contact;
+mod virtual_cutting;
 mod wear;
 mod wear_program;

@@ -342,21 +342,58 @@ fn an_f_between_two_lowered_blocks_changes_neither() {
     assert!((feeds[0] - 720.0).abs() < 1e-9 && (feeds[3] - 720.0).abs() < 1e-9, "{output}");
 }
 
+/// A pass with rotary axes at rest, from `x`.
+fn pass_from(x: &str) -> String {
+    format!("G0 X{x}.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n")
+}
+
 #[test]
-fn motions_behind_another_tool_are_warned_of() {
-    let cut = |x: &str| {
-        format!("G0 X{x}.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n")
+fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
+    let faulty_line = |text: &str| match plain(&ball_by_feed((5.0, 4.5)), text) {
+        Ok(_) => None,
+        Err(Fault::Lines(faults)) => {
+            assert!(faults.kept.iter().all(|fault| matches!(fault.kind, LineFaultKind::AnotherTool)));
+            faults.kept.first().map(|fault| fault.line)
+        }
+        Err(fault) => panic!("{fault}"),
     };
-    let told = |text: &str| {
-        let (_, report) = plain(&ball_by_feed((5.0, 4.5)), text).expect("a program");
-        report
-            .warnings
-            .iter()
-            .find(|warning| warning.kind.name() == "several_tools")
-            .map(|warning| warning.line)
-    };
-    assert_eq!(told(&format!("T1 M6\n{}T2\n{}M30\n", cut("0"), cut("5"))), None);
-    assert_eq!(told(&format!("T1 M6\n{}T2 M6\n{}M30\n", cut("0"), cut("5"))), Some(Some(6)));
+    let [one, two] = [pass_from("0"), pass_from("5")];
+    assert_eq!(faulty_line(&format!("T1 M6\n{one}T2\n{two}M30\n")), None, "T2 is only made ready");
+    assert_eq!(faulty_line(&format!("T1 M6\n{one}T1 M6\n{two}M30\n")), None, "the same tool again");
+    assert_eq!(faulty_line(&format!("T1 M6\n{one}T2\nM6\n{two}M30\n")), Some(8));
+    assert_eq!(faulty_line(&format!("{one}T1 M6\n{two}M30\n")), Some(6), "the first one is not known");
+    assert_eq!(faulty_line(&format!("T[#1] M6\n{one}T[#1] M6\n{two}M30\n")), Some(7), "values are not known");
+}
+
+#[test]
+fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
+    let one = "G0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\n";
+    let (two, three) =
+        ("G0 Z90.000\nX3.000 Y12.000 A-30.000 C0.000\nG1 Y20.000 Z20.000\nG0 Z90.000\n", pass_from("7"));
+    let text = format!("T1 M6\n{one}T2 M6\n{two}M6 T1\n{three}M30\n");
+    let parameters = |number| WearParameters { tool_number: Some(number), ..ball_by_feed((5.0, 4.5)) };
+    let (output, report) = plain(&parameters(1), &text).expect("a program");
+    let (source, written): (Vec<_>, Vec<_>) = (text.lines().collect(), output.lines().collect());
+    assert_eq!(source.len(), written.len());
+    for moved in [1, 2, 9, 10] {
+        assert_ne!(source[moved], written[moved]);
+    }
+    assert_eq!(source[3..9], written[3..9]);
+    assert_eq!(report.contacts_kept, 4);
+    let (second, _) = plain(&parameters(2), &text).expect("a program");
+    let second: Vec<_> = second.lines().collect();
+    assert_eq!([&second[..5], &second[8..]], [&source[..5], &source[8..]]);
+    assert_ne!(second[6], source[6]);
+    assert!(matches!(plain(&parameters(3), &text), Err(Fault::NoSuchTool { number: 3 })));
+    // A Y that the first tool left elsewhere would stand under the second one.
+    let careless = text.replace(" Y12.000", "");
+    match plain(&parameters(1), &careless) {
+        Err(Fault::Lines(faults)) => {
+            assert_eq!(faults.kept[0].line, 7);
+            assert!(matches!(faults.kept[0].kind, LineFaultKind::PositionUnknown));
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

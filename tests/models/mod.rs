@@ -3,5 +3,6 @@
 #![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 
 pub mod finishing;
+pub mod surface_passes;
 pub mod tessellation;
 pub mod witness;

@@ -7,6 +7,9 @@ mod control_export;
 mod cutter_contact;
 #[path = "../models/double_double.rs"]
 mod double_double;
+#[path = "../models/finishing.rs"]
+#[expect(dead_code, unreachable_pub, reason = "one machine of it")]
+mod finishing;
 mod kinematics;
 mod rotary_sphere;
 mod servo;
@@ -16,9 +19,15 @@ mod sphere_run;
 mod stl;
 mod surface_contact;
 mod surface_mesh;
+#[path = "../models/surface_passes.rs"]
+#[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
+mod surface_passes;
 #[path = "../models/tables.rs"]
 mod tables;
 #[path = "../models/tessellation.rs"]
 mod tessellation;
+mod virtual_blade;
+mod virtual_cutting;
 mod wear_compensation;
+mod wear_history;
 mod wear_scallop;

@@ -14,7 +14,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::programs::answer::{self, REPORT_TYPES};
 use crate::http::refusals::refusals;
-use crate::wire::{CcReport, NoParameters, ServoReport, WearReport};
+use crate::wire::{CcReport, NoParameters, ServoReport, VerificationReport, WearReport};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
 
@@ -29,6 +29,8 @@ enum AnyReport {
     ServoSimulation(ServoReport),
     /// Of `wear-compensation`.
     WearCompensation(WearReport),
+    /// Of `verification`.
+    Verification(VerificationReport),
 }
 
 /// Read the report of a job

@@ -4,6 +4,7 @@ mod get_job;
 mod get_plot;
 mod get_program;
 mod get_report;
+mod get_residuals;
 mod list_jobs;
 
 use utoipa_axum::router::OpenApiRouter;
@@ -20,6 +21,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_job::get_job))
         .routes(routes!(get_program::get_job_program))
         .routes(routes!(get_report::get_job_report))
+        .routes(routes!(get_residuals::get_job_residuals))
         .routes(routes!(get_plot::get_job_plot))
 }
 

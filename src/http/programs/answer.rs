@@ -1,4 +1,4 @@
-//! The three faces of a finished job: its program, its report, its plot.
+//! The faces of a finished job: its program or its table of residuals, its report, its plot.
 
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
@@ -11,14 +11,18 @@ use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::servo::program_contour_error;
-use crate::jobs::wear_figure;
+use crate::jobs::{verification_figure, wear_figure};
 use crate::store::JobRow;
-use crate::wire::{CcParameters, CcReport, JobOperation, JobState, ServoReport, WearReport};
+use crate::wire::{
+    CcParameters, CcReport, JobOperation, JobState, ServoReport, VerificationReport, WearReport,
+};
 
 /// Media types of a program.
 pub(in crate::http) const PROGRAM_TYPES: &[&str] = &["text/plain", "application/octet-stream", "text/csv"];
 /// Media types of a report.
 pub(in crate::http) const REPORT_TYPES: &[&str] = &["application/json", SVG];
+/// Media type of a table.
+pub(in crate::http) const CSV: &str = "text/csv";
 /// Media type of a plot.
 pub(in crate::http) const SVG: &str = "image/svg+xml";
 
@@ -27,23 +31,43 @@ const CHUNK: usize = 128 * 1024;
 
 /// The program, streamed from its file.
 pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
-    let sha256 = job.document.output_sha256.clone().ok_or_else(|| without_result(job))?;
-    let blobs = app.spool.blobs().clone();
-    let file = tokio::task::spawn_blocking(move || blobs.read(&sha256)).await;
-    let file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
-    let length = file.metadata().await?.len();
+    let sha256 = job.document.output_sha256.as_deref();
+    let sha256 = sha256.filter(|_| job.document.operation != JobOperation::Verification);
+    let sha256 = sha256.ok_or_else(|| without_result(job, "program"))?;
     // A table stays a table unless something else was asked for by name.
     let kind = if kind == "text/plain" && job.file_name.to_ascii_lowercase().ends_with(".csv") {
         "text/csv"
     } else {
         kind
     };
+    streamed(app, sha256, kind, &compensated_name(&job.file_name)).await
+}
+
+/// The residuals of a verification, streamed from their file.
+pub(in crate::http) async fn residuals(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
+    let sha256 = residuals_sha256(job)?;
+    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
+    streamed(app, sha256, CSV, &format!("{stem}-residuals.csv")).await
+}
+
+fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
+    let sha256 = job.document.output_sha256.as_deref();
+    let sha256 = sha256.filter(|_| job.document.operation == JobOperation::Verification);
+    sha256.ok_or_else(|| without_result(job, "residuals"))
+}
+
+/// A kept file under a name to save it by.
+async fn streamed(app: &AppState, sha256: &str, kind: &str, name: &str) -> Result<Response, Problem> {
+    let (sha256, blobs) = (sha256.to_owned(), app.spool.blobs().clone());
+    let file = tokio::task::spawn_blocking(move || blobs.read(&sha256)).await;
+    let file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
+    let length = file.metadata().await?.len();
     let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
     let headers = response.headers_mut();
     headers.insert(CONTENT_LENGTH, HeaderValue::from(length));
     headers
         .insert(CONTENT_TYPE, HeaderValue::from_str(kind).unwrap_or(HeaderValue::from_static("text/plain")));
-    let disposition = format!("attachment; filename=\"{}\"", compensated_name(&job.file_name));
+    let disposition = format!("attachment; filename=\"{name}\"");
     if let Ok(value) = HeaderValue::try_from(disposition) {
         headers.insert(CONTENT_DISPOSITION, value);
     }
@@ -52,7 +76,7 @@ pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -
 
 /// The plot, drawn from the stored report.
 pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let report = job.report.as_deref().ok_or_else(|| without_result(job))?;
+    let report = job.report.as_deref().ok_or_else(|| without_result(job, "report"))?;
     let figure = match job.document.operation {
         JobOperation::CcCompensation => {
             let report: CcReport = read(report)?;
@@ -71,6 +95,12 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let report: WearReport = read(report)?;
             app.compute.run(move |_stop| wear_figure(&report)).await?
         }
+        JobOperation::Verification => {
+            let report: VerificationReport = read(report)?;
+            let (sha256, blobs) = (residuals_sha256(job)?.to_owned(), app.spool.blobs().clone());
+            let drawn = app.compute.run(move |_stop| verification_figure(&report, &blobs, &sha256)).await?;
+            drawn.map_err(|fault| Problem::internal(&fault))?
+        }
     };
     Ok(([(CONTENT_TYPE, SVG)], figure).into_response())
 }
@@ -84,6 +114,9 @@ pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Re
     let (tag, response) = match kind {
         "application/json" => (report_tag(job, kind), json_response(job.report.clone().unwrap_or_default())),
         SVG => (report_tag(job, kind), plot(app, job).await?),
+        CSV if job.document.operation == JobOperation::Verification => {
+            (program_tag(job), residuals(app, job).await?)
+        }
         _ => (program_tag(job), program(app, job, kind).await?),
     };
     let mut response = tagged(&tag, response);
@@ -93,7 +126,7 @@ pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Re
     Ok(response)
 }
 
-/// Tag of the program.
+/// Tag of the program, or of the residuals.
 pub(in crate::http) fn program_tag(job: &JobRow) -> String {
     job.document.output_sha256.clone().unwrap_or_default()
 }
@@ -104,9 +137,9 @@ pub(in crate::http) fn report_tag(job: &JobRow, kind: &str) -> String {
     if kind == SVG { format!("{digest}-svg") } else { digest.to_owned() }
 }
 
-fn without_result(job: &JobRow) -> Problem {
+fn without_result(job: &JobRow, what: &str) -> Problem {
     let detail = match job.document.state {
-        JobState::Succeeded => "the operation of this job makes no program".to_owned(),
+        JobState::Succeeded => format!("the operation of this job makes no {what}"),
         state => format!("the job is {}", state.as_str()),
     };
     Problem::new(ProblemType::ResultNotFound, detail)

@@ -4,14 +4,14 @@ use axum::extract::Request;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::upload::{Upload, take};
+use super::upload::{Part, Upload, take};
 use crate::http::AppState;
 use crate::http::current_machine::{CurrentMachine, current_machine};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::problem::Problem;
 use crate::jobs::ProgramJob;
 use crate::machine::Machine;
-use crate::store::{JobRow, KeyUse};
+use crate::store::{Draft, JobRow, KeyUse};
 use crate::wire::JobOperation;
 
 /// A program that came in.
@@ -41,21 +41,29 @@ pub(super) async fn arrival<P: DeserializeOwned + Serialize>(
     app: &AppState,
     machine_id: String,
     request: Request,
+    part: Part,
 ) -> Result<Arrival<P>, Problem> {
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
     let current = current_machine(app, &machine_id).await?;
-    let Upload { program, file_name, media_type, parameters }: Upload<P> = take(app, &parts, body).await?;
-    let said = [program.sha256(), serde_json::to_string(&parameters).unwrap_or_default()];
-    let used = used(app, &parts, key, &[&said[0], &said[1]]);
+    let Upload { program, file_name, media_type, surface, parameters }: Upload<P> =
+        take(app, &parts, body, part).await?;
+    let mut said = vec![program.sha256(), serde_json::to_string(&parameters).unwrap_or_default()];
+    said.extend(surface.as_ref().map(Draft::sha256));
+    let used = used(app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return Ok(Arrival::Answered(Box::new(job)));
     }
-    let upload = Upload { program, file_name, media_type, parameters: () };
+    let upload = Upload { program, file_name, media_type, surface, parameters: () };
     Ok(Arrival::New(Box::new(NewProgram { current, parameters, machine_id, upload, used })))
 }
 
 impl<P: Serialize> NewProgram<P> {
+    /// Whether the part's surface came with it.
+    pub(super) fn has_surface(&self) -> bool {
+        self.upload.surface.is_some()
+    }
+
     /// The machine, the parameters, and the job to be done.
     pub(super) fn into_job(self, operation: JobOperation) -> Result<(Machine, P, ProgramJob), Problem> {
         let Self { current, parameters, machine_id, upload, used } = self;
@@ -66,6 +74,7 @@ impl<P: Serialize> NewProgram<P> {
             parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
             file_name: upload.name(),
             program: upload.program,
+            surface: upload.surface,
             used,
         };
         Ok((current.machine, parameters, job))

@@ -5,6 +5,7 @@ use axum::response::Response;
 
 use super::answer::{self, SVG};
 use super::arrival::{Arrival, arrival};
+use super::upload::Part;
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::negotiate::choose;
@@ -30,6 +31,9 @@ struct ProgramForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// The part's surface as STL, for `contact` `surface`.
+    #[schema(value_type = Option<String>, format = Binary)]
+    surface: Option<Vec<u8>>,
 }
 
 /// Compensate the CC path of a program
@@ -74,12 +78,12 @@ pub(super) async fn compensate_cc_path(
     request: Request,
 ) -> Result<Response, Problem> {
     let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<CcParameters>(&app, machine_id, request).await? {
+    let new = match arrival::<CcParameters>(&app, machine_id, request, Part::Seen).await? {
         Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
         Arrival::New(new) => new,
     };
     let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let tool = new.parameters.check().map_err(faulty)?;
+    let tool = new.parameters.check(new.has_surface()).map_err(faulty)?;
     let (machine, parameters, job) = new.into_job(JobOperation::CcCompensation)?;
     let request = CompensationRequest { machine, parameters, tool, max_cost_s: app.settings.max_cost_s };
     let job = compensate(&app.compute, &app.compensator, &app.store, &app.spool, &app.sources, job, request);

@@ -5,6 +5,7 @@ use axum::response::Response;
 
 use super::answer::{self, SVG};
 use super::arrival::{Arrival, arrival};
+use super::upload::Part;
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::negotiate::choose;
@@ -30,6 +31,9 @@ struct WearProgramForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// The part's surface as STL, for `contact` `surface`.
+    #[schema(value_type = Option<String>, format = Binary)]
+    surface: Option<Vec<u8>>,
 }
 
 /// Compensate a program for a worn cutter
@@ -79,12 +83,12 @@ pub(super) async fn compensate_wear_of_program(
     request: Request,
 ) -> Result<Response, Problem> {
     let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<WearParameters>(&app, machine_id, request).await? {
+    let new = match arrival::<WearParameters>(&app, machine_id, request, Part::Seen).await? {
         Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
         Arrival::New(new) => new,
     };
     let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let core = new.parameters.to_core().map_err(faulty)?;
+    let core = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
     let (machine, parameters, job) = new.into_job(JobOperation::WearCompensation)?;
     let request = WearProgramRequest { machine, parameters, core, max_cost_s: app.settings.max_cost_s };
     let job = compensate_wear(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;

@@ -6,6 +6,7 @@ mod compensate_cc_path;
 mod compensate_wear;
 pub(super) mod simulate_servo_program;
 pub(super) mod upload;
+mod verify_part;
 
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -18,4 +19,5 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(compensate_cc_path::compensate_cc_path))
         .routes(routes!(compensate_wear::compensate_wear_of_program))
         .routes(routes!(simulate_servo_program::simulate_servo_program))
+        .routes(routes!(verify_part::verify_part_of_program))
 }

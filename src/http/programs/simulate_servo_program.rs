@@ -5,6 +5,7 @@ use axum::response::Response;
 
 use super::answer::{self, SVG};
 use super::arrival::{Arrival, arrival};
+use super::upload::Part;
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::negotiate::choose;
@@ -74,7 +75,7 @@ pub(super) async fn simulate_servo_program(
     request: Request,
 ) -> Result<Response, Problem> {
     let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<ServoProgramParameters>(&app, machine_id, request).await? {
+    let new = match arrival::<ServoProgramParameters>(&app, machine_id, request, Part::Unseen).await? {
         Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
         Arrival::New(new) => new,
     };

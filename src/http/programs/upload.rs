@@ -1,6 +1,7 @@
-//! A program with its parameters, taken from a plain or a multipart body onto the disk.
+//! A program with its parameters and the part's surface, taken from a plain or a multipart body onto the disk.
 
 use axum::body::Body;
+use axum::extract::multipart::Field;
 use axum::extract::{FromRequest, Multipart, Request};
 use http::HeaderMap;
 use http::request::Parts;
@@ -21,8 +22,19 @@ pub(super) struct Upload<P> {
     pub(super) file_name: Option<String>,
     /// The media type it came with.
     pub(super) media_type: Option<String>,
+    /// The part's surface.
+    pub(super) surface: Option<Draft>,
     /// The parameters.
     pub(super) parameters: P,
+}
+
+/// Whether an operation looks at the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A field `surface` is none of it.
+    Unseen,
+    /// A field `surface` may be there.
+    Seen,
 }
 
 impl<P> Upload<P> {
@@ -36,25 +48,29 @@ impl<P> Upload<P> {
     }
 }
 
+const MULTIPART: &str = "multipart/form-data";
 /// Largest `parameters` field (bytes).
 const MAX_PARAMETERS_BYTES: usize = 1 << 20;
 
-/// Takes the upload, up to the limit on bodies.
+/// Takes the upload, up to the limits on bodies and surfaces.
 pub(super) async fn take<P: DeserializeOwned>(
     app: &AppState,
     parts: &Parts,
     body: Body,
+    part: Part,
 ) -> Result<Upload<P>, Problem> {
     let kind = media_type(&parts.headers);
     let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
-    let limit = app.settings.max_body_bytes;
+    let with_surface = part == Part::Seen && kind.as_deref() == Some(MULTIPART);
+    let surface = if with_surface { app.settings.max_surface_bytes } else { 0 };
+    let limit = app.settings.max_body_bytes.saturating_add(surface);
     if content_length(&parts.headers)
         .is_some_and(|length| length > limit.saturating_add(MAX_PARAMETERS_BYTES as u64))
     {
         return Err(incoming.refuse_length(limit).await);
     }
     match kind.as_deref() {
-        Some("multipart/form-data") => multipart(app, parts, incoming).await,
+        Some(MULTIPART) => multipart(app, parts, incoming, part).await,
         Some(kind) if !kind.starts_with("text/") && kind != "application/octet-stream" => {
             let detail = format!(
                 "a program comes as text/*, application/octet-stream, multipart/form-data or without a type, not as {kind}"
@@ -79,7 +95,8 @@ pub(super) async fn take<P: DeserializeOwned>(
                 }
             }
             let program = spooling.finish().await?;
-            Ok(Upload { program, file_name: given_name(&parts.headers), media_type: kind, parameters })
+            let file_name = given_name(&parts.headers);
+            Ok(Upload { program, file_name, media_type: kind, surface: None, parameters })
         }
     }
 }
@@ -88,6 +105,7 @@ async fn multipart<P: DeserializeOwned>(
     app: &AppState,
     parts: &Parts,
     incoming: Incoming,
+    part: Part,
 ) -> Result<Upload<P>, Problem> {
     let mut request = Request::from_parts(parts.clone(), incoming.into_body());
     *request.method_mut() = http::Method::POST;
@@ -96,6 +114,7 @@ async fn multipart<P: DeserializeOwned>(
         .map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;
     let mut parameters: Option<P> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
+    let mut surface: Option<Draft> = None;
     while let Some(mut field) = paused(app, form.next_field()).await? {
         match field.name().unwrap_or_default() {
             "parameters" if parameters.is_none() => {
@@ -113,14 +132,18 @@ async fn multipart<P: DeserializeOwned>(
             "program" if program.is_none() => {
                 let name = field.file_name().and_then(clean_name);
                 let kind = field.content_type().map(str::to_owned);
-                let mut spooling: Spooling = app.spool.begin()?;
-                while let Some(chunk) = paused(app, field.chunk()).await? {
-                    spooling.take(&chunk).await?;
-                }
-                program = Some((spooling.finish().await?, name, kind));
+                program = Some((spooled(app, &mut field, app.spool.begin()?).await?, name, kind));
+            }
+            "surface" if surface.is_none() && part == Part::Seen => {
+                let spooling = app.spool.begin_within(app.settings.max_surface_bytes)?;
+                surface = Some(spooled(app, &mut field, spooling).await?);
             }
             name => {
-                let known = matches!(name, "parameters" | "program");
+                let known = match name {
+                    "parameters" | "program" => true,
+                    "surface" => part == Part::Seen,
+                    _ => false,
+                };
                 let detail =
                     if known { "the field is there more than once" } else { "there is no such field" };
                 let fault = Fault::new(format!("/{name}"), detail);
@@ -142,7 +165,15 @@ async fn multipart<P: DeserializeOwned>(
         Some(parameters) => parameters,
         None => read_query(query)?,
     };
-    Ok(Upload { program, file_name, media_type, parameters })
+    Ok(Upload { program, file_name, media_type, surface, parameters })
+}
+
+/// A field on the disk.
+async fn spooled(app: &AppState, field: &mut Field<'_>, mut spooling: Spooling) -> Result<Draft, Problem> {
+    while let Some(chunk) = paused(app, field.chunk()).await? {
+        spooling.take(&chunk).await?;
+    }
+    Ok(spooling.finish().await?)
 }
 
 async fn paused<T>(

@@ -126,6 +126,7 @@ async fn program(
     spooling.take(&bytes::Bytes::from(text.clone())).await?;
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
     let job = ProgramJob {
+        surface: None,
         machine_id,
         machine_revision: machine.revision,
         operation: JobOperation::ServoSimulation,

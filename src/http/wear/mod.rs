@@ -1,6 +1,7 @@
-//! Scallop heights, and what to do about a worn cutter.
+//! Scallop heights, what to do about a worn cutter, and how cutters wore.
 
 mod advise_wear;
+mod history;
 mod scallop_height;
 
 use utoipa_axum::router::OpenApiRouter;
@@ -13,4 +14,5 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
         .routes(routes!(scallop_height::compute_scallop_height))
         .routes(routes!(advise_wear::advise_wear))
+        .merge(history::router())
 }

@@ -51,7 +51,7 @@ pub fn verify_part(
     }
     let kinematics = Kinematics::new(machine, &parameters.setup);
     let workshop = Workshop { machine, kinematics: &kinematics, parameters, source, parts, stop };
-    let found = workshop.cut(samples, parameters.resolution)?;
+    let found = workshop.cut(samples, parameters.resolution, parameters.max_pieces)?;
     if found.motions.total() == 0 {
         let first = found.left_out.0.iter().min_by_key(|kind| kind.first_line);
         return Err(Fault::NothingToCut {
@@ -98,7 +98,7 @@ struct Found {
 
 impl Workshop<'_> {
     /// The whole program over these samples.
-    fn cut(&self, samples: &[SurfacePoint], resolution: Length) -> Result<Found, Fault> {
+    fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
         let body = parameters.body().map_err(|fault| Fault::Verification(vec![fault.into()]))?;
         let options = InterpreterOptions {
@@ -110,6 +110,7 @@ impl Workshop<'_> {
             workshop: self,
             body,
             resolution_mm: resolution.mm(),
+            max_pieces,
             bed: NeedleBed::new(samples, parameters.stock),
             batch: SweepBatch::new(),
             modes: ArcModes::default(),
@@ -146,9 +147,11 @@ impl Workshop<'_> {
         residuals: &[Option<Residual>],
     ) -> Result<Convergence, Fault> {
         let resolution = Length::from_mm(self.parameters.resolution.mm() / FINER);
+        // pieces go with the root of the resolution: never more than this
+        let max_pieces = self.parameters.max_pieces.saturating_mul(4);
         let chosen = chosen(residuals);
         let again: Vec<SurfacePoint> = chosen.iter().map(|&index| samples[index]).collect();
-        let finer = self.cut(&again, resolution)?.bed.residuals();
+        let finer = self.cut(&again, resolution, max_pieces)?.bed.residuals();
         let mut max_change_mm: f64 = 0.0;
         let mut cut_once = 0;
         for (&index, finer) in chosen.iter().zip(finer) {
@@ -184,6 +187,7 @@ struct Mill<'a> {
     workshop: &'a Workshop<'a>,
     body: CutterBody,
     resolution_mm: f64,
+    max_pieces: u64,
     bed: NeedleBed,
     batch: SweepBatch,
     modes: ArcModes,
@@ -210,7 +214,7 @@ impl Mill<'_> {
 
     /// Cuts along one motion.
     fn run(&mut self, course: &Course) -> Result<(), Fault> {
-        let Workshop { machine, kinematics, parameters, .. } = *self.workshop;
+        let Workshop { machine, kinematics, .. } = *self.workshop;
         let by_rapid = course.kind == MotionKind::Rapid;
         match course.kind {
             MotionKind::Rapid => self.motions.rapids += 1,
@@ -223,9 +227,9 @@ impl Mill<'_> {
         }
         let pieces = course.pieces(machine, kinematics, &self.body, self.resolution_mm);
         self.pieces = self.pieces.saturating_add(pieces);
-        if self.pieces > parameters.max_pieces {
+        if self.pieces > self.max_pieces {
             let what = "straight pieces that the program's motions divide into";
-            return Err(Fault::TooCostly { what, limit: parameters.max_pieces });
+            return Err(Fault::TooCostly { what, limit: self.max_pieces });
         }
         let mut from = course.pose_at(machine, kinematics, 0.0);
         for index in 1..=pieces {

@@ -53,6 +53,8 @@ pub(super) struct Pilot<'a> {
     pub(super) points: Points<'a>,
     /// G90.1 is active: centres of arcs are points.
     pub(super) absolute_centres: bool,
+    /// The cutter that is compensated for is in the spindle.
+    pub(super) is_its_tool: bool,
     /// Whether the length alone moves every point.
     pub(super) moves_everything: bool,
     pub(super) warnings: Warnings,
@@ -72,6 +74,9 @@ impl Pilot<'_> {
         half_mm: f64,
     ) -> Result<Course, LineFaultKind> {
         let motion = &motions[index];
+        if !self.is_its_tool {
+            return as_in_the_source(motion, axes);
+        }
         if let Some(reason) = motion.unfollowable {
             return self.unfollowed(motion, reason, axes);
         }
@@ -313,6 +318,31 @@ impl Pilot<'_> {
             }
             None => {}
         }
+    }
+}
+
+/// The course of a motion of another tool: where the source leads, so that what stands elsewhere comes back.
+fn as_in_the_source(motion: &Motion, axes: &Written) -> Result<Course, LineFaultKind> {
+    let goes_to_the_machine = matches!(
+        motion.unfollowable,
+        Some(Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return)
+    );
+    if !axes.is_off() || goes_to_the_machine {
+        return Ok(Course::Leave);
+    }
+    match (motion.unfollowable, motion.end) {
+        (Some(reason), _) => Err(LineFaultKind::NotMovable(reason)),
+        (None, _) if motion.offset_changed => Err(LineFaultKind::OtherWorkOffset),
+        (None, _) if motion.kind == MotionKind::Arc => {
+            Err(LineFaultKind::ArcShift { why: "it begins where another tool was moved to" })
+        }
+        (None, None) if motion.kind == MotionKind::Rapid => Ok(Course::Leave),
+        (None, None) => Err(LineFaultKind::PositionUnknown),
+        // A cut would begin where another tool was moved to.
+        (None, Some(_)) if motion.start.is_none() && motion.kind != MotionKind::Rapid => {
+            Err(LineFaultKind::PositionUnknown)
+        }
+        (None, Some(end)) => Ok(Course::Move { target_mm: end.linear_mm, point: None }),
     }
 }
 

@@ -8,6 +8,7 @@ mod parameters;
 mod points;
 mod report;
 mod run;
+mod spindle;
 mod verify;
 mod written;
 

@@ -66,6 +66,8 @@ pub struct WearParameters {
     pub contact: ContactSource,
     /// Who interpolates; `None` takes it from the program's own switches.
     pub interpolation: Option<Interpolation>,
+    /// The T number of the cutter, in a program of several; the others' motions stay as they are.
+    pub tool_number: Option<u32>,
     /// Work offset, nominal tool length, location errors.
     pub setup: Setup,
     /// Feedrate where the program has none.
@@ -88,6 +90,7 @@ impl WearParameters {
             length_in_control: LengthInControl::Nominal,
             contact: ContactSource::Auto,
             interpolation: None,
+            tool_number: None,
             setup: Setup::default(),
             feed: None,
             dialect: None,

@@ -16,6 +16,7 @@ use super::feed::lowered_feed;
 use super::parameters::{LengthInControl, Milling, WearParameters};
 use super::points::Points;
 use super::report::{CurvatureAcross, WearReport};
+use super::spindle::Spindle;
 use super::verify::{Expected, WearVerifier};
 use super::written::Written;
 use crate::contact::rotary_rad;
@@ -30,8 +31,7 @@ use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
-/// M6, G90.1 and G91.1, in tenths.
-const TOOL_CHANGE: u32 = 60;
+/// G90.1 and G91.1, in tenths.
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
 
@@ -74,6 +74,9 @@ pub fn compensate_wear(
     if run.faults.total > 0 {
         return Err(Fault::Lines(run.faults));
     }
+    if let Some(number) = parameters.tool_number.filter(|_| run.motions_of_its_tool == 0) {
+        return Err(Fault::NoSuchTool { number });
+    }
     run.inventory.inserted += run.emitter.feed_blocks;
     run.verifier.finish(&run.inventory)?;
     output.flush()?;
@@ -97,11 +100,13 @@ struct Run<'a> {
     out: Vec<u8>,
     /// Blocks looked through for codes that matter.
     scanned: usize,
-    tool_changes: u64,
+    spindle: Spindle,
     uses_tcp: bool,
     blocks_changed: u64,
     contacts_kept: u64,
     motions_shifted: u64,
+    /// Motions that are looked at: all, or those of the tool asked for.
+    motions_of_its_tool: u64,
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
     contact_angles: Option<[Angle; 2]>,
@@ -127,6 +132,7 @@ impl<'a> Run<'a> {
             contact,
             points: Points::new(machine, source, parameters.interpolation),
             absolute_centres: false,
+            is_its_tool: true,
             moves_everything,
             warnings: Warnings::default(),
             curvature: CurvatureAcross::default(),
@@ -143,11 +149,12 @@ impl<'a> Run<'a> {
             inventory: Inventory::default(),
             out: Vec::new(),
             scanned: 0,
-            tool_changes: 0,
+            spindle: Spindle::default(),
             uses_tcp: false,
             blocks_changed: 0,
             contacts_kept: 0,
             motions_shifted: 0,
+            motions_of_its_tool: 0,
             feeds_lowered: 0,
             max_shift: (0.0, None),
             contact_angles: None,
@@ -168,10 +175,16 @@ impl<'a> Run<'a> {
         let mut copied = 0;
         for (index, motion) in motions.iter().enumerate() {
             self.scan(batch, motion.block as usize);
+            self.pilot.is_its_tool = self.spindle.holds(self.pilot.parameters.tool_number);
             let half_mm = self.half_mm(motion);
             let course = self.pilot.course(motions, index, following, &self.axes, half_mm);
             let done = match course {
                 Ok(Course::Leave) => Ok(self.leave(batch, motion, &mut copied)?),
+                Ok(Course::Move { point: Some(_), .. })
+                    if motion.kind != MotionKind::Rapid && self.spindle.cuts_with_another() =>
+                {
+                    Err(LineFaultKind::AnotherTool)
+                }
                 Ok(Course::Move { target_mm, point }) => {
                     self.shift(batch, motion, &target_mm, point, &mut copied)?
                 }
@@ -201,13 +214,13 @@ impl<'a> Run<'a> {
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
+            self.spindle.see(batch.words(block).iter());
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);
             }
             for word in batch.words(block) {
                 match (word.address, word.code_tenths()) {
-                    (Address::M, Some(TOOL_CHANGE)) => self.tool_changes += 1,
                     (Address::G, Some(ABSOLUTE_CENTRES)) => self.pilot.absolute_centres = true,
                     (Address::G, Some(INCREMENTAL_CENTRES)) => self.pilot.absolute_centres = false,
                     _ => {}
@@ -335,6 +348,7 @@ impl<'a> Run<'a> {
     }
 
     fn count(&mut self, motion: &Motion, point: Option<&Point>) {
+        self.motions_of_its_tool += u64::from(self.pilot.is_its_tool);
         let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
         self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;
         self.motions_shifted += u64::from(self.axes.is_off());
@@ -351,9 +365,6 @@ impl<'a> Run<'a> {
         let [least, most] = self.contact_angles.unwrap_or([angle, angle]);
         self.contact_angles =
             Some([if angle < least { angle } else { least }, if angle > most { angle } else { most }]);
-        if self.tool_changes > 1 {
-            self.pilot.warnings.add(WarningKind::SeveralTools, Some(motion.line));
-        }
     }
 
     fn foresee(

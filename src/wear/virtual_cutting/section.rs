@@ -9,6 +9,9 @@ use crate::geometry::Vec3;
 
 /// A level is not entered by less than this \[mm\].
 const FLOOR_MM: f64 = -1e-8;
+/// The cutter is taken so much larger that a needle or its top that is only touched counts, whatever rounding says
+/// \[mm\].
+const TOUCH_MM: f64 = 2e-8;
 /// How near a least distance is found \[mm\], or as a share of itself: the next level looks again.
 const GAP_MM: f64 = 1e-9;
 const GAP_SHARE: f64 = 0.02;
@@ -16,7 +19,9 @@ const GAP_SHARE: f64 = 0.02;
 const ENTRY_MM: f64 = 1e-11;
 /// Bounds on the steps, never reached but where rounding rules.
 const MAX_STEPS: usize = 60;
-const MAX_LEVELS: usize = 40;
+const MAX_LEVELS: usize = 100;
+/// Levels after which the entry lies on a fold, and tangent planes show the way.
+const SMOOTH_LEVELS: usize = 2;
 
 /// A needle in the frame of the tool, at both ends of a piece.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +39,14 @@ struct Mark {
     distance_mm: f64,
     /// Derivative by u.
     slope: f64,
+}
+
+/// Where the distance along a line is least.
+#[derive(Debug, Clone, Copy)]
+struct Least {
+    mark: Mark,
+    /// Marks on either side of it, falling toward it and rising from it; `None` at an end of the line.
+    between: Option<[Mark; 2]>,
 }
 
 /// A line run through from u = 0 to u = 1 in the frame of the tool.
@@ -56,7 +69,7 @@ impl Run {
         // on the axis the distance has no radial slope but on folds, where any will do
         let turn = if radial_mm > 0.0 { profile.radial / radial_mm } else { 0.0 };
         let slope = (p.x * self.step_mm.x + p.y * self.step_mm.y) * turn + profile.axial * self.step_mm.z;
-        Mark { u, distance_mm: profile.distance_mm, slope }
+        Mark { u, distance_mm: profile.distance_mm - TOUCH_MM, slope }
     }
 
     /// A lower bound of the distance along the run, by its tangents; those at the ends, and where these do not settle
@@ -83,16 +96,18 @@ impl Run {
 
     /// About where the distance is least, if it is below `floor_mm` anywhere.
     #[inline]
-    fn least(&self, body: &CutterBody, floor_mm: f64) -> Option<Mark> {
-        let below = |mark: Mark| (mark.distance_mm < floor_mm).then_some(mark);
+    fn least(&self, body: &CutterBody, floor_mm: f64) -> Option<Least> {
         let mut left = self.mark(body, 0.0);
         if left.slope >= 0.0 {
-            return below(left);
+            return (left.distance_mm < floor_mm).then_some(Least { mark: left, between: None });
         }
         let mut right = self.mark(body, 1.0);
         if right.slope <= 0.0 {
-            return below(right);
+            return (right.distance_mm < floor_mm).then_some(Least { mark: right, between: None });
         }
+        let below = |mark: Mark, left, right| {
+            (mark.distance_mm < floor_mm).then_some(Least { mark, between: Some([left, right]) })
+        };
         let mut best = if left.distance_mm < right.distance_mm { left } else { right };
         for step in 0..MAX_STEPS {
             let (meet, bound_mm) = tangents(&left, &right);
@@ -101,7 +116,7 @@ impl Run {
             }
             let gap_mm = best.distance_mm - bound_mm;
             if gap_mm <= GAP_MM || (gap_mm <= -GAP_SHARE * best.distance_mm && best.distance_mm < floor_mm) {
-                return below(best);
+                return below(best, left, right);
             }
             let width = right.u - left.u;
             // the secant serves smooth stretches, the tangents' meeting folds, the middle what is neither
@@ -111,7 +126,7 @@ impl Run {
                 _ => left.u + 0.5 * width,
             };
             if !(u > left.u && u < right.u) {
-                return below(best);
+                return below(best, left, right);
             }
             let mark = self.mark(body, u);
             if mark.distance_mm < best.distance_mm {
@@ -123,7 +138,7 @@ impl Run {
                 right = mark;
             }
         }
-        below(best)
+        below(best, left, right)
     }
 
     /// The root of the distance that Newton's way from outside leads to, from `u` on: convex, so never past it.
@@ -151,7 +166,8 @@ impl Section {
     /// The path of the needle's point at height `s_mm`.
     #[inline]
     fn level(&self, s_mm: f64) -> Run {
-        Run::new([0, 1].map(|k| self.at_mm[k] + self.along[k] * s_mm))
+        let [from, to] = &self.at_mm;
+        Run::new([from + self.along[0] * s_mm, to + self.along[1] * s_mm])
     }
 
     /// The needle at the fraction `u`, run through by its height.
@@ -170,19 +186,25 @@ impl Section {
     pub(super) fn entry_below(&self, body: &CutterBody, stock_mm: f64, best_mm: f64) -> Option<f64> {
         let mut lowest = None;
         let mut s_mm = best_mm;
-        for _ in 0..MAX_LEVELS {
+        for step in 0..MAX_LEVELS {
             let level = self.level(s_mm);
-            let Some(mark) = level.least(body, FLOOR_MM) else { break };
+            let Some(Least { mark, between }) = level.least(body, FLOOR_MM) else { break };
             let Some(u) = self.counting(body, stock_mm, s_mm, mark.u) else { break };
-            let distance_mm = if u.to_bits() == mark.u.to_bits() {
-                mark.distance_mm
-            } else {
-                level.mark(body, u).distance_mm
-            };
+            let is_free = u.to_bits() == mark.u.to_bits();
+            let distance_mm = if is_free { mark.distance_mm } else { level.mark(body, u).distance_mm };
             if distance_mm >= FLOOR_MM {
                 break;
             }
-            let entered_mm = self.entry_at(body, u, s_mm);
+            let mut entered_mm = self.entry_at(body, u, s_mm);
+            if let Some(between) = between.filter(|_| is_free && step >= SMOOTH_LEVELS)
+                && let Some(u) = self.on_fold(body, s_mm, between)
+                && level.mark(body, u).distance_mm < FLOOR_MM
+                && self
+                    .counting(body, stock_mm, s_mm, u)
+                    .is_some_and(|nearest| nearest.to_bits() == u.to_bits())
+            {
+                entered_mm = entered_mm.min(self.entry_at(body, u, s_mm));
+            }
             if entered_mm >= s_mm {
                 break;
             }
@@ -190,6 +212,16 @@ impl Section {
             lowest = Some(s_mm);
         }
         lowest
+    }
+
+    /// Where the tangent planes of d(s, u) at two marks of the level `s_mm` and the plane d = 0 meet, if between them: on
+    /// a fold of the distance the entries at one u come down slowly, these do not.
+    fn on_fold(&self, body: &CutterBody, s_mm: f64, [left, right]: [Mark; 2]) -> Option<f64> {
+        let [by_left, by_right] = [left.u, right.u].map(|u| self.needle(u).mark(body, s_mm).slope);
+        let [from_left, from_right] = [left, right].map(|mark| mark.u - mark.distance_mm / mark.slope);
+        let down_mm = (from_left - from_right) / (by_left / left.slope - by_right / right.slope);
+        let u = left.u - (left.distance_mm + by_left * down_mm) / left.slope;
+        (down_mm < 0.0 && u > left.u && u < right.u).then_some(u)
     }
 
     /// The fraction nearest to `u` at which the cutter contains the needle's top.

@@ -49,7 +49,9 @@ impl Sweep {
     /// A point fixed in W, as the tool sees it at both ends.
     #[inline]
     fn seen_mm(&self, point_mm: Vec3) -> [Vec3; 2] {
-        [0, 1].map(|k| self.to_tool[k] * (point_mm - self.tips_mm[k]))
+        // written out: a closure for both is not always inlined
+        let [first, second] = &self.to_tool;
+        [first * (point_mm - self.tips_mm[0]), second * (point_mm - self.tips_mm[1])]
     }
 
     /// The needle of a sample, as the tool sees it at both ends.

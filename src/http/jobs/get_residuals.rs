@@ -1,0 +1,50 @@
+//! Reads the residuals that a verification found.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::conditional::unless_known;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::programs::answer::{self, CSV};
+use crate::http::refusals::refusals;
+use crate::wire::NoParameters;
+
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+
+/// Read the residuals of a verification
+///
+/// Every sample of the surface, one a row: place, normal, what stands above the surface (− below) and the line of the
+/// program that left it. Both are empty where no tool came.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}/residuals",
+    tag = "jobs",
+    operation_id = "get_job_residuals",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The table", body = String, content_type = "text/csv",
+            headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_job_residuals(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &[CSV])?;
+    let job = find(&app, &id).await?;
+    let residuals = answer::residuals(&app, &job).await?;
+    let tag = answer::program_tag(&job);
+    unless_known(&headers, &tag, || residuals)
+}

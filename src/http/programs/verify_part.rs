@@ -1,0 +1,94 @@
+//! Cuts a part virtually and compares it with its nominal surface.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::answer::{self, CSV, SVG};
+use super::arrival::{Arrival, arrival};
+use super::upload::Part;
+use crate::http::AppState;
+use crate::http::extract::Path;
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::{VerificationRequest, verify_part};
+use crate::wire::{JobOperation, VerificationParameters, VerificationQuery, VerificationReport};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly, Busy
+);
+
+/// What can be answered: the report first.
+const OFFERS: &[&str] = &["application/json", SVG, CSV];
+
+/// A program with its parameters and the part's surface in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct VerificationForm {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<VerificationParameters>,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+    /// The nominal surface as STL, binary or text; in the parameters where this field is absent.
+    #[schema(value_type = Option<String>, format = Binary)]
+    surface: Option<Vec<u8>>,
+}
+
+/// Verify a program by virtual cutting
+///
+/// The cutter is swept along the program on the machine, and what it leaves is measured along the normal of every sample
+/// of the nominal surface: excess, gouges, uncut samples. The answer is the report, with `Accept: image/svg+xml` a map of
+/// the residuals, with `text/csv` all of them. Kept as a job.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/verification",
+    tag = "programs",
+    operation_id = "verify_part",
+    params(
+        ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
+        VerificationQuery,
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+    ),
+    request_body(
+        content(
+            (String = "text/plain", example = "G90 G21 G94\nG0 X-25.000 Y0.000 Z5.000 A0.000 C0.000\nG1 Z0.000 F1000\nX25.000\nG0 Z50.000\nM30\n"),
+            (VerificationForm = "multipart/form-data", example = json!({
+                "parameters": {
+                    "tool": {"radius_mm": 5.0},
+                    "surface": {"kind": "plane", "length_mm": 40.0, "width_mm": 2.0},
+                    "samples": 2000
+                },
+                "program": "G90 G21 G94\nG0 X-25.000 Y0.000 Z5.000 A0.000 C0.000\nG1 Z0.000 F1000\nX25.000\nG0 Z50.000\nM30\n",
+            })),
+        ),
+        description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "The report, the map of the residuals, or all of them, by Accept",
+            content((VerificationReport = "application/json"), (String = "image/svg+xml"), (String = "text/csv")),
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Tag of what is answered"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn verify_part_of_program(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let kind = choose(request.headers(), OFFERS)?;
+    let new = match arrival::<VerificationParameters>(&app, machine_id, request, Part::Seen).await? {
+        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
+        Arrival::New(new) => new,
+    };
+    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
+    let core = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
+    let (machine, parameters, job) = new.into_job(JobOperation::Verification)?;
+    let request = VerificationRequest { machine, parameters, core, max_cost_s: app.settings.max_cost_s };
+    let job = verify_part(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
+    answer::job(&app, &job, kind).await
+}

@@ -1,0 +1,43 @@
+//! Reads a wear entry.
+
+use axum::extract::State;
+use http::HeaderMap;
+
+use super::ever_existed;
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{NoParameters, WearEntry};
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, WearEntryNotFound, NotAcceptable, InvalidRequest);
+
+/// Read a wear entry
+///
+/// As it was posted, and whether it was withdrawn since.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}",
+    tag = "wear",
+    operation_id = "get_wear_entry",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("id" = String, Path, description = "The entry", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+    ),
+    responses((status = 200, description = "The entry", body = WearEntry), Refusals)
+)]
+pub(super) async fn get_wear_entry(
+    State(app): State<AppState>,
+    Path((machine_id, tool_id, id)): Path<(String, String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Json<WearEntry>, Problem> {
+    choose(&headers, &["application/json"])?;
+    if let Some(found) = app.store.wear_entry(&machine_id, &tool_id, &id).await? {
+        return Ok(Json(found));
+    }
+    ever_existed(&app, &machine_id).await?;
+    Err(Problem::wear_entry_not_found(&tool_id, &id))
+}

@@ -1,0 +1,67 @@
+//! Lists the wear entries of a tool.
+
+use axum::extract::State;
+use http::HeaderMap;
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::{checked, ever_existed};
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::paging::{Listed, PageQuery};
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::WearEntry;
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
+
+/// Which entries, and which page of them.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields, default)]
+#[into_params(parameter_in = Query)]
+pub(super) struct WearEntryQuery {
+    /// How many items.
+    #[param(minimum = 1, maximum = 200, default = 50)]
+    limit: Option<u64>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+    /// Only of this cutter.
+    cutter_id: Option<String>,
+}
+
+/// List wear entries
+///
+/// The last stored first, withdrawn ones too; also of a deleted machine. A tool without entries has an empty list.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries",
+    tag = "wear",
+    operation_id = "list_wear_entries",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        WearEntryQuery,
+    ),
+    responses(
+        (status = 200, description = "A page of entries", body = Listed<WearEntry>,
+            example = json!({"items": [], "next_cursor": null})),
+        Refusals,
+    )
+)]
+pub(super) async fn list_wear_entries(
+    State(app): State<AppState>,
+    Path((machine_id, tool_id)): Path<(String, String)>,
+    Query(query): Query<WearEntryQuery>,
+    headers: HeaderMap,
+) -> Result<Json<Listed<WearEntry>>, Problem> {
+    choose(&headers, &["application/json"])?;
+    let WearEntryQuery { limit, cursor, cutter_id } = query;
+    let (limit, before) = PageQuery::new(limit, cursor).read()?;
+    checked("/tool_id", &tool_id)?;
+    let page = app.store.wear_entries(&machine_id, &tool_id, cutter_id.as_deref(), limit, before).await?;
+    if page.items.is_empty() {
+        ever_existed(&app, &machine_id).await?;
+    }
+    Ok(Json(Listed::new(page, |entry| entry)))
+}

@@ -1,0 +1,95 @@
+//! The part's surface from an uploaded file, within the memory that surfaces may take.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::CompensatorFault;
+use crate::contact::PartSurface;
+use crate::store::Draft;
+use crate::surface::{Mesh, MeshFault, MeshSettings, StlFault};
+use crate::wire::SurfaceReading;
+
+/// Why an uploaded surface is not worked with.
+#[derive(Debug, Error)]
+pub enum PartSurfaceFault {
+    /// It would take more memory than surfaces may.
+    #[error(
+        "a surface of {facets} facets takes an estimated {estimated_bytes} bytes of memory, at most {limit_bytes} are allowed"
+    )]
+    TooLarge {
+        /// Facets it states, or has room for.
+        facets: u64,
+        /// What reading them takes.
+        estimated_bytes: u64,
+        /// What there is.
+        limit_bytes: u64,
+    },
+    /// It is no surface.
+    #[error(transparent)]
+    Mesh(MeshFault),
+}
+
+impl PartSurfaceFault {
+    /// Whether it is only too large.
+    #[must_use]
+    pub fn is_too_large(&self) -> bool {
+        matches!(self, Self::TooLarge { .. } | Self::Mesh(MeshFault::Stl(StlFault::TooManyFacets { .. })))
+    }
+}
+
+/// The shortest facet of a text.
+const TEXT_FACET_BYTES: u64 = 80;
+/// A text longer than this was not written by hand \[bytes\]; a program writes its numbers in full.
+const LONG_TEXT_BYTES: u64 = 256 << 20;
+/// A facet of such a text.
+const FULL_TEXT_FACET_BYTES: u64 = 160;
+/// A facet of a binary file.
+const BINARY_FACET_BYTES: u64 = 50;
+const BINARY_HEADER_BYTES: usize = 84;
+
+/// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
+/// more is not read beyond them.
+pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
+    let mut start = Vec::new();
+    File::open(path)?.take(BINARY_HEADER_BYTES as u64).read_to_end(&mut start)?;
+    Ok(if start.contains(&0) {
+        length.saturating_sub(BINARY_HEADER_BYTES as u64) / BINARY_FACET_BYTES
+    } else if length <= LONG_TEXT_BYTES {
+        length / TEXT_FACET_BYTES + 1
+    } else {
+        length / FULL_TEXT_FACET_BYTES
+    })
+}
+
+/// The part that an uploaded surface is of, if one was.
+pub(super) fn part_surface(
+    surface: Option<&Draft>,
+    reading: &SurfaceReading,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Option<PartSurface>, super::JobFault> {
+    let read = |surface| {
+        let mesh = Arc::new(read_part(surface, &reading.settings(), stop)?);
+        Ok(PartSurface { mesh, contact_gap: reading.contact_gap() })
+    };
+    surface.map(read).transpose()
+}
+
+/// The mesh of an uploaded surface.
+pub(super) fn read_part(
+    surface: &Draft,
+    settings: &MeshSettings,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Mesh, super::JobFault> {
+    let open = || Ok((File::open(surface.path())?, facets_of(surface.path(), surface.length())?));
+    let (file, max_facets) = open().map_err(CompensatorFault::Io)?;
+    let settings = MeshSettings { max_facets, ..*settings };
+    Mesh::read_stl(file, &settings, stop).map_err(|fault| match fault {
+        MeshFault::Cancelled => CompensatorFault::Cancelled.into(),
+        fault => PartSurfaceFault::Mesh(fault).into(),
+    })
+}

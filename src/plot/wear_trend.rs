@@ -1,0 +1,179 @@
+//! How a cutter wore over the parts it cut, and where it goes from there.
+
+use plotters::prelude::*;
+
+use super::PlotFault;
+use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, swatch};
+
+/// One edge: parts and wear \[µm\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct WearEdgeCurve {
+    /// Its name.
+    pub label: String,
+    /// Entries.
+    pub dots: Vec<(f64, f64)>,
+    /// The fitted course, in order.
+    pub line: Vec<(f64, f64)>,
+    /// What is to come: parts, and the wear that is exceeded with 97.5, 50 and 2.5 per cent \[µm\], in order.
+    pub ahead: Vec<(f64, [f64; 3])>,
+}
+
+/// Parts at which the first edge reaches the limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearEnd {
+    /// The early end, if it is known.
+    pub earliest: Option<f64>,
+    /// As likely less as more, if there is telling.
+    pub estimate: Option<f64>,
+    /// The late end, if it is known.
+    pub latest: Option<f64>,
+}
+
+/// What the figure shows.
+#[derive(Debug, Clone, Copy)]
+pub struct WearTrendFigure<'a> {
+    /// One line.
+    pub title: &'a str,
+    /// Name and unit of the wear.
+    pub wear_name: &'a str,
+    /// The edges.
+    pub edges: &'a [WearEdgeCurve],
+    /// The limit \[µm\].
+    pub limit_um: Option<f64>,
+    /// When it is reached.
+    pub end: Option<WearEnd>,
+}
+
+/// Draws the entries as dots, the fitted course through them, what is to come as a band of 95 % with its middle dashed,
+/// the limit, and on it a bar from the early to the late end with a dot at the estimate. Same numbers, same bytes.
+///
+/// # Errors
+/// The drawing library gave up.
+pub fn wear_trend(figure: &WearTrendFigure<'_>) -> Result<String, PlotFault> {
+    let mut svg = String::new();
+    draw(figure, &mut svg).ok_or(PlotFault)?;
+    Ok(svg)
+}
+
+/// A limit or a band higher than so many times what was measured would press it flat.
+const HIGHEST: f64 = 4.0;
+
+fn draw(figure: &WearTrendFigure<'_>, svg: &mut String) -> Option<()> {
+    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    root.fill(&WHITE).ok()?;
+    let edges = figure.edges;
+    let dots = || edges.iter().flat_map(|edge| edge.dots.iter().chain(&edge.line)).copied();
+    let ahead = || edges.iter().flat_map(|edge| edge.ahead.iter()).copied();
+    let most_um = dots().map(|(_, wear)| wear).filter(|wear| wear.is_finite()).fold(0.0, f64::max);
+    let ceiling_um = if most_um > 0.0 { HIGHEST * most_um } else { f64::INFINITY };
+    let limit_um = figure.limit_um.filter(|limit| limit.is_finite() && *limit <= ceiling_um);
+    let band_ends = ahead().flat_map(|(_, wear)| wear).map(|wear| wear.clamp(0.0, ceiling_um));
+    // Up to the limit and a little over it: what lies far above it nobody cuts.
+    let top_um = limit_um.map_or(ceiling_um, |limit| f64::max(1.25 * limit, most_um));
+    let heights =
+        range(dots().map(|(_, wear)| wear).chain(band_ends.map(|wear| wear.min(top_um))).chain(limit_um));
+    let places = range(dots().map(|(parts, _)| parts).chain(ahead().map(|(parts, _)| parts)));
+    let mut builder = ChartBuilder::on(&root);
+    frame(&mut builder, figure.title);
+    let mut chart = builder.build_cartesian_2d(places.clone(), heights.clone()).ok()?;
+    mesh(&mut chart, "parts cut", figure.wear_name)?;
+    let inside = |wear: f64| wear.clamp(heights.start, heights.end);
+    for (index, edge) in edges.iter().enumerate() {
+        let sound = |(parts, wear): &(f64, f64)| parts.is_finite() && wear.is_finite();
+        let band: Vec<(f64, [f64; 3])> = edge
+            .ahead
+            .iter()
+            .copied()
+            .filter(|(parts, wear)| parts.is_finite() && wear.iter().all(|wear| wear.is_finite()))
+            .collect();
+        if band.len() > 1 {
+            let low = band.iter().map(|(parts, wear)| (*parts, inside(wear[0])));
+            let high = band.iter().rev().map(|(parts, wear)| (*parts, inside(wear[2])));
+            let outline: Vec<(f64, f64)> = low.chain(high).collect();
+            chart.draw_series(std::iter::once(Polygon::new(outline, colour(index).mix(0.13)))).ok()?;
+            let middle = band.iter().map(|(parts, wear)| (*parts, wear[1]));
+            let middle: Vec<(f64, f64)> = middle.filter(|(_, wear)| *wear <= heights.end).collect();
+            if middle.len() > 1 {
+                chart.draw_series(DashedLineSeries::new(middle, 6, 4, colour(index).stroke_width(2))).ok()?;
+            }
+        }
+        let line = edge.line.iter().copied().filter(sound);
+        chart
+            .draw_series(LineSeries::new(line, colour(index).stroke_width(2)))
+            .ok()?
+            .label(&edge.label)
+            .legend(swatch(colour(index).stroke_width(3)));
+        let dots = edge.dots.iter().copied().filter(sound);
+        chart.draw_series(dots.map(|at| Circle::new(at, 3, colour(index).filled()))).ok()?;
+    }
+    if let Some(limit_um) = limit_um {
+        let ends = [(places.start, limit_um), (places.end, limit_um)];
+        chart
+            .draw_series(DashedLineSeries::new(ends, 8, 5, MUTED.stroke_width(2)))
+            .ok()?
+            .label(format!("limit {} µm", plain(limit_um)))
+            .legend(swatch(MUTED.stroke_width(2)));
+        if let Some(end) = figure.end {
+            let within =
+                |parts: Option<f64>| parts.map_or(places.end, |parts| parts.clamp(places.start, places.end));
+            let bar = [(within(end.earliest), limit_um), (within(end.latest), limit_um)];
+            chart
+                .draw_series(std::iter::once(PathElement::new(bar, BLACK.stroke_width(4))))
+                .ok()?
+                .label("the limit is reached (95 %)")
+                .legend(swatch(BLACK.stroke_width(4)));
+            let at = end.estimate.filter(|parts| places.contains(parts));
+            chart.draw_series(at.map(|parts| Circle::new((parts, limit_um), 5, BLACK.filled()))).ok()?;
+        }
+    }
+    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
+    drop(chart);
+    root.present().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(scale: f64) -> WearEdgeCurve {
+        let line: Vec<(f64, f64)> = (0..10_u32).map(|k| (f64::from(10 * k), scale * f64::from(k))).collect();
+        let ahead =
+            (9..20_u32).map(|k| (f64::from(10 * k), [0.5, 1.0, 3.0].map(|s| s * scale * f64::from(k))));
+        WearEdgeCurve { label: "edge 1".to_owned(), dots: line.clone(), line, ahead: ahead.collect() }
+    }
+
+    #[test]
+    fn the_figure_has_dots_band_limit_and_end() {
+        let edges = [edge(5.0), edge(4.0)];
+        let end = WearEnd { earliest: Some(120.0), estimate: Some(140.0), latest: None };
+        let figure = WearTrendFigure {
+            title: "T12",
+            wear_name: "wear of the flank [µm]",
+            edges: &edges,
+            limit_um: Some(70.0),
+            end: Some(end),
+        };
+        let svg = wear_trend(&figure).expect("a figure");
+        for part in ["limit 70 µm", "edge 1", "parts cut", "reached (95 %)", "<polygon"] {
+            assert!(svg.contains(part), "{part}");
+        }
+        assert_eq!(svg.matches("<circle").count(), 21);
+        assert_eq!(svg, wear_trend(&figure).expect("a figure"));
+    }
+
+    #[test]
+    fn nothing_and_what_is_no_number_are_drawn() {
+        for edges in [vec![], vec![edge(0.0)], vec![edge(f64::NAN)], vec![edge(1e200)]] {
+            let end = WearEnd { earliest: None, estimate: Some(f64::NAN), latest: None };
+            let figure = WearTrendFigure {
+                title: "",
+                wear_name: "",
+                edges: &edges,
+                limit_um: Some(50.0),
+                end: Some(end),
+            };
+            let svg = wear_trend(&figure).expect("a figure");
+            assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
+        }
+    }
+}

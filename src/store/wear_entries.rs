@@ -1,0 +1,389 @@
+//! Wear entries: appended, withdrawn, never changed.
+
+use std::collections::BTreeSet;
+
+use sqlx::sqlite::SqliteConnection;
+
+use super::error::Doing;
+use super::keys::{Answer, keep_key, unless_key_taken};
+use super::{Cursor, KeyUse, Page, Store, StoreError};
+use crate::wire::{MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntry, WearQuantity, Withdrawal};
+
+/// Why entries were not stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum WearConflict {
+    /// The cutter has entries of the other quantity.
+    OtherQuantity {
+        /// Index of the cutter's first entry among those posted.
+        index: usize,
+    },
+    /// The cutter has an entry of the same edge, parts and time.
+    AlreadyThere {
+        /// Index of the entry among those posted.
+        index: usize,
+        /// The entry that is there.
+        id: String,
+    },
+    /// The cutter would have more entries than one may have.
+    TooMany {
+        /// Index of the first one too many among those posted.
+        index: usize,
+    },
+    /// The cutter would have more edges than one may have.
+    TooManyEdges {
+        /// Index of the first entry of the first one too many among those posted.
+        index: usize,
+    },
+}
+
+/// What became of entries that were posted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum AddedWear {
+    /// They are stored.
+    Stored,
+    /// The key was used in the meantime; nothing is stored.
+    KeyTaken,
+    /// They do not fit what is there; nothing is stored.
+    Refused(Vec<WearConflict>),
+}
+
+/// Conflicts named at once.
+const MOST_CONFLICTS: usize = 100;
+
+struct StoredEntry {
+    seq: i64,
+    id: String,
+    machine_id: String,
+    tool_id: String,
+    cutter_id: String,
+    edge: String,
+    quantity: String,
+    parts_cut: i64,
+    wear_um: f64,
+    standard_uncertainty_um: Option<f64>,
+    measured_at: String,
+    created_at: String,
+    note: Option<String>,
+    withdrawn_at: Option<String>,
+    reason: Option<String>,
+}
+
+impl StoredEntry {
+    fn read(self) -> WearEntry {
+        let is = |quantity: WearQuantity| (self.quantity == quantity.as_str()).then_some(self.wear_um);
+        let withdrawn = self.withdrawn_at.zip(self.reason);
+        WearEntry {
+            radius_wear_um: is(WearQuantity::Radius),
+            flank_wear_um: is(WearQuantity::Flank),
+            id: self.id,
+            machine_id: self.machine_id,
+            tool_id: self.tool_id,
+            cutter_id: self.cutter_id,
+            edge: (!self.edge.is_empty()).then_some(self.edge),
+            measured_at: self.measured_at,
+            created_at: self.created_at,
+            // The column holds nothing that is not between 0 and 1e9.
+            parts_cut: u32::try_from(self.parts_cut).unwrap_or_default(),
+            standard_uncertainty_um: self.standard_uncertainty_um,
+            note: self.note,
+            withdrawn: withdrawn.map(|(withdrawn_at, reason)| Withdrawal { withdrawn_at, reason }),
+        }
+    }
+}
+
+impl Store {
+    /// One entry of a tool.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn wear_entry(
+        &self,
+        machine_id: &str,
+        tool_id: &str,
+        id: &str,
+    ) -> Result<Option<WearEntry>, StoreError> {
+        let row = sqlx::query_as!(
+            StoredEntry,
+            r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
+                   standard_uncertainty_um, measured_at, created_at, note, withdrawn_at AS "withdrawn_at?",
+                   reason AS "reason?"
+               FROM wear_entries LEFT JOIN wear_withdrawals ON entry_seq = seq
+               WHERE id = ? AND machine_id = ? AND tool_id = ?"#,
+            id,
+            machine_id,
+            tool_id
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading a wear entry")?;
+        Ok(row.map(StoredEntry::read))
+    }
+
+    /// A page of the entries of a tool, or of one of its cutters, newest stored first; withdrawn ones too.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn wear_entries(
+        &self,
+        machine_id: &str,
+        tool_id: &str,
+        cutter_id: Option<&str>,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<WearEntry>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let rows = sqlx::query_as!(
+            StoredEntry,
+            r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
+                   standard_uncertainty_um, measured_at, created_at, note, withdrawn_at AS "withdrawn_at?",
+                   reason AS "reason?"
+               FROM wear_entries LEFT JOIN wear_withdrawals ON entry_seq = seq
+               WHERE machine_id = ?1 AND tool_id = ?2 AND seq < ?3 AND (?4 IS NULL OR cutter_id = ?4)
+               ORDER BY seq DESC LIMIT ?5"#,
+            machine_id,
+            tool_id,
+            before,
+            cutter_id,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing wear entries")?;
+        Ok(Page::cut(rows.into_iter().map(|row| (row.seq, row.read())).collect(), limit))
+    }
+
+    /// The cutter of a tool's newest entry that counts.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn newest_cutter(&self, machine_id: &str, tool_id: &str) -> Result<Option<String>, StoreError> {
+        sqlx::query_scalar!(
+            "SELECT cutter_id FROM wear_entries WHERE machine_id = ? AND tool_id = ?
+               AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
+             ORDER BY seq DESC LIMIT 1",
+            machine_id,
+            tool_id
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading the newest cutter")
+    }
+
+    /// The entries of a cutter that count, by edge, then by parts.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn wear_of_cutter(
+        &self,
+        machine_id: &str,
+        tool_id: &str,
+        cutter_id: &str,
+    ) -> Result<Vec<WearEntry>, StoreError> {
+        let rows = sqlx::query_as!(
+            StoredEntry,
+            r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
+                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
+                   NULL AS "reason?: String"
+               FROM wear_entries
+               WHERE machine_id = ? AND tool_id = ? AND cutter_id = ?
+                 AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
+               ORDER BY edge, parts_cut, measured_at, seq"#,
+            machine_id,
+            tool_id,
+            cutter_id
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading the wear of a cutter")?;
+        Ok(rows.into_iter().map(StoredEntry::read).collect())
+    }
+
+    /// The entries of one request, in its order, as they were first answered.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub(super) async fn wear_posted_with(&self, first: &str) -> Result<Vec<WearEntry>, StoreError> {
+        let rows = sqlx::query_as!(
+            StoredEntry,
+            r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
+                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
+                   NULL AS "reason?: String"
+               FROM wear_entries WHERE posted_with = ? ORDER BY seq"#,
+            first
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading posted wear entries")?;
+        Ok(rows.into_iter().map(StoredEntry::read).collect())
+    }
+
+    /// Stores the entries of one request, all of them or none, with the key they were posted under.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn add_wear_entries(
+        &self,
+        entries: &[WearEntry],
+        used: Option<&KeyUse>,
+    ) -> Result<AddedWear, StoreError> {
+        let (entries, used) = (entries.to_vec(), used.cloned());
+        let added = self
+            .write("storing wear entries", |connection| {
+                Box::pin(async move {
+                    let mut refused = against_cutters(connection, &entries).await?;
+                    for (index, entry) in entries.iter().enumerate() {
+                        if refused.len() >= MOST_CONFLICTS {
+                            break;
+                        }
+                        let there = twin(connection, entry).await?;
+                        refused.extend(there.map(|id| WearConflict::AlreadyThere { index, id }));
+                    }
+                    let Some(first) = entries.first().filter(|_| refused.is_empty()) else {
+                        return Ok(refused);
+                    };
+                    for entry in &entries {
+                        insert(connection, entry, &first.id).await?;
+                    }
+                    let answer = Answer::Wear(&first.id);
+                    keep_key(connection, used.as_ref(), answer, &first.created_at).await?;
+                    Ok(refused)
+                })
+            })
+            .await;
+        match added {
+            Ok(refused) if refused.is_empty() => Ok(AddedWear::Stored),
+            Ok(refused) => Ok(AddedWear::Refused(refused)),
+            Err(fault) => unless_key_taken(Err(fault)).map(|_taken| AddedWear::KeyTaken),
+        }
+    }
+
+    /// Withdraws an entry; what is withdrawn already stays as it is. The entry as it is then, if there is one.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn withdraw_wear_entry(
+        &self,
+        machine_id: &str,
+        tool_id: &str,
+        id: &str,
+        withdrawal: &Withdrawal,
+    ) -> Result<Option<WearEntry>, StoreError> {
+        let (machine, tool, entry) = (machine_id.to_owned(), tool_id.to_owned(), id.to_owned());
+        let Withdrawal { withdrawn_at, reason } = withdrawal.clone();
+        self.write("withdrawing a wear entry", |connection| {
+            Box::pin(async move {
+                sqlx::query!(
+                    "INSERT INTO wear_withdrawals (entry_seq, withdrawn_at, reason)
+                     SELECT seq, ?, ? FROM wear_entries WHERE id = ? AND machine_id = ? AND tool_id = ?
+                       AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)",
+                    withdrawn_at,
+                    reason,
+                    entry,
+                    machine,
+                    tool
+                )
+                .execute(&mut *connection)
+                .await?;
+                Ok(())
+            })
+        })
+        .await?;
+        self.wear_entry(machine_id, tool_id, id).await
+    }
+}
+
+/// The entry that counts and is of the same cutter, edge, parts and time as this one.
+async fn twin(connection: &mut SqliteConnection, entry: &WearEntry) -> Result<Option<String>, sqlx::Error> {
+    let WearEntry { machine_id, tool_id, cutter_id, measured_at, parts_cut, .. } = entry;
+    let edge = entry.edge.as_deref().unwrap_or_default();
+    sqlx::query_scalar!(
+        "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND edge = ?
+           AND parts_cut = ? AND measured_at = ?
+           AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
+        machine_id,
+        tool_id,
+        cutter_id,
+        edge,
+        parts_cut,
+        measured_at
+    )
+    .fetch_optional(&mut *connection)
+    .await
+}
+
+/// What does not fit a cutter: the other quantity, and the first entry and the first edge that are one too many.
+async fn against_cutters(
+    connection: &mut SqliteConnection,
+    entries: &[WearEntry],
+) -> Result<Vec<WearConflict>, sqlx::Error> {
+    let mut cutters: Vec<&WearEntry> = entries.iter().collect();
+    cutters.sort_by(|one, other| one.cutter_id.cmp(&other.cutter_id));
+    cutters.dedup_by(|one, other| one.cutter_id == other.cutter_id);
+    let mut conflicts = Vec::new();
+    for entry in cutters {
+        let WearEntry { machine_id, tool_id, cutter_id, .. } = entry;
+        let posted = || entries.iter().enumerate().filter(|(_, entry)| entry.cutter_id == *cutter_id);
+        let quantity = entry.wear().0.as_str();
+        let other = sqlx::query_scalar!(
+            "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND quantity <> ?
+               AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
+            machine_id,
+            tool_id,
+            cutter_id,
+            quantity
+        )
+        .fetch_optional(&mut *connection)
+        .await?;
+        let first = posted().next().filter(|_| other.is_some());
+        conflicts.extend(first.map(|(index, _)| WearConflict::OtherQuantity { index }));
+        let there = sqlx::query!(
+            "SELECT edge, COUNT(*) AS count FROM wear_entries
+             WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? GROUP BY edge",
+            machine_id,
+            tool_id,
+            cutter_id
+        )
+        .fetch_all(&mut *connection)
+        .await?;
+        let mut edges: BTreeSet<String> = there.iter().map(|row| row.edge.clone()).collect();
+        let kept: i64 = there.iter().map(|row| row.count).sum();
+        let room = MAX_WEAR_ENTRIES.saturating_sub(usize::try_from(kept).unwrap_or(usize::MAX));
+        conflicts.extend(posted().nth(room).map(|(index, _)| WearConflict::TooMany { index }));
+        let one_too_many = posted().find(|(_, entry)| {
+            edges.insert(entry.edge.clone().unwrap_or_default());
+            edges.len() > MAX_WEAR_EDGES
+        });
+        conflicts.extend(one_too_many.map(|(index, _)| WearConflict::TooManyEdges { index }));
+    }
+    Ok(conflicts)
+}
+
+async fn insert(
+    connection: &mut SqliteConnection,
+    entry: &WearEntry,
+    posted_with: &str,
+) -> Result<(), sqlx::Error> {
+    let (quantity, wear_um) = entry.wear();
+    let (edge, quantity) = (entry.edge.as_deref().unwrap_or_default(), quantity.as_str());
+    sqlx::query!(
+        "INSERT INTO wear_entries (id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
+             standard_uncertainty_um, measured_at, created_at, note, posted_with)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        entry.id,
+        entry.machine_id,
+        entry.tool_id,
+        entry.cutter_id,
+        edge,
+        quantity,
+        entry.parts_cut,
+        wear_um,
+        entry.standard_uncertainty_um,
+        entry.measured_at,
+        entry.created_at,
+        entry.note,
+        posted_with
+    )
+    .execute(&mut *connection)
+    .await?;
+    Ok(())
+}

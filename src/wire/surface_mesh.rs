@@ -1,0 +1,122 @@
+//! What was found in the file of an uploaded surface.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Contact, Fault, FaultList, Fixed};
+use crate::contact::PartSurface;
+use crate::surface::{MeshReport, MeshSettings};
+use crate::units::Length;
+
+/// How an uploaded surface is read, and how near a cutter has to come to touch it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceReading {
+    /// Millimetres of one unit of the file.
+    pub unit_mm: Option<f64>,
+    /// How far facets may stand off the smooth surface.
+    pub chordal_tolerance_um: Option<f64>,
+    /// The gap up to which a cutter touches.
+    pub contact_gap_um: Option<f64>,
+}
+
+impl SurfaceReading {
+    const UNIT_RANGE_MM: [f64; 2] = [1e-6, 1e6];
+    const CHORDAL_RANGE_UM: [f64; 2] = [1e-3, 1e4];
+    const GAP_RANGE_UM: [f64; 2] = [0.0, 1e4];
+
+    /// Collects what is wrong; `is_uploaded` says whether a surface came with the program.
+    pub fn check(&self, is_uploaded: bool, faults: &mut FaultList) {
+        for (name, value, [min, max]) in [
+            ("surface_unit_mm", self.unit_mm, Self::UNIT_RANGE_MM),
+            ("chordal_tolerance_um", self.chordal_tolerance_um, Self::CHORDAL_RANGE_UM),
+            ("contact_gap_um", self.contact_gap_um, Self::GAP_RANGE_UM),
+        ] {
+            let Some(value) = value else { continue };
+            faults.check_range(|| format!("/{name}"), value, min, max);
+            if !is_uploaded {
+                let detail = "only serves a surface in the form field surface";
+                faults.push(|| Fault::new(format!("/{name}"), detail));
+            }
+        }
+    }
+
+    /// Collects what is wrong where the surface is to say where the cutter touches.
+    pub fn check_with_contact(&self, contact: Contact, is_uploaded: bool, faults: &mut FaultList) {
+        self.check(is_uploaded, faults);
+        let detail = match contact {
+            Contact::Surface if !is_uploaded => Some("missing: a surface in the form field surface"),
+            Contact::Surface | Contact::Auto => None,
+            _ => {
+                is_uploaded.then_some("a surface came with the program, but this contact does not look at it")
+            }
+        };
+        if let Some(detail) = detail {
+            faults.push(|| Fault::new("/contact", detail));
+        }
+    }
+
+    /// How the file is read.
+    #[must_use]
+    pub fn settings(&self) -> MeshSettings {
+        let usual = MeshSettings::default();
+        MeshSettings {
+            mm_per_unit: self.unit_mm.unwrap_or(usual.mm_per_unit),
+            chordal_tolerance_mm: self
+                .chordal_tolerance_um
+                .map_or(usual.chordal_tolerance_mm, |tolerance_um| Length::from_um(tolerance_um).mm()),
+            ..usual
+        }
+    }
+
+    /// The gap up to which a cutter touches.
+    #[must_use]
+    pub fn contact_gap(&self) -> Length {
+        self.contact_gap_um.map_or(PartSurface::DEFAULT_CONTACT_GAP, Length::from_um)
+    }
+}
+
+/// What was found in the file of an uploaded surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceMesh)]
+pub struct SurfaceMeshDoc {
+    /// Facets of the file.
+    pub facets: u64,
+    /// Facets with an area.
+    pub triangles: u64,
+    /// Different corners.
+    pub vertices: u64,
+    /// Facets dropped because they are too thin to have a normal.
+    pub degenerate_facets: u64,
+    /// Facets whose stated normal points against their winding; the winding counts.
+    pub contradicting_normals: u64,
+    /// Edges of one facet only: the rim of an open surface, or a gap.
+    pub open_edges: u64,
+    /// Edges of more than two facets.
+    pub non_manifold_edges: u64,
+    /// Edges across which the surface is not smooth within the chordal tolerance.
+    pub sharp_edges: u64,
+    /// Volume enclosed; null of an open surface.
+    pub volume_mm3: Option<f64>,
+    /// Least coordinates.
+    pub least_mm: Fixed<3>,
+    /// Largest coordinates.
+    pub largest_mm: Fixed<3>,
+}
+
+impl From<&MeshReport> for SurfaceMeshDoc {
+    fn from(core: &MeshReport) -> Self {
+        Self {
+            facets: core.facets,
+            triangles: core.triangles,
+            vertices: core.vertices,
+            degenerate_facets: core.degenerate_facets,
+            contradicting_normals: core.contradicting_normals,
+            open_edges: core.open_edges,
+            non_manifold_edges: core.non_manifold_edges,
+            sharp_edges: core.sharp_edges,
+            volume_mm3: core.volume_mm3,
+            least_mm: Fixed(core.least_mm.into()),
+            largest_mm: Fixed(core.largest_mm.into()),
+        }
+    }
+}
