@@ -86,7 +86,7 @@ const THIN: f64 = 1.0 / 4_194_304.0;
 const STOP_EVERY: u64 = 1 << 16;
 /// Bytes of memory for each facet at the peak of reading: 3 corners of its own, as in a soup of facets; measured with
 /// a margin (`docs/performance.md`).
-const PEAK_BYTES_PER_FACET: u64 = 240;
+const PEAK_BYTES_PER_FACET: u64 = 300;
 /// Bytes of memory besides.
 const PEAK_BYTES: u64 = 16 << 20;
 
