@@ -38,7 +38,6 @@ fn ball(diameter_mm: f64) -> Tool {
 #[derive(Debug, Clone, Copy)]
 struct Row {
     over: u64,
-    gouged: u64,
     max_mm: f64,
 }
 
@@ -70,7 +69,7 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
             .summary;
         assert_eq!(found.uncut, 0);
         let max_mm = found.max_excess.map_or(0.0, |worst| worst.residual.residual_mm);
-        let row = Row { over: found.over_excess, gouged: found.over_gouge, max_mm };
+        let row = Row { over: found.over_excess, max_mm };
         println!("{diameter_mm} mm: {row:?}");
         row
     };
