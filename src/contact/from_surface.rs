@@ -79,12 +79,12 @@ pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> O
         Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
     };
     // near the nearest place is near enough, unless there is an edge
-    let found = match find(SLACK * within_mm)? {
-        (Some(settled), _) => settled,
-        (None, _) => {
-            let (settled, edge) = find(0.0)?;
-            settled.unwrap_or(edge)
-        }
+    let (near, _) = find(SLACK * within_mm)?;
+    let found = if let Some(settled) = near {
+        settled
+    } else {
+        let (settled, edge) = find(0.0)?;
+        settled.unwrap_or(edge)
     };
     (found.gap_mm.abs() <= within_mm).then_some(found)
 }
