@@ -79,8 +79,8 @@ pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> O
         Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
     };
     // near the nearest place is near enough, unless there is an edge
-    let (settled, _) = find(SLACK * within_mm)?;
-    let found = if let Some(settled) = settled {
+    let (near, _) = find(SLACK * within_mm)?;
+    let found = if let Some(settled) = near {
         settled
     } else {
         let (settled, edge) = find(0.0)?;

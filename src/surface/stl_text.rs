@@ -62,22 +62,22 @@ impl<R: Read> TextFacets<R> {
     }
 
     fn facet(&mut self) -> Result<Facet, StlFault> {
-        self.expect("normal")?;
+        self.require("normal")?;
         // whatever the normal is, a number or not: the winding counts
         let normal = Vec3::new(self.any_number()?, self.any_number()?, self.any_number()?);
-        self.expect("outer")?;
-        self.expect("loop")?;
+        self.require("outer")?;
+        self.require("loop")?;
         let mut corners = [Vec3::zeros(); 3];
         for corner in &mut corners {
-            self.expect("vertex")?;
+            self.require("vertex")?;
             *corner = Vec3::new(self.number()?, self.number()?, self.number()?);
         }
-        self.expect("endloop")?;
-        self.expect("endfacet")?;
+        self.require("endloop")?;
+        self.require("endfacet")?;
         Ok(Facet { corners, normal })
     }
 
-    fn expect(&mut self, expected: &'static str) -> Result<(), StlFault> {
+    fn require(&mut self, expected: &'static str) -> Result<(), StlFault> {
         self.need_word()?;
         if self.is(expected) { Ok(()) } else { Err(StlFault::Syntax { line: self.line, expected }) }
     }
