@@ -36,11 +36,13 @@ const CIRCLE_SAMPLE_S: f64 = 1e-7;
 /// measured.
 const TOOL_SAMPLE_S: f64 = 4e-6;
 
-/// One sample of a surface among one block's worth of program text, looked at and mostly passed over \[s\]; set with
-/// caution.
-const SAMPLE_BLOCK_S: f64 = 1e-9;
-/// Bytes of a block, at least.
-const BLOCK_BYTES: f64 = 20.0;
+/// One straight piece of a motion, made and sorted among the samples \[s\]; 20 µs were measured on a busy machine, with
+/// all its pairs.
+const PIECE_S: f64 = 2e-5;
+/// One sample that a piece comes near to \[s\]; likewise 0.1 µs.
+const PAIR_S: f64 = 1e-7;
+/// One sample made, sorted, printed \[s\]; set with caution.
+const SAMPLE_S: f64 = 1e-5;
 
 /// One scallop height with its inverses, read and printed \[s\].
 const SCALLOP_S: f64 = 3e-6;
@@ -78,12 +80,23 @@ impl Cost {
         Self { seconds: length as f64 * READ_BYTE_S }
     }
 
-    /// Of a program of this length, cut virtually against so many samples.
+    /// Of reading a program of this length for virtual cutting, and of so many samples. What it cuts shows on the way.
     #[must_use]
     pub fn of_verification(length: u64, samples: usize) -> Self {
-        let blocks = length as f64 / BLOCK_BYTES;
         let reading = Self::of_program_reading(length).seconds;
-        Self { seconds: reading + blocks * samples as f64 * SAMPLE_BLOCK_S }
+        Self { seconds: reading + samples as f64 * SAMPLE_S }
+    }
+
+    /// How many straight pieces of motion, and how many pairs of piece and sample, the limit pays for.
+    #[must_use]
+    pub fn pieces_and_pairs_within(limit_s: f64) -> [u64; 2] {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative, saturating"
+        )]
+        let count = |each_s: f64| (limit_s / each_s).max(0.0) as u64;
+        [count(PIECE_S), count(PAIR_S)]
     }
 
     /// How many samples of a whole machine the limit pays for.

@@ -47,7 +47,9 @@ pub async fn verify_part(
     let machine_revision = job.machine_revision;
     run_program_job(compute, store, spool, sources, job, move |place| {
         let Workplace { program, surface, spool, threads, stop } = place;
-        let VerificationRequest { machine, parameters, core, .. } = &request;
+        let VerificationRequest { machine, parameters, core, max_cost_s } = &request;
+        let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(*max_cost_s);
+        let core = &process::VerificationParameters { max_pieces, max_pairs, ..core.clone() };
         let (samples, mesh) = samples(parameters, surface, stop)?;
         let source = FileSource(program.path());
         let verification = process::verify_part(machine, core, &samples.points, &source, threads, stop)

@@ -12,6 +12,7 @@ mod report;
 mod sampler;
 mod series;
 mod simulate;
+mod spindle;
 mod stream;
 mod survey;
 mod verification;

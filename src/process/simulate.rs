@@ -70,6 +70,8 @@ pub enum LeftOutReason {
     PositionUnknown,
     /// No feed is known, or it is per spindle turn.
     NoFeed,
+    /// Another tool than the one asked for is in the spindle.
+    OtherTool,
 }
 
 impl LeftOutReason {
@@ -82,6 +84,7 @@ impl LeftOutReason {
             Self::Arc => "arc",
             Self::PositionUnknown => "position_unknown",
             Self::NoFeed => "no_feed",
+            Self::OtherTool => "other_tool",
         }
     }
 
@@ -93,6 +96,7 @@ impl LeftOutReason {
             Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
             Self::Arc => "an arc: its course is the control's".to_owned(),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),
+            Self::OtherTool => "another tool than `tool_number` is in the spindle".to_owned(),
             Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),
         }
     }

@@ -46,6 +46,10 @@ pub struct VerificationParameters {
     #[serde(default = "half_um")]
     #[schema(default = 0.5)]
     pub resolution_um: f64,
+    /// T number of the cutter, in a program of several: motions of other tools are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 99_999_999)]
+    pub tool_number: Option<u32>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
@@ -114,6 +118,9 @@ pub struct VerificationQuery {
     /// Largest distance between a motion and the straight pieces that stand for it; 0.5 unless said.
     #[param(rename = "resolution_um")]
     resolution: Option<f64>,
+    /// T number of the cutter, in a program of several: motions of other tools are left out.
+    #[param(rename = "tool_number")]
+    tool_number: Option<u32>,
     /// What the control interpolates; as the program switches it when absent.
     #[param(rename = "interpolation", inline)]
     interpolation: Option<Interpolation>,
@@ -186,6 +193,7 @@ impl VerificationParameters {
             resolution: Length::from_um(self.resolution_um),
             limit: Length::from_um(self.limit_um),
             setup,
+            tool_number: self.tool_number,
             interpolation: self.interpolation.map(Interpolation::to_core),
             dialect,
             ..process::VerificationParameters::new(tool)

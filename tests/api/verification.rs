@@ -80,18 +80,15 @@ async fn parallel_passes_leave_their_scallops_and_every_face_of_the_job_says_so(
     problem(app.get(&format!("{job}/program")).await, "result-not-found").await;
 }
 
-#[tokio::test]
-async fn a_worn_ball_leaves_more_and_the_compensated_program_what_the_nominal_one_did() {
-    let app = spawn().await;
+/// The same passes by a ball whose axis leans by 45°, with TCP and contact words; and that axis.
+async fn leaning(app: &App) -> (String, [f64; 3]) {
     let joints = json!({"joints": [{"X": 0, "Y": 0, "Z": 0, "A": -45, "C": 0}]});
     let path = "/v1/machines/example-ac-table/forward-kinematics";
     let pose: Value = app.post_json(path, &joints).await.json().await.unwrap();
     let axis = ["i", "j", "k"].map(|name| pose["poses"][0][name].as_f64().unwrap());
-    // Contacts on the plate, the tip of a leaning ball beside them.
     let mut text = "G90 G21 G94\nG43.4 H1\n".to_owned();
     let mut point = |code: &str, x: f64, y: f64| {
-        let tip = [0, 1, 2].map(|k| [x, y, RADIUS_MM][k] - RADIUS_MM * axis[k]);
-        let [u, v, w] = tip;
+        let [u, v, w] = [0, 1, 2].map(|k| [x, y, RADIUS_MM][k] - RADIUS_MM * axis[k]);
         writeln!(text, "{code} X{u:.4} Y{v:.4} Z{w:.4} A-45.0000 C0.0000 U{x:.4} V{y:.4} W0.0000").unwrap();
     };
     for pass in 0..=12 {
@@ -99,7 +96,16 @@ async fn a_worn_ball_leaves_more_and_the_compensated_program_what_the_nominal_on
         point("G1 F2000", -24.0 * side, y);
         point("G1", 24.0 * side, y);
     }
-    text += "M30\n";
+    (text + "M30\n", axis)
+}
+
+const WEAR: &str =
+    "/v1/machines/example-ac-table/wear-compensation?nominal_tool.radius_mm=5&actual_tool.radius_mm=4";
+
+#[tokio::test]
+async fn a_worn_ball_leaves_more_and_the_compensated_program_what_the_nominal_one_did() {
+    let app = spawn().await;
+    let (text, axis) = leaning(&app).await;
     let cut = async |radius_mm: f64, text: &str| -> f64 {
         let mut asked = parameters();
         asked["tool"]["radius_mm"] = json!(radius_mm);
@@ -107,9 +113,7 @@ async fn a_worn_ball_leaves_more_and_the_compensated_program_what_the_nominal_on
         assert_eq!(report["uncut"], 0, "{report}");
         report["max_excess"]["residual_um"].as_f64().unwrap()
     };
-    let wear =
-        "/v1/machines/example-ac-table/wear-compensation?nominal_tool.radius_mm=5&actual_tool.radius_mm=4";
-    let compensated = app.post_text(wear, "text/plain", text.clone()).await;
+    let compensated = app.post_text(WEAR, "text/plain", text.clone()).await;
     assert_eq!(compensated.status(), 200);
     let compensated = compensated.text().await.unwrap();
     let [sharp_um, worn_um, mended_um] =
@@ -156,7 +160,7 @@ async fn bad_parameters_of_a_verification_are_all_named() {
         (with(json!({"samples": 2_000_001})), vec!["/samples"]),
         (with(json!({"cutting_length_mm": 3})), vec!["/cutting_length_mm"]),
         (
-            with(json!({"stock_mm": 0, "limit_um": 1e9, "resolution_um": -1, "chordal_tolerance_um": 0})),
+            with(json!({"stock_mm": 0, "limit_um": 1e9, "resolution_um": -1, "chordal_tolerance_um": 5})),
             vec!["/chordal_tolerance_um", "/stock_mm", "/resolution_um", "/limit_um"],
         ),
         (with(json!({"surface": {"kind": "plane", "length_mm": 1}})), vec!["/surface/width_mm"]),
@@ -240,7 +244,7 @@ async fn a_surface_that_is_none_is_refused_and_nothing_is_kept() {
         (b"ply\nformat ascii".to_vec(), "solid"),
         (b"solid nothing\nendsolid nothing\n".to_vec(), "no facet"),
         (stl(TOP).replace("vertex 20 5 0", "vertex 20 5").into_bytes(), "line"),
-        (stl(TOP).replace("vertex 20 5 0", "vertex 20 5 nan").into_bytes(), "coordinate"),
+        (stl(TOP).replace("vertex 20 5 0", "vertex 20 5 nan").into_bytes(), "finite"),
         (turned.into_bytes(), "contrary sense"),
         (stl(TOP).as_bytes()[..200].to_vec(), "endsolid"),
         ([vec![0; 80], 1_u32.to_le_bytes().to_vec(), vec![0; 49]].concat(), "the file ends after 0"),
@@ -264,4 +268,72 @@ async fn a_surface_that_is_none_is_refused_and_nothing_is_kept() {
         problem(app.client.post(app.url(path)).multipart(form).send().await.unwrap(), "invalid-request")
             .await;
     assert_eq!(pointers(&body), ["/surface"]);
+}
+
+#[tokio::test]
+async fn the_part_says_where_a_worn_cutter_touches() {
+    let app = spawn().await;
+    let (stated, _) = leaning(&app).await;
+    // Without contact words, and over a plate that reaches as far as the passes.
+    let bare: String =
+        stated.lines().map(|line| line.split(" U").next().unwrap().to_owned() + "\n").collect();
+    let plate = TOP.map(|[x, y, z]| [2.0 * x, 2.0 * y, z]);
+    let asked = json!({
+        "nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4}, "contact": "surface",
+        "allowed_scallop_um": 40, "stepover_mm": 1
+    });
+    let post = async |asked: &Value, program: &str, surface: Option<String>| {
+        let mut form = Form::new().text("parameters", asked.to_string()).text("program", program.to_owned());
+        if let Some(surface) = surface {
+            form = form.text("surface", surface);
+        }
+        let path = "/v1/machines/example-ac-table/wear-compensation";
+        app.client.post(app.url(path)).multipart(form).send().await.unwrap()
+    };
+    let by_part = post(&asked, &bare, Some(stl(plate))).await;
+    assert_eq!(by_part.status(), 200);
+    let job = by_part.headers()["location"].to_str().unwrap().to_owned();
+    let by_part = by_part.text().await.unwrap();
+    let by_words = app.post_text(WEAR, "text/plain", stated).await.text().await.unwrap();
+    for (part, words) in by_part.lines().zip(by_words.lines()) {
+        assert_eq!(part, words.split(" U").next().unwrap());
+    }
+    let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+    assert_eq!((&report["contact"], &report["contacts_kept"]), (&json!("surface"), &json!(26)));
+    assert_eq!(report["advice"]["advice"], "compensate", "{report}");
+    let flat = ["convex_radius_mm", "convex_line", "concave_radius_mm", "concave_line"];
+    assert!(flat.into_iter().all(|name| report["curvature"][name].is_null()), "{report}");
+    // A plate that the cutter does not touch: nothing moves, and that is said.
+    let below = plate.map(|[x, y, z]| [x, y, z - 1.0]);
+    let mut near = asked.clone();
+    near["contact_gap_um"] = json!(500);
+    let missed = post(&near, &bare, Some(stl(below))).await;
+    assert_eq!(missed.text().await.unwrap(), bare);
+    for (contact, surface) in [("surface", None), ("program", Some(stl(plate)))] {
+        let mut wrong = asked.clone();
+        wrong["contact"] = json!(contact);
+        let body = problem(post(&wrong, &bare, surface).await, "invalid-request").await;
+        assert_eq!(pointers(&body), ["/contact"], "{body}");
+    }
+}
+
+#[tokio::test]
+async fn only_the_named_tool_cuts() {
+    let app = spawn().await;
+    // The first tool cuts the plate, the second half a millimetre below it.
+    let text = plate().replace("G90 G21 G94\n", "G90 G21 G94\nT1 M6\n").replace("M30\n", "T2 M6\n")
+        + &plate().replace("Z0.000", "Z-0.500");
+    let cut = async |number: Option<u32>| -> Value {
+        let mut asked = parameters();
+        asked["tool_number"] = json!(number);
+        asked["samples"] = json!(500);
+        post(&app, &asked, &text, "application/json").await.json().await.unwrap()
+    };
+    let (first, both) = (cut(Some(1)).await, cut(None).await);
+    assert_eq!((&first["max_gouge"], &first["warnings"]), (&Value::Null, &json!([])));
+    assert!(first["left_out"].to_string().contains("other_tool"), "{first}");
+    assert!((both["max_gouge"]["residual_um"].as_f64().unwrap() + 500.0).abs() < 1.0, "{both}");
+    assert_eq!(both["warnings"][0]["kind"], "several_tools");
+    let none = cut(Some(3)).await;
+    assert_eq!(none["type"], "/problems/program-fault", "{none}");
 }

@@ -48,7 +48,7 @@ fn the_example_dome_leaves_the_scallops_it_was_made_for() {
     let half_rad = 20_f64.to_radians();
     // Passes reach beyond what is looked at by a fifth. The tool leans by 40°, so that it stays clear of the pole.
     let whole = Sphere::new(Vec3::zeros(), 20.0, 1.2 * half_rad, Bulge::Convex).expect("a sphere");
-    let finish = Finish { radius_mm: 5.0, tolerance_mm: 0.01, towards: Vec3::y() };
+    let finish = Finish { radius_mm: 5.0, tolerance_mm: 0.004, towards: Vec3::y() };
     let count = 19;
     let passes: Vec<_> = (0..count)
         .map(|pass| {

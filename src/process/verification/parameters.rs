@@ -29,6 +29,10 @@ pub struct VerificationParameters {
     pub interpolation: Option<Interpolation>,
     /// The dialect; `None` detects it.
     pub dialect: Option<Dialect>,
+    /// The T number of the cutter, in a program of several; the others' motions are left out.
+    pub tool_number: Option<u32>,
+    /// Most pairs of a sample and a straight piece that may come near each other.
+    pub max_pairs: u64,
     /// Most straight pieces that the program's motions may be divided into.
     pub max_pieces: u64,
 }
@@ -89,6 +93,8 @@ impl VerificationParameters {
             setup: Setup::default(),
             interpolation: None,
             dialect: None,
+            tool_number: None,
+            max_pairs: 5_000_000_000,
             max_pieces: 50_000_000,
         }
     }

@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 
 use super::super::simulate::LeftOuts;
+use super::super::spindle::Spindle;
 use super::super::stream::Passages;
 use super::super::warnings::Warnings;
-use super::super::{Fault, ProgramSource, WarningKind};
+use super::super::{Fault, LeftOutReason, ProgramSource, WarningKind};
 use super::arc::ArcModes;
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
@@ -13,17 +14,19 @@ use crate::contact::CutterBody;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{InterpreterOptions, MotionKind};
-use crate::program::{Address, Batch, Dialect};
+use crate::program::{Batch, Dialect};
 use crate::surface::SurfacePoint;
 use crate::units::Length;
 use crate::wear::{NeedleBed, Residual, SideBySide, SweepBatch};
 
+/// Pieces of the first batch.
+const FIRST_BATCH: usize = 64;
+/// Pairs that one batch may take, as far as the last one tells: some tenths of a second.
+const PAIRS_AT_ONCE: u64 = 4_000_000;
 /// How much finer the second computation is.
 const FINER: f64 = 8.0;
 /// Samples with the largest residuals that are cut again, and as many evenly chosen ones.
 const CUT_AGAIN: usize = 128;
-/// M6, in tenths.
-const TOOL_CHANGE: u32 = 60;
 
 /// Cuts a program virtually and compares what is left with the nominal surface, sample by sample, along the normal
 /// (P3 §4.2; [`NeedleBed`] says what is taken for what is left).
@@ -114,7 +117,8 @@ impl Workshop<'_> {
             bed: NeedleBed::new(samples, parameters.stock),
             batch: SweepBatch::new(),
             modes: ArcModes::default(),
-            tool_changes: 0,
+            spindle: Spindle::default(),
+            full: FIRST_BATCH,
             motions: MotionCounts::default(),
             left_out: LeftOuts::default(),
             warnings: Warnings::default(),
@@ -124,6 +128,10 @@ impl Workshop<'_> {
             let mut seen = 0;
             for motion in &passage.motions {
                 mill.scan(&passage.batch, &mut seen, motion.block as usize + 1);
+                if !mill.spindle.holds(parameters.tool_number) {
+                    mill.left_out.add(Some(LeftOutReason::OtherTool), motion.line);
+                    continue;
+                }
                 match Course::of(parameters, mill.modes, &passage.batch, motion) {
                     Ok(Some(course)) => mill.run(&course)?,
                     Ok(None) => {}
@@ -191,7 +199,9 @@ struct Mill<'a> {
     bed: NeedleBed,
     batch: SweepBatch,
     modes: ArcModes,
-    tool_changes: u64,
+    spindle: Spindle,
+    /// Pieces that are worth cutting with at once, as far as the last batch tells.
+    full: usize,
     motions: MotionCounts,
     left_out: LeftOuts,
     warnings: Warnings,
@@ -204,10 +214,7 @@ impl Mill<'_> {
         for block in batch.blocks().get(*seen..end).unwrap_or_default() {
             let words = batch.words(block);
             self.modes.see(words);
-            let is_change = |word: &&crate::program::Word| {
-                word.address == Address::M && word.code_tenths() == Some(TOOL_CHANGE)
-            };
-            self.tool_changes += words.iter().filter(is_change).count() as u64;
+            self.spindle.see(words.iter());
         }
         *seen = end;
     }
@@ -221,8 +228,7 @@ impl Mill<'_> {
             MotionKind::Arc => self.motions.arcs += 1,
             MotionKind::Linear | MotionKind::Opaque => self.motions.linear += 1,
         }
-        // the first M6 takes the cutter that this is about
-        if self.tool_changes > 1 {
+        if !by_rapid && self.spindle.cuts_with_another() {
             self.warnings.add(WarningKind::CutWithOneTool, Some(course.line));
         }
         let pieces = course.pieces(machine, kinematics, &self.body, self.resolution_mm);
@@ -235,7 +241,7 @@ impl Mill<'_> {
         for index in 1..=pieces {
             let to = course.pose_at(machine, kinematics, index as f64 / pieces as f64);
             self.batch.push(&self.body, [&from, &to], self.resolution_mm, course.line, by_rapid);
-            if self.batch.len() >= SweepBatch::FULL {
+            if self.batch.len() >= self.full {
                 self.flush()?;
             }
             from = to;
@@ -247,8 +253,20 @@ impl Mill<'_> {
         if (self.workshop.stop)().is_break() {
             return Err(Fault::Cancelled);
         }
+        let before = self.bed.counts().pairs;
         self.bed.cut(&self.body, &self.batch, self.workshop.parts);
         self.batch.clear();
+        let pairs = self.bed.counts().pairs;
+        let max_pairs = self.workshop.parameters.max_pairs;
+        if pairs > max_pairs {
+            let what = "pairs of a sample and a straight piece that come near each other";
+            return Err(Fault::TooCostly { what, limit: max_pairs });
+        }
+        // Many samples in one place: fewer pieces at once, so that a stop is heard.
+        let share = PAIRS_AT_ONCE as f64 / (pairs - before).max(1) as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and a batch")]
+        let full = (self.full as f64 * share.clamp(0.25, 4.0)).clamp(1.0, SweepBatch::FULL as f64) as usize;
+        self.full = full;
         Ok(())
     }
 }

@@ -8,7 +8,6 @@ mod parameters;
 mod points;
 mod report;
 mod run;
-mod spindle;
 mod verify;
 mod written;
 
