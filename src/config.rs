@@ -50,7 +50,7 @@ settings! {
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
     /// Largest surface uploaded beside a program, after decompression (bytes)
     max_surface_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_BYTES";
-    /// Most memory that one surface may need while it is worked on (bytes)
+    /// Most memory that uploaded surfaces may take together while they are worked on (bytes)
     max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";

@@ -8,8 +8,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::jobs::{
-    CompensatorFault, ComputeFault, JobFault, KinematicsFault, RefusalClass, ServoWorkFault, SpoolFault,
-    TooCostly, WearFault,
+    CompensatorFault, ComputeFault, JobFault, KinematicsFault, PartSurfaceFault, RefusalClass,
+    ServoWorkFault, SpoolFault, TooCostly, WearFault,
 };
 use crate::plot::PlotFault;
 use crate::servo::ServoFault;
@@ -461,6 +461,9 @@ impl From<JobFault> for Problem {
             JobFault::Blob(fault) => fault.into(),
             JobFault::PartSurface(fault) => {
                 let detail = fault.to_string();
+                if matches!(fault, PartSurfaceFault::NoRoom { .. }) {
+                    return Self::new(ProblemType::Busy, detail);
+                }
                 if fault.is_too_large() {
                     return Self::new(ProblemType::BodyTooLarge, detail);
                 }

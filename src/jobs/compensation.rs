@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::part_surface::part_surface;
+use super::part_surface::{cost_of_part, part_surface};
 use super::program_job::{Finished, Workplace, run_program_job};
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::contact::PartSurface;
@@ -123,7 +123,9 @@ pub async fn compensate(
     job: ProgramJob,
     request: CompensationRequest,
 ) -> Result<JobRow, JobFault> {
-    Cost::of_program(job.program.length(), request.parameters.tolerance_um).within(request.max_cost_s)?;
+    let length = job.program.length();
+    let cost = Cost::of_program(length, request.parameters.tolerance_um);
+    (cost + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
     let compensator = Arc::clone(compensator);
     let machine_revision = job.machine_revision;
     run_program_job(

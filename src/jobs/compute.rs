@@ -38,31 +38,35 @@ pub struct Compute {
 
 const MIB: u64 = 1 << 20;
 
-/// The threads that one computation may use.
-#[derive(Debug, Clone, Copy)]
+/// The threads that one computation may use: its own, and those of places that run nothing, for as long as a stretch of
+/// work in parts takes.
+#[derive(Debug, Clone)]
 pub struct Threads {
-    count: usize,
-}
-
-impl Threads {
-    /// The computation's own.
-    pub const ONE: Self = Self { count: 1 };
+    places: Arc<Semaphore>,
+    width: usize,
 }
 
 impl SideBySide for Threads {
     fn parts(&self) -> usize {
-        self.count
+        self.width
     }
 
-    fn run<'a>(&self, mut parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
-        let own = parts.pop();
+    fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
         std::thread::scope(|scope| {
+            let mut own = Vec::new();
             for part in parts {
-                scope.spawn(part);
+                // The first part is the computation's own; a place that somebody waits for is not free.
+                match self.places.try_acquire().ok().filter(|_| !own.is_empty()) {
+                    Some(place) => {
+                        scope.spawn(move || {
+                            part();
+                            drop(place);
+                        });
+                    }
+                    None => own.push(part),
+                }
             }
-            if let Some(part) = own {
-                part();
-            }
+            own.into_iter().for_each(|part| part());
         });
     }
 }
@@ -83,17 +87,19 @@ impl Compute {
         }
     }
 
-    /// Waits for the memory that a surface of so many facets takes; it is given back when what is returned goes.
+    /// The memory that a surface of so many facets takes; it is given back when what is returned goes.
     ///
     /// # Errors
-    /// It takes more than all surfaces together may.
-    pub async fn surface_memory(&self, facets: u64) -> Result<OwnedSemaphorePermit, PartSurfaceFault> {
+    /// It takes more than all surfaces together may, or than the others leave at the moment.
+    pub fn surface_memory(&self, facets: u64) -> Result<OwnedSemaphorePermit, PartSurfaceFault> {
         let estimated_bytes = Mesh::memory_estimate_bytes(facets);
         let limit_bytes = self.surface_bytes;
         let too_large = PartSurfaceFault::TooLarge { facets, estimated_bytes, limit_bytes };
         let mib = u32::try_from(estimated_bytes.div_ceil(MIB)).ok();
         let Some(mib) = mib.filter(|_| estimated_bytes <= limit_bytes) else { return Err(too_large) };
-        Arc::clone(&self.surface_mib).acquire_many_owned(mib).await.map_err(|_closed| too_large)
+        Arc::clone(&self.surface_mib)
+            .try_acquire_many_owned(mib)
+            .map_err(|_none_free| PartSurfaceFault::NoRoom { estimated_bytes })
     }
 
     /// How many computations run side by side.
@@ -111,10 +117,10 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
     {
-        self.run_with(0, |_alone, stop| work(stop)).await
+        self.run_with(|_threads, stop| work(stop)).await
     }
 
-    /// The same for work in parts, which run on as many threads as no other computation wants when it begins.
+    /// The same for work in parts, which run side by side as far as no other computation wants the places.
     ///
     /// # Errors
     /// No place is free, or `work` panicked.
@@ -123,25 +129,23 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
     {
-        self.run_with(self.width - 1, work).await
+        self.run_with(work).await
     }
 
-    async fn run_with<T, F>(&self, most_more: usize, work: F) -> Result<T, ComputeFault>
+    async fn run_with<T, F>(&self, work: F) -> Result<T, ComputeFault>
     where
         T: Send + 'static,
         F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
     {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
-        let idle = || Arc::clone(&self.running).try_acquire_owned().ok();
-        let more: Vec<_> = std::iter::from_fn(idle).take(most_more).collect();
-        let threads = Threads { count: 1 + more.len() };
+        let threads = Threads { places: Arc::clone(&self.running), width: self.width };
         let token = CancellationToken::new();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {
             // Held by the thread, not by the request: a place is free when its work has really ended.
-            let _held = (place, turn, more);
+            let _held = (place, turn);
             let _entered = span.entered();
             work(&threads, &|| {
                 if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::CompensatorFault;
+use super::{CompensatorFault, Cost};
 use crate::contact::PartSurface;
 use crate::store::Draft;
 use crate::surface::{Mesh, MeshFault, MeshSettings, StlFault};
@@ -28,6 +28,14 @@ pub enum PartSurfaceFault {
         estimated_bytes: u64,
         /// What there is.
         limit_bytes: u64,
+    },
+    /// Other surfaces leave too little memory at the moment.
+    #[error(
+        "the surfaces that are being worked on leave less than the {estimated_bytes} bytes of memory that this one takes"
+    )]
+    NoRoom {
+        /// What reading it takes.
+        estimated_bytes: u64,
     },
     /// It is no surface.
     #[error(transparent)]
@@ -64,6 +72,13 @@ pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
     } else {
         length / FULL_TEXT_FACET_BYTES
     })
+}
+
+/// What reading the part costs, and finding a contact on it for every block of a program of this length.
+pub(super) fn cost_of_part(surface: Option<&Draft>, length: u64) -> Result<Cost, super::JobFault> {
+    let Some(surface) = surface else { return Ok(Cost::NOTHING) };
+    let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
+    Ok(Cost::of_part(facets, length))
 }
 
 /// The part that an uploaded surface is of, if one was.

@@ -40,7 +40,7 @@ pub(super) struct Workplace<'a> {
     pub(super) surface: Option<&'a Draft>,
     /// Where results go.
     pub(super) spool: &'a Spool,
-    /// Threads; one but for a verification.
+    /// Threads for work in parts.
     pub(super) threads: &'a Threads,
     /// Breaks when nobody waits for the result any more.
     pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
@@ -107,11 +107,10 @@ where
     let memory = match &job.surface {
         Some(surface) => {
             let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
-            Some(compute.surface_memory(facets).await?)
+            Some(compute.surface_memory(facets)?)
         }
         None => None,
     };
-    let in_parts = job.operation == JobOperation::Verification;
     let worked = move |threads: &Threads, stop: &dyn Fn() -> ControlFlow<()>| -> Result<_, JobFault> {
         // Held by the work, not by the request: it is free when nothing reads the surface any more.
         let _memory = memory;
@@ -146,11 +145,7 @@ where
         let report_sha256 = sha256_hex(report.as_bytes());
         Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
     };
-    let (job, used) = if in_parts {
-        compute.run_in_parts(worked).await??
-    } else {
-        compute.run(move |stop| worked(&Threads::ONE, stop)).await??
-    };
+    let (job, used) = compute.run_in_parts(worked).await??;
     if store.add_job(&job, used.as_ref()).await? {
         let NewJob { document, file_name, report, report_sha256 } = job;
         return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });

@@ -1,11 +1,10 @@
 //! Virtual cutting of a part, kept as a job.
 
 use std::io::{BufReader, BufWriter};
-use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::part_surface::read_part;
+use super::part_surface::{cost_of_part, read_part};
 use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
@@ -14,19 +13,22 @@ use crate::machine::Machine;
 use crate::plot::{PlotFault, ResidualFigure, residual_map};
 use crate::process;
 use crate::store::{BlobFault, Blobs, Draft, JobRow, Store};
-use crate::surface::{EvenSamples, MeshReport};
+use crate::surface::EvenSamples;
 use crate::units::Length;
-use crate::wire::{FaultList, ResidualRow, VerificationParameters, VerificationReport, VerificationSources};
+use crate::wire::{AnySurface, ResidualRow, SurfaceReading, VerificationReport, VerificationSources};
 
 /// One program to be cut virtually.
-#[derive(Debug)]
 pub struct VerificationRequest {
     /// The machine at the job's revision.
     pub machine: Machine,
-    /// The parameters as they came, for the surface.
-    pub parameters: VerificationParameters,
-    /// The same in the core's terms.
+    /// What is asked, in the core's terms.
     pub core: process::VerificationParameters,
+    /// The surface, where it is none that was uploaded.
+    pub surface: Option<AnySurface>,
+    /// How an uploaded one is read.
+    pub reading: SurfaceReading,
+    /// How many points of it are looked at.
+    pub samples: usize,
     /// The dearest computation allowed \[s of one core\].
     pub max_cost_s: f64,
 }
@@ -43,14 +45,20 @@ pub async fn verify_part(
     job: ProgramJob,
     request: VerificationRequest,
 ) -> Result<JobRow, JobFault> {
-    Cost::of_verification(job.program.length(), request.parameters.samples).within(request.max_cost_s)?;
+    let cost = Cost::of_verification(job.program.length(), request.samples);
+    (cost + cost_of_part(job.surface.as_ref(), 0)?).within(request.max_cost_s)?;
     let machine_revision = job.machine_revision;
     run_program_job(compute, store, spool, sources, job, move |place| {
-        let Workplace { program, surface, spool, threads, stop } = place;
-        let VerificationRequest { machine, parameters, core, max_cost_s } = &request;
+        let Workplace { program, surface: uploaded, spool, threads, stop } = place;
+        let VerificationRequest { machine, core, surface, reading, samples, max_cost_s } = &request;
         let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(*max_cost_s);
         let core = &process::VerificationParameters { max_pieces, max_pairs, ..core.clone() };
-        let (samples, mesh) = samples(parameters, surface, stop)?;
+        let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
+        let samples = match (surface, &part) {
+            (Some(surface), _) => surface.samples(*samples),
+            (None, Some(part)) => part.samples(*samples),
+            (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
+        };
         let source = FileSource(program.path());
         let verification = process::verify_part(machine, core, &samples.points, &source, threads, stop)
             .map_err(in_words_of_the_wire)?;
@@ -59,11 +67,11 @@ pub async fn verify_part(
             VerificationSources {
                 machine_revision,
                 input_sha256: program.sha256(),
-                surface_sha256: surface.map(Draft::sha256),
+                surface_sha256: uploaded.map(Draft::sha256),
                 residuals_sha256: table.sha256(),
                 sample_spacing_mm: samples.spacing_mm,
                 area_mm2: samples.area_mm2,
-                mesh,
+                mesh: part.as_ref().map(|part| *part.report()),
             },
             core,
             &verification,
@@ -71,23 +79,6 @@ pub async fn verify_part(
         Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table) })
     })
     .await
-}
-
-/// The samples of the surface that was described or uploaded.
-fn samples(
-    parameters: &VerificationParameters,
-    uploaded: Option<&Draft>,
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<(EvenSamples, Option<MeshReport>), JobFault> {
-    if let Some(uploaded) = uploaded {
-        let mesh = read_part(uploaded, &parameters.surface_reading().settings(), stop)?;
-        return Ok((mesh.samples(parameters.samples), Some(*mesh.report())));
-    }
-    let described = parameters.surface.as_ref();
-    let surface = described.and_then(|surface| surface.to_core("/surface", &mut FaultList::default()));
-    // Parameters without faults have a surface.
-    let surface = surface.ok_or(CompensatorFault::Cancelled)?;
-    Ok((surface.samples(parameters.samples), None))
 }
 
 /// The table of residuals, aligned with the samples.

@@ -3,7 +3,7 @@
 use std::io::BufWriter;
 
 use super::cutter_contact::{contact, series, summary};
-use super::part_surface::part_surface;
+use super::part_surface::{cost_of_part, part_surface};
 use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, run_program_job};
 use super::refusals::in_words_of_the_wire;
@@ -43,7 +43,9 @@ pub async fn compensate_wear(
     job: ProgramJob,
     request: WearProgramRequest,
 ) -> Result<JobRow, JobFault> {
-    Cost::of_program(job.program.length(), AS_AT_TOLERANCE_UM).within(request.max_cost_s)?;
+    let length = job.program.length();
+    let cost = Cost::of_program(length, AS_AT_TOLERANCE_UM);
+    (cost + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
     let machine_revision = job.machine_revision;
     run_program_job(
         compute,

@@ -29,7 +29,7 @@ pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParamete
 pub use stream::ProgramSource;
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
-    VerificationParameters, verify_part,
+    VerificationParameters, VerificationQuantity, verify_part,
 };
 pub use wear::{
     CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear,

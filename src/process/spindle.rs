@@ -20,9 +20,9 @@ pub(super) enum ToolCall {
 pub(super) struct Spindle {
     ready: ToolCall,
     holds: ToolCall,
-    /// The tool of the first cut, with what came in since.
+    /// The tool of the first cut.
     first_cut_with: Option<ToolCall>,
-    /// A tool came in since that is not known to be the same.
+    /// A tool came in since the first cut that is not known to be the same as the one before.
     was_changed: bool,
 }
 
@@ -44,7 +44,7 @@ impl Spindle {
         }
     }
 
-    /// Whether motions are those of the cutter with this number; without one, of the first that cuts.
+    /// Whether motions are those of the tool with this number; without a number all are.
     pub(super) fn holds(&self, number: Option<u32>) -> bool {
         number.is_none_or(|number| self.holds == ToolCall::Number(number))
     }

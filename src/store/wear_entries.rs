@@ -1,6 +1,6 @@
 //! Wear entries: appended, withdrawn, never changed.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sqlx::sqlite::SqliteConnection;
 
@@ -316,14 +316,14 @@ async fn against_cutters(
     connection: &mut SqliteConnection,
     entries: &[WearEntry],
 ) -> Result<Vec<WearConflict>, sqlx::Error> {
-    let mut cutters: Vec<&WearEntry> = entries.iter().collect();
-    cutters.sort_by(|one, other| one.cutter_id.cmp(&other.cutter_id));
-    cutters.dedup_by(|one, other| one.cutter_id == other.cutter_id);
+    let mut cutters: BTreeMap<&str, Vec<(usize, &WearEntry)>> = BTreeMap::new();
+    for (index, entry) in entries.iter().enumerate() {
+        cutters.entry(&entry.cutter_id).or_default().push((index, entry));
+    }
     let mut conflicts = Vec::new();
-    for entry in cutters {
-        let WearEntry { machine_id, tool_id, cutter_id, .. } = entry;
-        let posted = || entries.iter().enumerate().filter(|(_, entry)| entry.cutter_id == *cutter_id);
-        let quantity = entry.wear().0.as_str();
+    for (cutter_id, posted) in cutters {
+        let Some((_, WearEntry { machine_id, tool_id, .. })) = posted.first() else { continue };
+        let quantity = posted.first().map_or("", |(_, entry)| entry.wear().0.as_str());
         let other = sqlx::query_scalar!(
             "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND quantity <> ?
                AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
@@ -334,8 +334,8 @@ async fn against_cutters(
         )
         .fetch_optional(&mut *connection)
         .await?;
-        let first = posted().next().filter(|_| other.is_some());
-        conflicts.extend(first.map(|(index, _)| WearConflict::OtherQuantity { index }));
+        let first = posted.first().filter(|_| other.is_some());
+        conflicts.extend(first.map(|(index, _)| WearConflict::OtherQuantity { index: *index }));
         let there = sqlx::query!(
             "SELECT edge, COUNT(*) AS count FROM wear_entries
              WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? GROUP BY edge",
@@ -348,12 +348,12 @@ async fn against_cutters(
         let mut edges: BTreeSet<String> = there.iter().map(|row| row.edge.clone()).collect();
         let kept: i64 = there.iter().map(|row| row.count).sum();
         let room = MAX_WEAR_ENTRIES.saturating_sub(usize::try_from(kept).unwrap_or(usize::MAX));
-        conflicts.extend(posted().nth(room).map(|(index, _)| WearConflict::TooMany { index }));
-        let one_too_many = posted().find(|(_, entry)| {
+        conflicts.extend(posted.get(room).map(|(index, _)| WearConflict::TooMany { index: *index }));
+        let one_too_many = posted.iter().find(|(_, entry)| {
             edges.insert(entry.edge.clone().unwrap_or_default());
             edges.len() > MAX_WEAR_EDGES
         });
-        conflicts.extend(one_too_many.map(|(index, _)| WearConflict::TooManyEdges { index }));
+        conflicts.extend(one_too_many.map(|(index, _)| WearConflict::TooManyEdges { index: *index }));
     }
     Ok(conflicts)
 }

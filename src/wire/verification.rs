@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::{
-    Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
+    AnySurface, Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
     LocationErrors, NominalSurfaceDoc, SurfaceMeshDoc, SurfaceReading, ToolDoc, Warning,
 };
 use crate::geometry::Vec3;
-use crate::process::{self, Extreme, Histogram, Verification, VerificationFault};
+use crate::process::{self, Extreme, Histogram, Verification, VerificationFault, VerificationQuantity};
 use crate::surface::{MeshReport, SurfacePoint};
 use crate::units::Length;
 
@@ -34,7 +34,7 @@ pub struct VerificationParameters {
     #[serde(default = "fifty_thousand")]
     #[schema(default = 50_000, minimum = 1, maximum = 2_000_000)]
     pub samples: usize,
-    /// Height of the stock above the surface: what no tool takes away.
+    /// Height of the stock above the surface. Needles end there, and a cutter counts only where it contains that end.
     #[serde(default = "one")]
     #[schema(default = 1.0)]
     pub stock_mm: f64,
@@ -48,7 +48,6 @@ pub struct VerificationParameters {
     pub resolution_um: f64,
     /// T number of the cutter, in a program of several: motions of other tools are left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(maximum = 99_999_999)]
     pub tool_number: Option<u32>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -152,11 +151,15 @@ impl VerificationParameters {
         }
     }
 
-    /// The parameters in the core's terms. `is_uploaded` says whether a surface came with the program.
+    /// The parameters in the core's terms, and the surface where it is none that was uploaded; `is_uploaded` says
+    /// whether one was.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
-    pub fn to_core(&self, is_uploaded: bool) -> Result<process::VerificationParameters, Vec<Fault>> {
+    pub fn to_core(
+        &self,
+        is_uploaded: bool,
+    ) -> Result<(process::VerificationParameters, Option<AnySurface>), Vec<Fault>> {
         let mut faults = FaultList::default();
         let tool = self.tool.to_core("/tool", &mut faults);
         if self.tool.length_mm.is_some() {
@@ -170,9 +173,7 @@ impl VerificationParameters {
         if let Some(detail) = detail {
             faults.push(|| Fault::new("/surface", detail));
         }
-        if let Some(surface) = &self.surface {
-            surface.to_core("/surface", &mut faults);
-        }
+        let surface = self.surface.as_ref().and_then(|surface| surface.to_core("/surface", &mut faults));
         self.surface_reading().check(is_uploaded, &mut faults);
         if !(1..=Self::MAX_SAMPLES).contains(&self.samples) {
             let detail = format!("{} is not between 1 and {}", self.samples, Self::MAX_SAMPLES);
@@ -204,7 +205,7 @@ impl VerificationParameters {
         }
         faults.into_result()?;
         // Parameters without faults have a tool.
-        core.ok_or_else(Vec::new)
+        core.map(|core| (core, surface)).ok_or_else(Vec::new)
     }
 }
 
@@ -213,9 +214,11 @@ impl VerificationParameters {
 pub fn verification_fault(fault: &VerificationFault) -> Fault {
     let pointer = match fault {
         VerificationFault::CutterBody(_) => "/cutting_length_mm",
-        VerificationFault::OutOfRange { quantity: "stock", .. } => "/stock_mm",
-        VerificationFault::OutOfRange { quantity: "resolution", .. } => "/resolution_um",
-        VerificationFault::OutOfRange { .. } => "/limit_um",
+        VerificationFault::OutOfRange { quantity, .. } => match quantity {
+            VerificationQuantity::Stock => "/stock_mm",
+            VerificationQuantity::Resolution => "/resolution_um",
+            VerificationQuantity::Limit => "/limit_um",
+        },
         VerificationFault::NoSamples | VerificationFault::Samples { .. } => "/surface",
     };
     Fault::new(pointer, fault.to_string())

@@ -84,7 +84,6 @@ pub struct WearParameters {
     pub interpolation: Option<Interpolation>,
     /// T number of the cutter, in a program of several: motions of other tools stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(maximum = 99_999_999)]
     pub tool_number: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]

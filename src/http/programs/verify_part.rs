@@ -86,9 +86,11 @@ pub(super) async fn verify_part_of_program(
         Arrival::New(new) => new,
     };
     let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let core = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
+    let (core, surface) = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
     let (machine, parameters, job) = new.into_job(JobOperation::Verification)?;
-    let request = VerificationRequest { machine, parameters, core, max_cost_s: app.settings.max_cost_s };
+    let (reading, samples) = (parameters.surface_reading(), parameters.samples);
+    let max_cost_s = app.settings.max_cost_s;
+    let request = VerificationRequest { machine, core, surface, reading, samples, max_cost_s };
     let job = verify_part(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
     answer::job(&app, &job, kind).await
 }

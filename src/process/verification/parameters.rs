@@ -31,10 +31,21 @@ pub struct VerificationParameters {
     pub dialect: Option<Dialect>,
     /// The T number of the cutter, in a program of several; the others' motions are left out.
     pub tool_number: Option<u32>,
-    /// Most pairs of a sample and a straight piece that may come near each other.
+    /// Most comparisons of samples, or clumps of them, with straight pieces.
     pub max_pairs: u64,
     /// Most straight pieces that the program's motions may be divided into.
     pub max_pieces: u64,
+}
+
+/// A length that a verification is asked with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VerificationQuantity {
+    /// Height of the stock.
+    Stock,
+    /// Distance between a motion and what stands for it.
+    Resolution,
+    /// Residuals beyond it are counted.
+    Limit,
 }
 
 /// Why a verification cannot be what it is asked to be.
@@ -44,10 +55,10 @@ pub enum VerificationFault {
     #[error(transparent)]
     CutterBody(#[from] CutterBodyFault),
     /// A length outside its range.
-    #[error("{quantity} {length_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
+    #[error("{length_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
     OutOfRange {
-        /// `stock`, `resolution` or `limit`.
-        quantity: &'static str,
+        /// Which length.
+        quantity: VerificationQuantity,
         /// What was asked for \[mm\].
         length_mm: f64,
         /// Smallest accepted \[mm\].
@@ -115,9 +126,9 @@ impl VerificationParameters {
     pub fn faults(&self, samples: &[SurfacePoint]) -> Vec<VerificationFault> {
         let mut faults: Vec<VerificationFault> = self.body().err().into_iter().map(Into::into).collect();
         let lengths = [
-            ("stock", self.stock, Self::STOCK_RANGE_MM),
-            ("resolution", self.resolution, Self::RESOLUTION_RANGE_MM),
-            ("limit", self.limit, Self::LIMIT_RANGE_MM),
+            (VerificationQuantity::Stock, self.stock, Self::STOCK_RANGE_MM),
+            (VerificationQuantity::Resolution, self.resolution, Self::RESOLUTION_RANGE_MM),
+            (VerificationQuantity::Limit, self.limit, Self::LIMIT_RANGE_MM),
         ];
         for (quantity, length, [min_mm, max_mm]) in lengths {
             let length_mm = length.mm();

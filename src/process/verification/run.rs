@@ -253,13 +253,13 @@ impl Mill<'_> {
         if (self.workshop.stop)().is_break() {
             return Err(Fault::Cancelled);
         }
-        let before = self.bed.counts().pairs;
+        let before = self.bed.counts().work();
         self.bed.cut(&self.body, &self.batch, self.workshop.parts);
         self.batch.clear();
-        let pairs = self.bed.counts().pairs;
+        let pairs = self.bed.counts().work();
         let max_pairs = self.workshop.parameters.max_pairs;
         if pairs > max_pairs {
-            let what = "pairs of a sample and a straight piece that come near each other";
+            let what = "comparisons of samples with straight pieces of motion";
             return Err(Fault::TooCostly { what, limit: max_pairs });
         }
         // Many samples in one place: fewer pieces at once, so that a stop is heard.

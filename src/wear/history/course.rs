@@ -67,7 +67,7 @@ impl Component {
 /// What the readings of one edge say: wear whose rate strays like a random walk by an unknown amount, seen through
 /// readings of an unknown scatter.
 ///
-/// A rate that never strays (a straight line) has half the weight beforehand, 27 roughnesses share the other half; the
+/// A rate that never strays (a straight line) has three tenths of the weight beforehand, 27 roughnesses share the rest; the
 /// readings then weigh them by the restricted likelihood. The scatter is that of the readings, at least what they state
 /// (0.3 µm where they do not); Student's distribution of n − 2 degrees stands for what n readings leave open of it. Where
 /// every reading states an uncertainty they weigh by it. Valid from [`LEAST_PLACES`] numbers of parts; how far ahead

@@ -25,8 +25,18 @@ pub struct NeedleBed {
 pub struct CutCounts {
     /// Pairs of a needle and a piece that were looked at one by one.
     pub pairs: u64,
+    /// Pieces compared with clumps of needles.
+    pub looks: u64,
     /// Pairs that shortened the needle.
     pub cuts: u64,
+}
+
+impl CutCounts {
+    /// Everything that took time.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.pairs + self.looks
+    }
 }
 
 impl NeedleBed {
@@ -83,6 +93,7 @@ impl NeedleBed {
     pub fn counts(&self) -> CutCounts {
         self.tiles.iter().fold(CutCounts::default(), |sum, tile| CutCounts {
             pairs: sum.pairs + tile.counts.pairs,
+            looks: sum.looks + tile.counts.looks,
             cuts: sum.cuts + tile.counts.cuts,
         })
     }

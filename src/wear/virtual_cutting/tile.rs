@@ -130,6 +130,7 @@ impl Tile {
         for clump in &mut self.clumps {
             near.clear();
             for index in batch.pieces_at(&groups, &clump.around) {
+                self.counts.looks += 1;
                 if let Some(nearness_mm) =
                     batch.sweeps[index].nearness_mm(body, clump.centre_mm, clump.reach_mm)
                 {
