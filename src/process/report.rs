@@ -111,6 +111,10 @@ pub enum WarningKind {
     NoContactKept,
     /// A motion behind a change of the tool: cut with the same cutter.
     CutWithOneTool,
+    /// A sample of the surface that no motion cuts.
+    Uncut,
+    /// A cutter that reaches beyond the nominal one.
+    LargerCutter,
 }
 
 impl WarningKind {
@@ -136,6 +140,8 @@ impl WarningKind {
             Self::NearlyFlatContact => "nearly_flat_contact",
             Self::PositionUnknown => "position_unknown",
             Self::CutWithOneTool => "several_tools",
+            Self::Uncut => "uncut",
+            Self::LargerCutter => "larger_cutter",
         }
     }
 
@@ -190,6 +196,12 @@ impl WarningKind {
                 "no contact is known at the end of this motion at feed; its tip moves by the length alone"
             }
             Self::PositionUnknown => "not all five axes are known here; the motion is left as it is",
+            Self::Uncut => {
+                "samples that no motion cuts: they keep their stock, and are in no count over the limit; where the cutter was there, the stock is higher than it covers"
+            }
+            Self::LargerCutter => {
+                "the cutter reaches beyond the nominal one: motions without a contact of their own keep the shift of the last contact, and whether approaches and links are clear is not looked at; verify the program"
+            }
             Self::CutWithOneTool => {
                 "the tool was changed before; every motion is cut with the one cutter all the same"
             }

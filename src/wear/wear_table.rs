@@ -81,6 +81,12 @@ impl WearTable {
         self.entries.iter().all(|(_, deviation_mm)| deviation_mm.abs() <= 0.0)
     }
 
+    /// Whether the cutter lies farther out than the nominal corner anywhere.
+    #[must_use]
+    pub fn is_above_zero(&self) -> bool {
+        self.entries.iter().any(|(_, deviation_mm)| *deviation_mm > 0.0)
+    }
+
     /// δ at this contact angle; none beyond the last entry.
     #[must_use]
     pub fn deviation(&self, contact_angle: Angle) -> Option<Length> {

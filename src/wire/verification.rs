@@ -18,7 +18,7 @@ use crate::units::Length;
 pub struct VerificationParameters {
     /// The cutter that cuts, as measured.
     pub tool: ToolDoc,
-    /// How far above the tip the cutter cuts; four times its radius unless said.
+    /// How far above the tip the cutter cuts; four times its radius unless said, and at least 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cutting_length_mm: Option<f64>,
     /// The nominal surface, where it is not uploaded.
@@ -93,7 +93,7 @@ pub struct VerificationQuery {
     /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
     #[param(rename = "tool.corner_radius_mm")]
     corner_radius: Option<f64>,
-    /// How far above the tip the cutter cuts; four times its radius unless said.
+    /// How far above the tip the cutter cuts; four times its radius unless said, and at least 30.
     #[param(rename = "cutting_length_mm")]
     cutting_length: Option<f64>,
     /// The nominal surface; its sizes likewise, as `surface.length_mm`.
@@ -399,6 +399,16 @@ impl VerificationReport {
         verification: &Verification,
     ) -> Self {
         let Verification { summary, convergence, motions, .. } = verification;
+        let contradicting = sources.mesh.map_or(0, |mesh| mesh.contradicting_normals);
+        let contradiction = (contradicting > 0).then(|| Warning {
+            kind: "contradicting_normals".to_owned(),
+            detail: "the file states normals against the winding of its facets; the winding says where the part is"
+                .to_owned(),
+            count: contradicting,
+            line: None,
+            worst_line: None,
+            max_distance_um: None,
+        });
         let of_cut = |length_mm: f64| (summary.cut > 0).then(|| Length::from_mm(length_mm).um());
         Self {
             machine_revision: sources.machine_revision,
@@ -434,7 +444,7 @@ impl VerificationReport {
                 cut_once: convergence.cut_once,
             },
             pieces: verification.effort.pieces,
-            warnings: verification.warnings.iter().map(Into::into).collect(),
+            warnings: verification.warnings.iter().map(Into::into).chain(contradiction).collect(),
         }
     }
 }

@@ -249,7 +249,10 @@ impl WearParameters {
 
     fn worn(&self, faults: &mut FaultList) -> Option<WornCutter> {
         match (&self.actual_tool, &self.wear_table) {
-            (Some(tool), None) => tool.to_core("/actual_tool", faults).map(WornCutter::Tool),
+            (Some(tool), None) => {
+                ToolDoc::check_corners(&self.nominal_tool, tool, faults);
+                tool.to_core("/actual_tool", faults).map(WornCutter::Tool)
+            }
             (None, Some(table)) => {
                 if self.milling == Milling::Side {
                     let detail = "a wear table is for end milling; give the worn flank as actual_tool";

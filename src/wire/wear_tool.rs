@@ -47,8 +47,23 @@ impl ToolDoc {
         }
     }
 
+    /// Where one of two cutters is stated as no ball the other's corner radius has to be stated too: who measures a
+    /// radius alone does not say that a corner has become a ball.
+    pub fn check_corners(nominal: &Self, actual: &Self, faults: &mut FaultList) {
+        for (tool, other, pointer) in [
+            (actual, nominal, "/actual_tool/corner_radius_mm"),
+            (nominal, actual, "/nominal_tool/corner_radius_mm"),
+        ] {
+            let is_no_ball = other.corner_radius_mm.is_some_and(|corner_mm| corner_mm < other.radius_mm);
+            if tool.corner_radius_mm.is_none() && is_no_ball {
+                faults.push(|| Fault::new(pointer, "missing: the other cutter is no ball"));
+            }
+        }
+    }
+
     /// A worn cutter against its nominal one; faults join `faults`.
     pub fn wear(nominal: &Self, actual: &Self, faults: &mut FaultList) -> Option<CutterWear> {
+        Self::check_corners(nominal, actual, faults);
         let tools = [nominal.to_core("/nominal_tool", faults), actual.to_core("/actual_tool", faults)];
         let shorter_mm = nominal.length_mm.zip(actual.length_mm).map_or(0.0, |(full, left)| full - left);
         let [Some(nominal), Some(actual)] = tools else { return None };

@@ -337,3 +337,39 @@ async fn only_the_named_tool_cuts() {
     let none = cut(Some(3)).await;
     assert_eq!(none["type"], "/problems/program-fault", "{none}");
 }
+
+#[tokio::test]
+async fn a_trench_deeper_than_the_stock_is_a_gouge_however_the_cutter_came() {
+    let app = spawn().await;
+    // A small ball, and a trench across the finished plate that is entered from beside it.
+    let trench = |depth: &str| {
+        plate().replace("G0 Z50.000\nM30\n", &format!("G0 X-30. Y0.\nG0 Z{depth}\nG1 X30.\nG0 Z50.\nM30\n"))
+    };
+    for (length_mm, depth, expected_um) in
+        [(4.0, "-2.500", -2500.0), (4.0, "-3.500", -3500.0), (30.0, "-12.000", -12000.0)]
+    {
+        let mut asked = parameters();
+        (asked["tool"]["radius_mm"], asked["samples"]) = (json!(1), json!(4000));
+        asked["cutting_length_mm"] = json!(length_mm);
+        let report: Value =
+            post(&app, &asked, &trench(depth), "application/json").await.json().await.unwrap();
+        let gouge_um = report["max_gouge"]["residual_um"].as_f64().unwrap();
+        assert!((gouge_um - expected_um).abs() < 10.0, "{depth}: {gouge_um}");
+    }
+}
+
+#[tokio::test]
+async fn a_part_that_no_motion_reaches_is_warned_of() {
+    let app = spawn().await;
+    let above = plate().replace("Z0.000", "Z5.000");
+    let report: Value = post(&app, &parameters(), &above, "application/json").await.json().await.unwrap();
+    assert_eq!((&report["uncut"], &report["excess_over_limit"]), (&json!(20_000), &json!(0)));
+    assert_eq!(report["warnings"][0]["kind"], "uncut");
+    assert_eq!((&report["warnings"][0]["count"], &report["rms_um"]), (&json!(20_000), &Value::Null));
+    // Wound the other way round, against its stated normals.
+    let [a, b, c, d] = TOP;
+    let asked = json!({"tool": {"radius_mm": RADIUS_MM}, "samples": 100});
+    let report: Value =
+        post_with_surface(&app, &asked, stl([d, c, b, a]).into_bytes()).await.json().await.unwrap();
+    assert!(report["warnings"].to_string().contains("contradicting_normals"), "{report}");
+}

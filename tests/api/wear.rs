@@ -302,8 +302,14 @@ async fn every_bad_value_of_a_question_for_advice_is_named() {
             json!({"nominal_tool": {"radius_mm": 0}, "actual_tool": {"radius_mm": 4, "corner_radius_mm": 4.1}}),
             vec!["/nominal_tool/radius_mm", "/actual_tool/corner_radius_mm"],
         ),
-        (json!({"actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}}), vec!["/lead_deg"]),
-        (json!({"actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}, "lead_deg": 0}), vec!["/lead_deg"]),
+        (
+            json!({"actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}}),
+            vec!["/nominal_tool/corner_radius_mm", "/lead_deg"],
+        ),
+        (
+            json!({"nominal_tool": {"radius_mm": 5, "corner_radius_mm": 5}, "actual_tool": {"radius_mm": 5, "corner_radius_mm": 1}, "lead_deg": 0}),
+            vec!["/lead_deg"],
+        ),
         (json!({"stepover_mm": 11}), vec!["/stepover_mm"]),
         (json!({"stepover_mm": -1, "allowed_scallop_um": 0}), vec!["/stepover_mm", "/allowed_scallop_um"]),
         (json!({"surface": "concave"}), vec!["/surface_radius_mm"]),

@@ -166,6 +166,10 @@ async fn bad_parameters_of_a_worn_program_are_named() {
             "nominal_tool.radius_mm=5&actual_tool.radius_mm=4&actual_tool.corner_radius_mm=4.5",
             vec!["/actual_tool/corner_radius_mm"],
         ),
+        (
+            "nominal_tool.radius_mm=5&nominal_tool.corner_radius_mm=1&actual_tool.radius_mm=4.9",
+            vec!["/actual_tool/corner_radius_mm"],
+        ),
         ("nominal_tool.radius_mm=5&actual_tool.radius_mm=4&contact=tip", vec!["/contact"]),
         ("nominal_tool.radius_mm=5&actual_tool.radius_mm=4&contact=surface", vec!["/contact"]),
         (

@@ -347,14 +347,17 @@ proptest! {
         let larger = Solid::new(&tool, cutting_length_mm, resolution_mm + step_mm + FOUND_MM);
         for (sample, residual) in samples.iter().zip(heights(&found)) {
             let at = |s: f64| sample.point_mm + sample.normal * s;
-            let top = at(stock_mm);
+            let (top, foot) = (at(stock_mm), at(0.0));
             let lowest = residual.unwrap_or(stock_mm);
             for pose in &poses {
-                let enters = smaller.holds(pose, top) && smaller.holds(pose, at(lowest));
+                let reaches = smaller.holds(pose, at(lowest));
+                let gouges = smaller.holds(pose, foot) && (lowest > 0.0 || reaches);
+                let enters = gouges || (reaches && smaller.holds(pose, top));
                 prop_assert!(!enters, "{sample:?} {residual:?} {pose:?}");
             }
             if residual.is_some() {
-                let enters = |pose: &ToolPose| larger.holds(pose, top) && larger.holds(pose, at(lowest));
+                let counts = |pose: &ToolPose| larger.holds(pose, top) || larger.holds(pose, foot);
+                let enters = |pose: &ToolPose| counts(pose) && larger.holds(pose, at(lowest));
                 prop_assert!(poses.iter().any(enters), "{sample:?} {residual:?}");
             }
         }

@@ -523,7 +523,8 @@ fn a_rapid_that_hands_over_to_a_cut_ends_where_the_cut_begins() {
     let source = scan(text, ['A', 'C']);
     let shifts: Vec<_> = lines.iter().zip(&source).map(|(line, source)| line.q - source.q).collect();
     assert!((shifts[0] - shifts[1]).amax() < 1.01e-4 && shifts[0].norm() > 0.05, "{output}");
-    assert!(shifts[2].norm() < 1e-9, "{output}");
+    // A larger cutter leaves as it stood.
+    assert!((shifts[2] - shifts[1]).amax() < 1.01e-4, "{output}");
 }
 
 /// A point of a random program: linear words, rotary words, lean and turn of the normal from the tool axis.
@@ -617,4 +618,25 @@ proptest! {
             prop_assert!(stated_mm.norm() <= WRITTEN_MM, "{} {output}{text}", stated_mm.norm());
         }
     }
+}
+
+#[test]
+fn a_larger_cutter_leaves_a_wall_as_it_stood_there() {
+    let wall = "G90 G21 G94\nG0 X-30. Y5. Z10. A0. C0. U-30. V0. W10.\nG1 Z-10. U-30. V0. W0. F500\n\
+                X0. U0. V0. W0.\nG0 Z-5.\nX10.\nZ30.\nM30\n";
+    let side = |actual: f64| WearParameters {
+        milling: Milling::Side,
+        contact: ContactSource::Program,
+        ..WearParameters::new(tool(5.0, 0.0), WornCutter::Tool(tool(actual, 0.0)))
+    };
+    let (output, report) = plain(&side(5.2), wall).expect("a program");
+    let stands: Vec<f64> = output.lines().filter_map(|line| word(line, 'Y')).collect();
+    assert_eq!(stands, [5.2], "{output}");
+    assert_eq!(report.after.max_mm, 0.0);
+    assert!(report.warnings.iter().any(|warning| warning.kind.name() == "larger_cutter"));
+    // A smaller one may go back.
+    let (output, report) = plain(&side(4.8), wall).expect("a program");
+    let stands: Vec<f64> = output.lines().filter_map(|line| word(line, 'Y')).collect();
+    assert_eq!(stands, [4.8, 5.0], "{output}");
+    assert!(report.warnings.iter().all(|warning| warning.kind.name() != "larger_cutter"));
 }

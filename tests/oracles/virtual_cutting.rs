@@ -320,7 +320,7 @@ impl Solid {
                 || (rho - core).powi(2) + (z - self.corner).powi(2) <= self.corner.powi(2))
     }
 
-    /// Where the part of the needle that holds its top begins, if below `known`: by bisection, the inside of the needle
+    /// Where the part of the needle that holds its top or its foot begins, if below `known`: by bisection, the inside of the needle
     /// being one stretch.
     fn entry(
         &self,
@@ -337,15 +337,18 @@ impl Solid {
             let rho = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - z * z).max(0.0).sqrt();
             self.holds(rho, z)
         };
-        if !(inside(known) && inside(stock)) {
-            return None;
-        }
-        let (mut low, mut high) = (known - 100.0, known);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if inside(middle) { high = middle } else { low = middle }
-        }
-        Some(high)
+        let begins = |known: f64| {
+            let (mut low, mut high) = (known - 100.0, known);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if inside(middle) { high = middle } else { low = middle }
+            }
+            high
+        };
+        let below = known.min(0.0);
+        let gouges = inside(0.0) && inside(below);
+        let from_outside = inside(stock) && inside(known);
+        if gouges { Some(begins(below)) } else { from_outside.then(|| begins(known)) }
     }
 }
 
@@ -388,6 +391,7 @@ fn turning_axes_cut_as_a_dense_series_of_poses_does() {
         let words = |w: &[f64; 5]| format!("X{} Y{} Z{} A{} C{}", w[0], w[1], w[2], w[3], w[4]);
         let text = format!("G90 G21\nG0 {}\nG1 {}\n", words(&ends[0]), words(&ends[1]));
         let mut parameters = VerificationParameters::new(tool(radius, corner));
+        parameters.cutting_length = Some(Length::from_mm(solid.length));
         parameters.setup.work_offset_mm = Vec3::from(offset);
         let verification = run(&parameters, &samples, &text).expect("a verification");
         let mut worst: f64 = 0.0;

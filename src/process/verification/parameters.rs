@@ -15,7 +15,7 @@ use crate::units::Length;
 pub struct VerificationParameters {
     /// The cutter in the spindle.
     pub tool: Tool,
-    /// How far above the tip the cutter is taken into account; `None` is four radii.
+    /// How far above the tip the cutter is taken into account; `None` is four radii, and at least 30 mm.
     pub cutting_length: Option<Length>,
     /// Height H of the stock over the surface, along the normal: where needles end.
     pub stock: Length,
@@ -92,7 +92,7 @@ impl VerificationParameters {
     /// Limits taken for real \[mm\].
     pub const LIMIT_RANGE_MM: [f64; 2] = [1e-5, 10.0];
 
-    /// The defaults for a cutter: flank of four radii, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
+    /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
     #[must_use]
     pub fn new(tool: Tool) -> Self {
         Self {
@@ -110,6 +110,9 @@ impl VerificationParameters {
         }
     }
 
+    /// Where no cutting length is stated a straight shank counts up to this height above the tip, at least \[mm\].
+    const LEAST_LENGTH_MM: f64 = 30.0;
+
     /// The cutter's body.
     ///
     /// # Errors
@@ -117,7 +120,10 @@ impl VerificationParameters {
     pub fn body(&self) -> Result<CutterBody, CutterBodyFault> {
         match self.cutting_length {
             Some(cutting_length) => CutterBody::new(&self.tool, cutting_length),
-            None => Ok(CutterBody::with_default_length(&self.tool)),
+            None => {
+                let radii_mm = CutterBody::DEFAULT_LENGTH_IN_RADII * self.tool.radius().mm();
+                CutterBody::new(&self.tool, Length::from_mm(radii_mm.max(Self::LEAST_LENGTH_MM)))
+            }
         }
     }
 

@@ -65,13 +65,18 @@ pub fn verify_part(
     let residuals = found.bed.residuals();
     let convergence = workshop.cut_again(samples, &residuals)?;
     let counts = found.bed.counts();
+    let summary = ResidualSummary::of(samples, &residuals, parameters.limit);
+    let mut warnings = found.warnings;
+    if summary.uncut > 0 {
+        warnings.add(WarningKind::Uncut, None).count = summary.uncut;
+    }
     Ok(Verification {
         dialect: found.dialect,
         blocks: found.blocks,
         motions: found.motions,
         left_out: found.left_out.0,
-        warnings: found.warnings.into_list(),
-        summary: ResidualSummary::of(samples, &residuals, parameters.limit),
+        warnings: warnings.into_list(),
+        summary,
         convergence,
         effort: Effort { pieces: found.pieces, pairs: counts.pairs, cuts: counts.cuts },
         residuals,

@@ -21,6 +21,8 @@ pub(super) enum Hold {
     Side { inward: Vec3 },
     /// The flat end; without a contact the tip stands for it.
     Flat,
+    /// None of its own: the tip keeps this shift of the last contact, ΔL apart.
+    Carried { shift_mm: Vec3 },
     /// The corner of a cutter known by its table: the tip moves by this, ΔL apart.
     Table { normal: Vec3, shift_mm: Vec3 },
 }
@@ -44,7 +46,7 @@ impl Hold {
                 CutterContact::Normal { direction: *normal, magnitude: 1.0 }.offset_mm(tool, axis)
             }
             Self::Side { inward } => inward * -tool.radius().mm(),
-            Self::Flat => Vec3::zeros(),
+            Self::Flat | Self::Carried { .. } => Vec3::zeros(),
         }
     }
 
@@ -56,7 +58,7 @@ impl Hold {
         source: &ToolPose,
         written: &ToolPose,
     ) -> Vec3 {
-        if let Self::Table { shift_mm, .. } = self {
+        if let Self::Table { shift_mm, .. } | Self::Carried { shift_mm } = self {
             return written.tip_mm - source.tip_mm - shift_mm;
         }
         written.tip_mm + self.offset_mm(actual, written.axis)
@@ -69,7 +71,7 @@ impl Hold {
         match self {
             Self::Corner { normal } | Self::Table { normal, .. } => *normal,
             Self::Side { inward } => *inward,
-            Self::Flat => axis,
+            Self::Flat | Self::Carried { .. } => axis,
         }
     }
 }
@@ -140,6 +142,13 @@ pub(super) fn flat(parameters: &WearParameters, pose: &ToolPose, off_tool_mm: f6
         note: Some(FlatContact::Whole),
         off_tool_mm,
     }
+}
+
+/// No contact of its own: the length counts, and the shift of the last contact is kept.
+pub(super) fn carried(parameters: &WearParameters, pose: &ToolPose, carried_mm: Vec3) -> WornContact {
+    let plain = flat(parameters, pose, 0.0);
+    let (hold, shift_mm) = (Hold::Carried { shift_mm: carried_mm }, plain.shift_mm + carried_mm);
+    WornContact { hold, shift_mm, note: None, ..plain }
 }
 
 /// ψ between normal and tool axis.

@@ -3,7 +3,7 @@
 use super::super::fault::LineFaultKind;
 use super::super::warnings::Warnings;
 use super::super::{ContactSource, WarningKind};
-use super::contact::{WornContact, by_normal, by_point, flat};
+use super::contact::{WornContact, by_normal, by_point, carried, flat};
 use super::parameters::WearParameters;
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
@@ -55,6 +55,10 @@ pub(super) struct Pilot<'a> {
     pub(super) absolute_centres: bool,
     /// The cutter that is compensated for is in the spindle.
     pub(super) is_its_tool: bool,
+    /// The cutter reaches beyond the nominal one.
+    pub(super) is_larger: bool,
+    /// The shift of the last contact, ΔL apart \[mm\].
+    pub(super) carried_mm: Vec3,
     /// Whether the length alone moves every point.
     pub(super) moves_everything: bool,
     pub(super) warnings: Warnings,
@@ -75,9 +79,11 @@ impl Pilot<'_> {
     ) -> Result<Course, LineFaultKind> {
         let motion = &motions[index];
         if !self.is_its_tool {
+            self.carried_mm = Vec3::zeros();
             return as_in_the_source(motion, axes);
         }
         if let Some(reason) = motion.unfollowable {
+            self.carried_mm = Vec3::zeros();
             return self.unfollowed(motion, reason, axes);
         }
         if motion.offset_changed {
@@ -128,9 +134,17 @@ impl Pilot<'_> {
         if let Some(found) = &contact {
             self.note(motion.line, found);
             self.note_curvature(motion, &pose, found);
+            self.carried_mm = found.shift_mm + pose.axis * self.parameters.unknown_to_control().mm();
         }
         let has_contact = contact.is_some();
-        let contact = contact.unwrap_or_else(|| flat(self.parameters, &pose, 0.0));
+        // A larger cutter that went back to the nominal tip would cut into what it has just left.
+        let contact = contact.unwrap_or_else(|| {
+            if self.is_larger {
+                carried(self.parameters, &pose, self.carried_mm)
+            } else {
+                flat(self.parameters, &pose, 0.0)
+            }
+        });
         let target_mm = self.target_mm(motion, end, &pose, contact.shift_mm);
         Course::Move { target_mm, point: Some(Point { pose, contact, has_contact }) }
     }

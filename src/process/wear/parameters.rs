@@ -127,6 +127,16 @@ impl WearParameters {
         }
     }
 
+    /// Whether the worn cutter, tip on tip, reaches beyond the nominal one anywhere.
+    pub(super) fn is_larger(&self) -> bool {
+        match &self.worn {
+            WornCutter::Tool(tool) => {
+                tool.radius() > self.nominal.radius() || tool.core_radius() > self.nominal.core_radius()
+            }
+            WornCutter::Table(table) => table.is_above_zero(),
+        }
+    }
+
     /// The wear as the formulas of tool (R, r) take it; of a table the nominal cutter and the length.
     pub(super) fn cutter_wear(&self) -> CutterWear {
         let actual = match &self.worn {

@@ -2,7 +2,8 @@
 //!
 //! Every sample has a *needle* `p + s·ν` along its normal, s up to the stock's height H. A tool position counts where the
 //! stretch of the needle inside the cutter contains s = H: it reaches the outside, as a tool on the far side of a thin
-//! wall does not. The residual is the least s at which a counting position enters (+ excess, − gouge); a needle
+//! wall does not. It counts too where that stretch contains s = 0, the surface itself: wherever it came from, it gouges.
+//! The residual is the least s at which a counting position enters (+ excess, − gouge); a needle
 //! that no position counts on is uncut.
 
 mod bed;

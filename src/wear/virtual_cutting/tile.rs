@@ -2,6 +2,7 @@
 
 use super::bed::{CutCounts, divide};
 use super::boxes::AxisBox;
+use super::section::Section;
 use super::{Residual, SweepBatch};
 use crate::contact::CutterBody;
 use crate::geometry::Vec3;
@@ -37,9 +38,21 @@ impl Needle {
         self.is_cut.then_some(Residual { residual_mm: height_mm, line, by_rapid })
     }
 
-    /// The only point of the needle whose cutting would shorten it.
+    /// The point of the needle that a cutter from outside contains if it shortens it.
     fn top_mm(&self) -> Vec3 {
         self.point_mm + self.normal * self.height_mm
+    }
+
+    /// The nominal surface, where the needle stands above it: a cutter that contains it gouges, from wherever it came.
+    fn foot_mm(&self) -> Option<Vec3> {
+        (self.height_mm > 0.0).then_some(self.point_mm)
+    }
+
+    /// The lower height to which a piece cuts the needle, if it does.
+    fn cut_by(&self, section: &Section, body: &CutterBody, stock_mm: f64) -> Option<f64> {
+        let from_outside = section.entry_below(body, stock_mm, self.height_mm);
+        let left_mm = from_outside.unwrap_or(self.height_mm);
+        section.entry_below(body, 0.0, left_mm.min(0.0)).or(from_outside)
     }
 }
 
@@ -49,9 +62,9 @@ struct Clump {
     first: usize,
     end: usize,
     centre_mm: Vec3,
-    /// Around the tops of its needles.
+    /// Around the tops of its needles, and their feet.
     around: AxisBox,
-    /// Distance of the farthest top from the centre \[mm\].
+    /// Distance of the farthest of them from the centre \[mm\].
     reach_mm: f64,
 }
 
@@ -67,14 +80,15 @@ impl Clump {
         clump
     }
 
-    /// Looks where the tops are now.
+    /// Looks where they are now.
     fn measure(&mut self, needles: &[Needle]) {
         self.around = AxisBox::NOTHING;
         let mut square: f64 = 0.0;
         for needle in needles {
-            let top_mm = needle.top_mm();
-            self.around.take(top_mm);
-            square = square.max((top_mm - self.centre_mm).norm_squared());
+            for point_mm in [Some(needle.top_mm()), needle.foot_mm()].into_iter().flatten() {
+                self.around.take(point_mm);
+                square = square.max((point_mm - self.centre_mm).norm_squared());
+            }
         }
         self.reach_mm = square.sqrt() + ROUNDING_MM;
     }
@@ -146,12 +160,14 @@ impl Tile {
                 let sweep = &batch.sweeps[index];
                 let mut is_changed = false;
                 for needle in needles.iter_mut() {
-                    if (needle.top_mm() - clump.centre_mm).norm() + ROUNDING_MM < nearness_mm {
+                    let reach_mm = |point_mm: Vec3| (point_mm - clump.centre_mm).norm() + ROUNDING_MM;
+                    let is_far = |point_mm: Vec3| reach_mm(point_mm) < nearness_mm;
+                    if is_far(needle.top_mm()) && needle.foot_mm().is_none_or(is_far) {
                         continue;
                     }
                     self.counts.pairs += 1;
                     let section = sweep.section(needle.point_mm, needle.normal);
-                    if let Some(height_mm) = section.entry_below(body, self.stock_mm, needle.height_mm) {
+                    if let Some(height_mm) = needle.cut_by(&section, body, self.stock_mm) {
                         needle.height_mm = height_mm;
                         needle.line = sweep.line;
                         needle.by_rapid = sweep.by_rapid;
