@@ -44,18 +44,15 @@ struct Case {
     cells: [usize; 2],
     /// Leans that gouge nowhere [deg].
     leans_deg: &'static [f64],
-    /// Least radius of curvature [mm].
-    radius_mm: f64,
 }
 
 fn cases() -> Vec<Case> {
     let at = Vec3::new(2.0, -1.0, 3.0);
-    let case = |name, surface: Box<dyn ParametricSurface>, cells, leans_deg, radius_mm| Case {
+    let case = |name, surface: Box<dyn ParametricSurface>, cells, leans_deg| Case {
         name,
         surface,
         cells,
         leans_deg,
-        radius_mm,
     };
     vec![
         case(
@@ -63,36 +60,16 @@ fn cases() -> Vec<Case> {
             Box::new(Sphere::new(at, 25.0, 0.8, Bulge::Convex).unwrap()),
             [60, 50],
             &[2.0, 15.0, 60.0],
-            25.0,
         ),
-        case(
-            "bowl",
-            Box::new(Sphere::new(at, 25.0, 0.8, Bulge::Concave).unwrap()),
-            [60, 50],
-            &[20.0, 35.0],
-            25.0,
-        ),
+        case("bowl", Box::new(Sphere::new(at, 25.0, 0.8, Bulge::Concave).unwrap()), [60, 50], &[20.0, 35.0]),
         case(
             "ridge",
             Box::new(Cylinder::new(at, 12.0, 1.2, 30.0, Bulge::Convex).unwrap()),
             [60, 9],
             &[2.0, 15.0, 60.0],
-            12.0,
         ),
-        case(
-            "saddle",
-            Box::new(Saddle::new(at, 30.0, 50.0, 40.0, 40.0).unwrap()),
-            [60, 60],
-            &[10.0, 40.0],
-            30.0,
-        ),
-        case(
-            "blade",
-            Box::new(Blade::new(at, BladeSizes::default()).unwrap()),
-            [900, 80],
-            &[20.0, 50.0],
-            0.35,
-        ),
+        case("saddle", Box::new(Saddle::new(at, 30.0, 50.0, 40.0, 40.0).unwrap()), [60, 60], &[10.0, 40.0]),
+        case("blade", Box::new(Blade::new(at, BladeSizes::default()).unwrap()), [900, 80], &[20.0, 50.0]),
     ]
 }
 
