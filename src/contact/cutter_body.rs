@@ -13,8 +13,9 @@ use crate::units::Length;
 /// It is convex, so its signed distance (negative inside) is a convex function of the point, and never changes by
 /// more than the point moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::struct_field_names, reason = "a bare number carries its unit in its name")]
 pub struct CutterBody {
+    tool: Tool,
+    // the numbers of the tool that the innermost loop of virtual cutting needs
     radius_mm: f64,
     corner_mm: f64,
     core_mm: f64,
@@ -80,11 +81,18 @@ impl CutterBody {
 
     fn of_length(tool: &Tool, length_mm: f64) -> Self {
         Self {
+            tool: *tool,
             radius_mm: tool.radius().mm(),
             corner_mm: tool.corner_radius().mm(),
             core_mm: tool.core_radius().mm(),
             length_mm,
         }
+    }
+
+    /// The cutter whose body it is.
+    #[must_use]
+    pub fn tool(&self) -> &Tool {
+        &self.tool
     }
 
     /// Cutter radius R \[mm\].

@@ -61,6 +61,8 @@ const MAX_STEPS: usize = 20;
 const FLAT_SINE: f64 = 1e-6;
 /// A normal this far across the tool axis (cosine) above the corner touches the flank.
 const FLANK_COSINE: f64 = 0.01;
+/// A feed this close to the normal (sine) has no direction along the part but that of rounding.
+const ALONG_NORMAL_SINE: f64 = 1e-9;
 
 /// Where `tool` at `pose` touches the part, if it is no farther away than the part's contact gap.
 ///
@@ -72,9 +74,9 @@ pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> O
     // a place that is not about as near as the nearest one belongs to another side of an edge
     let doubt_mm = part.mesh.chordal_tolerance_mm().max(0.5 * within_mm);
     let find = |slack_mm: f64| {
-        let nearest = nearest_to_cutter(&part.mesh, tool, &body, pose, within_mm, slack_mm)?;
+        let nearest = nearest_to_cutter(&part.mesh, &body, pose, within_mm, slack_mm)?;
         let (distance_mm, away) = body.distance_and_gradient(pose, nearest.point_mm);
-        let settled = settle(&part.mesh, tool, pose, nearest)
+        let settled = settle(&part.mesh, &body, pose, nearest)
             .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm);
         Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
     };
@@ -96,7 +98,6 @@ pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> O
 #[must_use]
 pub fn nearest_to_cutter(
     mesh: &Mesh,
-    tool: &Tool,
     body: &CutterBody,
     pose: &ToolPose,
     below_mm: f64,
@@ -118,7 +119,7 @@ pub fn nearest_to_cutter(
             if distance_mm + falls_mm + slack_mm >= best_mm {
                 return None;
             }
-            let point_mm = least_on_triangle(tool, body, pose, &corners_mm);
+            let point_mm = least_on_triangle(body, pose, &corners_mm);
             let distance_mm = body.distance_mm(pose, point_mm);
             (distance_mm < best_mm).then_some((distance_mm, (triangle, point_mm)))
         },
@@ -129,11 +130,11 @@ pub fn nearest_to_cutter(
 
 /// The point of a triangle nearest to the cutter: below the cutter's outermost point against the facet where that
 /// falls inside, else on one of the sides. The distance is convex.
-fn least_on_triangle(tool: &Tool, body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> Vec3 {
+fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = *corners_mm;
     let normal = (b - a).cross(&(c - a)).normalize();
     let centre_mm = (a + b + c) / 3.0;
-    if let Some(outermost_mm) = outermost_mm(tool, body, pose, normal, centre_mm) {
+    if let Some(outermost_mm) = outermost_mm(body, pose, normal, centre_mm) {
         let foot_mm = outermost_mm - normal * (outermost_mm - a).dot(&normal);
         let inside = [(a, b), (b, c), (c, a)]
             .iter()
@@ -154,49 +155,43 @@ fn least_on_triangle(tool: &Tool, body: &CutterBody, pose: &ToolPose, corners_mm
 }
 
 /// The point of the cutter that is farthest against a normal; of many (flat end, flank) the one nearest to a place.
-fn outermost_mm(
-    tool: &Tool,
-    body: &CutterBody,
-    pose: &ToolPose,
-    normal: Vec3,
-    near_mm: Vec3,
-) -> Option<Vec3> {
+fn outermost_mm(body: &CutterBody, pose: &ToolPose, normal: Vec3, near_mm: Vec3) -> Option<Vec3> {
     let (cosine, beside) = (normal.dot(&pose.axis), across(normal, pose.axis));
-    let from_tip = near_mm - pose.tip_mm;
+    let from_tip_mm = near_mm - pose.tip_mm;
     if beside.norm() < FLAT_SINE && cosine > 0.0 {
-        let aside = across(from_tip, pose.axis);
-        let reach_mm = aside.norm().min(tool.core_radius().mm());
-        return Some(pose.tip_mm + aside.try_normalize(0.0).unwrap_or_default() * reach_mm);
+        let aside_mm = across(from_tip_mm, pose.axis);
+        let reach_mm = aside_mm.norm().min(body.core_radius_mm());
+        return Some(pose.tip_mm + aside_mm.try_normalize(0.0).unwrap_or_default() * reach_mm);
     }
     if cosine < -FLAT_SINE {
         return None;
     }
     let contact = CutterContact::Normal { direction: normal, magnitude: 1.0 };
-    let mut found = pose.tip_mm + contact.offset_mm(tool, pose.axis);
+    let mut found_mm = pose.tip_mm + contact.offset_mm(body.tool(), pose.axis);
     if cosine < FLAT_SINE {
         let (low_mm, high_mm) = (body.corner_radius_mm(), body.cutting_length_mm());
-        let height_mm = from_tip.dot(&pose.axis).clamp(low_mm, high_mm);
-        found += pose.axis * (height_mm - (found - pose.tip_mm).dot(&pose.axis));
+        let height_mm = from_tip_mm.dot(&pose.axis).clamp(low_mm, high_mm);
+        found_mm += pose.axis * (height_mm - (found_mm - pose.tip_mm).dot(&pose.axis));
     }
-    Some(found)
+    Some(found_mm)
 }
 
 /// The least distance along a side, by halving where the distance falls.
 fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3) -> Vec3 {
-    let side = to_mm - from_mm;
+    let side_mm = to_mm - from_mm;
     let (mut low, mut high) = (0.0, 1.0);
-    while (high - low) * side.norm() > SETTLED_MM && high - low > f64::EPSILON {
+    while (high - low) * side_mm.norm() > SETTLED_MM && high - low > f64::EPSILON {
         let middle = 0.5 * (low + high);
-        let (_, away) = body.distance_and_gradient(pose, from_mm + side * middle);
-        if away.dot(&side) > 0.0 { high = middle } else { low = middle }
+        let (_, away) = body.distance_and_gradient(pose, from_mm + side_mm * middle);
+        if away.dot(&side_mm) > 0.0 { high = middle } else { low = middle }
     }
-    from_mm + side * (0.5 * (low + high))
+    from_mm + side_mm * (0.5 * (low + high))
 }
 
 /// Follows the mesh until the cutter's point of the smoothed normal stands over it; none where there is no such place
 /// nearby, because the part has an edge.
-fn settle(mesh: &Mesh, tool: &Tool, pose: &ToolPose, start: MeshPoint) -> Option<SurfaceContact> {
-    let (corner_mm, core_mm) = (tool.corner_radius().mm(), tool.core_radius().mm());
+fn settle(mesh: &Mesh, body: &CutterBody, pose: &ToolPose, start: MeshPoint) -> Option<SurfaceContact> {
+    let (corner_mm, core_mm) = (body.corner_radius_mm(), body.core_radius_mm());
     // on the flank the contact keeps its height
     let is_above = (start.point_mm - pose.tip_mm).dot(&pose.axis) > corner_mm;
     let on_flank = is_above && start.normal.dot(&pose.axis).abs() < FLANK_COSINE;
@@ -212,24 +207,24 @@ fn settle(mesh: &Mesh, tool: &Tool, pose: &ToolPose, start: MeshPoint) -> Option
             return Some(SurfaceContact { place, normal, gap_mm, on_edge: false });
         }
         let contact = CutterContact::Normal { direction: normal, magnitude: 1.0 };
-        let mut apart_mm = pose.tip_mm + contact.offset_mm(tool, pose.axis) - place.point_mm;
+        let mut apart_mm = pose.tip_mm + contact.offset_mm(body.tool(), pose.axis) - place.point_mm;
         if on_flank {
             apart_mm = across(apart_mm, pose.axis);
         }
-        let off_mm = across(apart_mm, normal);
-        let off = off_mm.norm();
-        if off < SETTLED_MM || (off < EDGE_MM && off >= last_mm) {
+        let aside_mm = across(apart_mm, normal);
+        let off_mm = aside_mm.norm();
+        if off_mm < SETTLED_MM || (off_mm < EDGE_MM && off_mm >= last_mm) {
             let gap_mm = apart_mm.dot(&normal);
             return Some(SurfaceContact { place, normal, gap_mm, on_edge: false });
         }
-        last_mm = off;
-        let first = off_mm / off;
+        last_mm = off_mm;
+        let first = aside_mm / off_mm;
         let second = normal.cross(&first);
         let round = if sine > 0.0 { pose.axis.cross(&(beside / sine)) } else { Vec3::zeros() };
         let wide_mm = if sine > 0.0 { core_mm / sine } else { 0.0 };
         let moved = |along: Vec3| {
-            let turn = mesh.normal_rate_per_mm(&place, across(along, place.facet_normal));
-            along + turn * corner_mm + round * (wide_mm * turn.dot(&round))
+            let turn_per_mm = mesh.normal_rate_per_mm(&place, across(along, place.facet_normal));
+            along + turn_per_mm * corner_mm + round * (wide_mm * turn_per_mm.dot(&round))
         };
         let (p, q) = (moved(first), moved(second));
         let [[a, b], [c, d]] = [[p.dot(&first), q.dot(&first)], [p.dot(&second), q.dot(&second)]];
@@ -238,7 +233,7 @@ fn settle(mesh: &Mesh, tool: &Tool, pose: &ToolPose, start: MeshPoint) -> Option
         if determinant <= 0.0 {
             return None;
         }
-        let step_mm = first * (off * d / determinant) - second * (off * c / determinant);
+        let step_mm = first * (off_mm * d / determinant) - second * (off_mm * c / determinant);
         place = mesh.nearest(place.point_mm + step_mm, 2.0 * step_mm.norm() + EDGE_MM)?;
     }
     None
@@ -246,10 +241,11 @@ fn settle(mesh: &Mesh, tool: &Tool, pose: &ToolPose, start: MeshPoint) -> Option
 
 impl SurfaceContact {
     /// Normal curvature of the part across the feed \[1/mm\], positive where it is convex; none on an edge or where the
-    /// feed has no direction along the part.
+    /// feed (of any length) has no direction along the part.
     #[must_use]
     pub fn curvature_across_per_mm(&self, mesh: &Mesh, feed: Vec3) -> Option<f64> {
-        let aside = self.normal.cross(&feed).try_normalize(f64::MIN_POSITIVE)?;
+        let along = feed.try_normalize(f64::MIN_POSITIVE)?;
+        let aside = self.normal.cross(&along).try_normalize(ALONG_NORMAL_SINE)?;
         (!self.on_edge).then(|| mesh.curvature_per_mm(&self.place, aside))
     }
 }

@@ -11,7 +11,7 @@ use thiserror::Error;
 use super::{CompensatorFault, Cost};
 use crate::contact::PartSurface;
 use crate::store::Draft;
-use crate::surface::{Mesh, MeshFault, MeshSettings, StlFault};
+use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, StlFault, stl_facets_at_most};
 use crate::wire::SurfaceReading;
 
 /// Why an uploaded surface is not worked with.
@@ -50,28 +50,12 @@ impl PartSurfaceFault {
     }
 }
 
-/// The shortest facet of a text.
-const TEXT_FACET_BYTES: u64 = 80;
-/// A text longer than this was not written by hand \[bytes\]; a program writes its numbers in full.
-const LONG_TEXT_BYTES: u64 = 256 << 20;
-/// A facet of such a text.
-const FULL_TEXT_FACET_BYTES: u64 = 160;
-/// A facet of a binary file.
-const BINARY_FACET_BYTES: u64 = 50;
-const BINARY_HEADER_BYTES: usize = 84;
-
 /// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
 /// more is not read beyond them.
 pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
     let mut start = Vec::new();
-    File::open(path)?.take(BINARY_HEADER_BYTES as u64).read_to_end(&mut start)?;
-    Ok(if start.contains(&0) {
-        length.saturating_sub(BINARY_HEADER_BYTES as u64) / BINARY_FACET_BYTES
-    } else if length <= LONG_TEXT_BYTES {
-        length / TEXT_FACET_BYTES + 1
-    } else {
-        length / FULL_TEXT_FACET_BYTES
-    })
+    File::open(path)?.take(STL_HEADER_BYTES as u64).read_to_end(&mut start)?;
+    Ok(stl_facets_at_most(&start, length))
 }
 
 /// What reading the part costs, and finding a contact on it for every block of a program of this length.

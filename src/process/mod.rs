@@ -28,8 +28,8 @@ pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
 pub use stream::ProgramSource;
 pub use verification::{
-    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
-    VerificationParameters, VerificationQuantity, verify_part,
+    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
+    VerificationFault, VerificationParameters, VerificationQuantity, verify_part,
 };
 pub use wear::{
     CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear,

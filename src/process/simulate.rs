@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::sampler::{Piece, Sampler};
 use super::stream::Passages;
-use super::{Fault, ProgramSource};
+use super::{Fault, ProgramSource, UnknownArc};
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, Setup};
 use crate::machine::Machine;
@@ -58,14 +58,16 @@ impl SimulationParameters {
 }
 
 /// Why a motion is not simulated, or not cut. Rapids of a simulation are not counted: no part is cut with them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LeftOutReason {
     /// It cannot be followed.
     NotFollowed(Unfollowable),
     /// Another work offset than at the program's first complete point.
     WorkOffsetChanged,
-    /// An arc.
+    /// An arc, in a simulation: how the control runs it along is not known.
     Arc,
+    /// An arc whose course is not known.
+    UnknownArc(UnknownArc),
     /// Start or end of an axis is not known.
     PositionUnknown,
     /// No feed is known, or it is per spindle turn.
@@ -81,7 +83,7 @@ impl LeftOutReason {
         match self {
             Self::NotFollowed(_) => "not_followed",
             Self::WorkOffsetChanged => "work_offset_changed",
-            Self::Arc => "arc",
+            Self::Arc | Self::UnknownArc(_) => "arc",
             Self::PositionUnknown => "position_unknown",
             Self::NoFeed => "no_feed",
             Self::OtherTool => "other_tool",
@@ -95,6 +97,7 @@ impl LeftOutReason {
             Self::NotFollowed(reason) => format!("a motion that cannot be followed: {reason}"),
             Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
             Self::Arc => "an arc: its course is the control's".to_owned(),
+            Self::UnknownArc(why) => format!("an arc whose course is not known: {why}"),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),
             Self::OtherTool => "another tool than `tool_number` is in the spindle".to_owned(),
             Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),
@@ -103,9 +106,9 @@ impl LeftOutReason {
 }
 
 /// Motions that were not simulated, or not cut, for one reason.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Why; of [`LeftOutReason::NotFollowed`] the first reason met.
+    /// Why; of several reasons of one name the first met.
     pub reason: LeftOutReason,
     /// How many.
     pub count: u64,

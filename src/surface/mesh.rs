@@ -82,8 +82,8 @@ impl fmt::Debug for Mesh {
 const MAX_COORDINATE_MM: f64 = 1e5;
 /// Single precision tells heights above this share of the largest coordinate.
 const THIN: f64 = 1.0 / 4_194_304.0;
-/// Facets between two questions whether to go on.
-const STOP_EVERY: u64 = 1 << 16;
+/// Facets or vertices between two questions whether to go on.
+pub(super) const STOP_EVERY: usize = 1 << 16;
 /// Bytes of memory for each facet at the peak of reading: 3 corners of its own, as in a soup of facets; measured with
 /// a margin (`docs/performance.md`).
 const PEAK_BYTES_PER_FACET: u64 = 300;
@@ -115,8 +115,8 @@ impl Mesh {
                 let (facets, max) = (gathered.facets, max_facets);
                 return Err(StlFault::TooManyFacets { facets, max }.into());
             }
-            if gathered.facets.is_multiple_of(STOP_EVERY) && stop().is_break() {
-                return Err(MeshFault::Cancelled);
+            if gathered.facets.is_multiple_of(STOP_EVERY as u64) {
+                go_on(stop)?;
             }
             let corners_mm = facet.corners.map(|corner| corner * settings.mm_per_unit);
             for value_mm in corners_mm.iter().flatten().copied() {
@@ -127,7 +127,7 @@ impl Mesh {
             }
             gathered.add(&mut weld, corners_mm, facet.normal);
         }
-        Self::from_gathered(gathered, weld, settings.chordal_tolerance_mm)
+        Self::from_gathered(gathered, weld, settings.chordal_tolerance_mm, stop)
     }
 
     /// A mesh of facets \[mm\], wound counter-clockwise seen from outside.
@@ -154,19 +154,23 @@ impl Mesh {
             }
             gathered.add(&mut weld, corners_mm, Vec3::zeros());
         }
-        Self::from_gathered(gathered, weld, chordal_tolerance_mm)
+        Self::from_gathered(gathered, weld, chordal_tolerance_mm, &|| ControlFlow::Continue(()))
     }
 
-    fn from_gathered(gathered: Gathered, weld: Weld, chordal_tolerance_mm: f64) -> Result<Self, MeshFault> {
+    fn from_gathered(
+        gathered: Gathered,
+        weld: Weld,
+        chordal_tolerance_mm: f64,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, MeshFault> {
         let vertices_mm = weld.into_vertices();
         let unordered = gathered.triangles;
         if unordered.is_empty() {
             return Err(MeshFault::NoFacets { degenerate: gathered.degenerate });
         }
         let at = |triangle: &[u32; 3]| corners_of(&vertices_mm, *triangle);
-        let (tree, order) = Tree::build(unordered.len(), |facet| {
-            unordered.get(facet as usize).map_or([Vec3::zeros(); 3], at)
-        });
+        let corners_mm = |facet: u32| unordered.get(facet as usize).map_or([Vec3::zeros(); 3], at);
+        let (tree, order) = Tree::build(unordered.len(), corners_mm, stop)?;
         let triangles: Vec<[u32; 3]> =
             order.iter().filter_map(|facet| unordered.get(*facet as usize).copied()).collect();
         drop((order, unordered));
@@ -194,7 +198,7 @@ impl Mesh {
             report.area_mm2 += 0.5 * (b - a).cross(&(c - a)).norm();
             volume_mm3 += a.dot(&b.cross(&c)) / 6.0;
         }
-        let smoothed = smooth(&vertices_mm, &triangles, chordal_tolerance_mm);
+        let smoothed = smooth(&vertices_mm, &triangles, chordal_tolerance_mm, stop)?;
         let Edges { open, non_manifold, sharp, contrary, first_contrary } = smoothed.edges;
         if let Some([from_mm, to_mm]) = first_contrary {
             return Err(MeshFault::ContraryEdges { edges: contrary, from_mm, to_mm });
@@ -247,6 +251,11 @@ impl Mesh {
     }
 }
 
+/// Asks whether somebody still waits.
+pub(super) fn go_on(stop: &dyn Fn() -> ControlFlow<()>) -> Result<(), MeshFault> {
+    if stop().is_break() { Err(MeshFault::Cancelled) } else { Ok(()) }
+}
+
 /// The corners of a triangle.
 pub(super) fn corners_of(vertices_mm: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|vertex| vertices_mm.get(vertex as usize).copied().unwrap_or_default())
@@ -254,9 +263,9 @@ pub(super) fn corners_of(vertices_mm: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] 
 
 impl MeshSettings {
     /// Smallest and largest number of millimetres in a unit.
-    const UNITS_MM: [f64; 2] = [1e-6, 1e6];
+    pub const UNITS_MM: [f64; 2] = [1e-6, 1e6];
     /// Smallest and largest chordal tolerance \[mm\].
-    const TOLERANCES_MM: [f64; 2] = [1e-6, 10.0];
+    pub const TOLERANCES_MM: [f64; 2] = [1e-6, 10.0];
 
     fn check(&self) -> Result<(), MeshFault> {
         for (parameter, value_mm, [min_mm, max_mm]) in [

@@ -1,5 +1,7 @@
 //! Why a file gives no mesh.
 
+use std::fmt;
+
 use thiserror::Error;
 
 use crate::geometry::Vec3;
@@ -67,7 +69,10 @@ pub enum MeshFault {
     #[error(transparent)]
     Stl(#[from] StlFault),
     /// A number that cannot be.
-    #[error("facet {facet}: coordinate {value_mm:e} mm is not between -{max_mm} mm and {max_mm} mm")]
+    #[error(
+        "facet {facet}{}: coordinate {value_mm:e} mm is not between -{max_mm} mm and {max_mm} mm",
+        in_line(*line)
+    )]
     Coordinate {
         /// Which facet, the first is 1.
         facet: u64,
@@ -104,7 +109,7 @@ pub enum MeshFault {
         volume_mm3: f64,
     },
     /// A parameter out of range.
-    #[error("{value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
+    #[error("{parameter} of {value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
     Parameter {
         /// Which one.
         parameter: MeshParameter,
@@ -120,6 +125,10 @@ pub enum MeshFault {
     Cancelled,
 }
 
+fn in_line(line: Option<u64>) -> String {
+    line.map_or_else(String::new, |line| format!(", which ends in line {line}"))
+}
+
 /// A parameter of the reading of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeshParameter {
@@ -127,4 +136,13 @@ pub enum MeshParameter {
     Unit,
     /// How far facets may be from the surface they stand for.
     ChordalTolerance,
+}
+
+impl fmt::Display for MeshParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unit => "a unit of the file",
+            Self::ChordalTolerance => "a chordal tolerance",
+        })
+    }
 }

@@ -33,6 +33,7 @@ pub use plane::Plane;
 pub use saddle::Saddle;
 pub use samples::EvenSamples;
 pub use sphere::Sphere;
+pub use stl::{STL_HEADER_BYTES, stl_facets_at_most};
 
 #[cfg(test)]
 mod tests;

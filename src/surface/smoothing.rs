@@ -1,6 +1,9 @@
 //! Which facets belong to one smooth surface, and the normals at their corners.
 
-use super::mesh::corners_of;
+use std::ops::ControlFlow;
+
+use super::MeshFault;
+use super::mesh::{STOP_EVERY, corners_of, go_on};
 use crate::geometry::{Vec3, angle_between};
 
 /// How facets meet.
@@ -58,8 +61,16 @@ struct Half {
 /// stays within `tolerance_mm` of them: heights h₁ ≤ h₂, angle δ between the normals, radius (h₁ + h₂)/2δ, sagitta
 /// h₂² δ/4(h₁ + h₂). A vertex normal is the sum of the facets' products e₁ × e₂/(|e₁|²|e₂|²), which is exact on a sphere
 /// (N. Max, Weights for computing vertex normals from facet normals, 1999).
-pub(super) fn smooth(vertices_mm: &[Vec3], triangles: &[[u32; 3]], tolerance_mm: f64) -> Smoothed {
-    let around = Around::new(vertices_mm.len(), triangles);
+///
+/// # Errors
+/// `stop` said so.
+pub(super) fn smooth(
+    vertices_mm: &[Vec3],
+    triangles: &[[u32; 3]],
+    tolerance_mm: f64,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Smoothed, MeshFault> {
+    let around = Around::new(vertices_mm.len(), triangles, stop)?;
     let mut found = Smoothed {
         corners: vec![[0; 3]; triangles.len()],
         normals: Vec::with_capacity(vertices_mm.len()),
@@ -67,6 +78,9 @@ pub(super) fn smooth(vertices_mm: &[Vec3], triangles: &[[u32; 3]], tolerance_mm:
     };
     let (mut spokes, mut halves) = (Vec::new(), Vec::new());
     for (vertex, &here_mm) in vertices_mm.iter().enumerate() {
+        if vertex.is_multiple_of(STOP_EVERY) {
+            go_on(stop)?;
+        }
         spokes.clear();
         halves.clear();
         for &corner in around.of(vertex) {
@@ -99,7 +113,7 @@ pub(super) fn smooth(vertices_mm: &[Vec3], triangles: &[[u32; 3]], tolerance_mm:
         }
         found.give_normals(&mut spokes);
     }
-    found
+    Ok(found)
 }
 
 fn add_spoke(
@@ -206,12 +220,19 @@ struct Around {
 
 impl Around {
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁶ corners")]
-    fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+    fn new(
+        vertices: usize,
+        triangles: &[[u32; 3]],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, MeshFault> {
         // counts, their sums, then each vertex's place moves to its end
         let mut ends = vec![0_u32; vertices];
-        for count in triangles.iter().flatten() {
-            if let Some(end) = ends.get_mut(*count as usize) {
-                *end += 1;
+        for some in triangles.chunks(STOP_EVERY) {
+            go_on(stop)?;
+            for count in some.iter().flatten() {
+                if let Some(end) = ends.get_mut(*count as usize) {
+                    *end += 1;
+                }
             }
         }
         let mut sum = 0;
@@ -220,13 +241,16 @@ impl Around {
         }
         let mut corners = vec![0; triangles.len() * 3];
         for (corner, vertex) in triangles.iter().flatten().enumerate() {
+            if corner.is_multiple_of(3 * STOP_EVERY) {
+                go_on(stop)?;
+            }
             let Some(end) = ends.get_mut(*vertex as usize) else { continue };
             if let Some(place) = corners.get_mut(*end as usize) {
                 *place = corner as u32;
             }
             *end += 1;
         }
-        Self { ends, corners }
+        Ok(Self { ends, corners })
     }
 
     fn of(&self, vertex: usize) -> &[u32] {

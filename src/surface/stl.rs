@@ -20,9 +20,28 @@ pub(super) struct Facet {
 }
 
 /// Bytes of a binary file before its facets.
-const HEADER_BYTES: usize = 84;
+pub const STL_HEADER_BYTES: usize = 84;
 /// Bytes of a binary facet.
 const FACET_BYTES: usize = 50;
+/// The shortest facet of a text: its words with one figure each take 86 bytes.
+const TEXT_FACET_BYTES: u64 = 80;
+
+/// How many facets an STL file has at most: exactly for a whole binary one.
+///
+/// `start` are its first [`STL_HEADER_BYTES`] bytes, or all of a shorter file; `length` is that of the file \[bytes\].
+#[must_use]
+pub fn stl_facets_at_most(start: &[u8], length: u64) -> u64 {
+    if is_binary(start) {
+        length.saturating_sub(STL_HEADER_BYTES as u64) / FACET_BYTES as u64
+    } else {
+        length / TEXT_FACET_BYTES + 1
+    }
+}
+
+/// Whether a file that begins like this is a binary one.
+fn is_binary(start: &[u8]) -> bool {
+    start.iter().take(STL_HEADER_BYTES).any(|byte| *byte == 0)
+}
 
 /// Reads facets one by one, in memory that does not depend on the file.
 pub(super) enum StlReader<R> {
@@ -34,11 +53,11 @@ impl<R: Read> StlReader<R> {
     /// Looks at the beginning of the file.
     pub(super) fn new(source: R) -> Result<Self, StlFault> {
         let mut input = Input::new(source);
-        let start = input.look(HEADER_BYTES)?;
-        if start.contains(&0) {
+        let start = input.look(STL_HEADER_BYTES)?;
+        if is_binary(start) {
             let &[.., a, b, c, d] = start else { return Err(StlFault::NotStl) };
             let (bytes, stated) = (start.len(), u32::from_le_bytes([a, b, c, d]));
-            if bytes < HEADER_BYTES {
+            if bytes < STL_HEADER_BYTES {
                 return Err(StlFault::TruncatedHeader { bytes });
             }
             if stated > MAX_FACETS {
@@ -47,7 +66,7 @@ impl<R: Read> StlReader<R> {
                     max: u64::from(MAX_FACETS),
                 });
             }
-            input.skip(HEADER_BYTES);
+            input.skip(STL_HEADER_BYTES);
             return Ok(Self::Binary { input, stated, read: 0 });
         }
         Ok(Self::Text(TextFacets::new(input)?))

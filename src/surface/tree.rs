@@ -3,6 +3,10 @@
 //! Built from above: the facets of a box are halved at the median of their centres, along the axis that these spread
 //! over most. Boxes are single precision, rounded outward: 32 bytes for every two or three facets.
 
+use std::ops::ControlFlow;
+
+use super::MeshFault;
+use super::mesh::{STOP_EVERY, go_on};
 use crate::geometry::Vec3;
 
 /// An axis-parallel box.
@@ -68,7 +72,14 @@ pub(crate) struct Tree {
 
 impl Tree {
     /// The tree, and the order its facets have to be brought into.
-    pub(super) fn build(facets: usize, corners_mm: impl Fn(u32) -> [Vec3; 3]) -> (Self, Vec<u32>) {
+    ///
+    /// # Errors
+    /// `stop` said so.
+    pub(super) fn build(
+        facets: usize,
+        corners_mm: impl Fn(u32) -> [Vec3; 3],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<(Self, Vec<u32>), MeshFault> {
         #[expect(
             clippy::cast_possible_truncation,
             reason = "fewer than 2²⁴ facets; only an order comes from centres"
@@ -82,9 +93,9 @@ impl Tree {
             .collect();
         let mut tree = Self { nodes: Vec::with_capacity(facets / 2 + 1) };
         if !centres.is_empty() {
-            tree.split(&mut centres, 0, &corners_mm);
+            tree.split(&mut centres, 0, &corners_mm, stop)?;
         }
-        (tree, centres.into_iter().map(|(_, facet)| facet).collect())
+        Ok((tree, centres.into_iter().map(|(_, facet)| facet).collect()))
     }
 
     /// Adds the boxes of these facets; the depth is a logarithm, since facets are halved.
@@ -94,7 +105,11 @@ impl Tree {
         facets: &mut [([f32; 3], u32)],
         first: usize,
         corners_mm: &impl Fn(u32) -> [Vec3; 3],
-    ) -> Bounds {
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Bounds, MeshFault> {
+        if facets.len() >= STOP_EVERY {
+            go_on(stop)?;
+        }
         let at = self.nodes.len();
         self.nodes.push(Node { bounds: Bounds::NOTHING, first: first as u32, count: facets.len() as u32 });
         let mut bounds = Bounds::NOTHING;
@@ -110,9 +125,9 @@ impl Tree {
             let half = facets.len() / 2;
             facets.select_nth_unstable_by(half, |(a, m), (b, n)| a[axis].total_cmp(&b[axis]).then(m.cmp(n)));
             let (left, right) = facets.split_at_mut(half);
-            let left_bounds = self.split(left, first, corners_mm);
+            let left_bounds = self.split(left, first, corners_mm, stop)?;
             let child = self.nodes.len() as u32;
-            bounds = left_bounds.union(&self.split(right, first + half, corners_mm));
+            bounds = left_bounds.union(&self.split(right, first + half, corners_mm, stop)?);
             if let Some(node) = self.nodes.get_mut(at) {
                 (node.first, node.count) = (child, 0);
             }
@@ -120,7 +135,7 @@ impl Tree {
         if let Some(node) = self.nodes.get_mut(at) {
             node.bounds = bounds;
         }
-        bounds
+        Ok(bounds)
     }
 
     /// The least value over all facets that is below `below`, with what came with it.

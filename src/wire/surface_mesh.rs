@@ -20,15 +20,15 @@ pub struct SurfaceReading {
 }
 
 impl SurfaceReading {
-    const UNIT_RANGE_MM: [f64; 2] = [1e-6, 1e6];
-    const CHORDAL_RANGE_UM: [f64; 2] = [1e-3, 1e4];
-    const GAP_RANGE_UM: [f64; 2] = [0.0, 1e4];
+    const GAP_RANGE_UM: [f64; 2] = [1e-3, 1e4];
 
     /// Collects what is wrong; `is_uploaded` says whether a surface came with the program.
     pub fn check(&self, is_uploaded: bool, faults: &mut FaultList) {
+        let tolerances_um =
+            MeshSettings::TOLERANCES_MM.map(|tolerance_mm| Length::from_mm(tolerance_mm).um());
         for (name, value, [min, max]) in [
-            ("surface_unit_mm", self.unit_mm, Self::UNIT_RANGE_MM),
-            ("chordal_tolerance_um", self.chordal_tolerance_um, Self::CHORDAL_RANGE_UM),
+            ("surface_unit_mm", self.unit_mm, MeshSettings::UNITS_MM),
+            ("chordal_tolerance_um", self.chordal_tolerance_um, tolerances_um),
             ("contact_gap_um", self.contact_gap_um, Self::GAP_RANGE_UM),
         ] {
             let Some(value) = value else { continue };
@@ -118,5 +118,39 @@ impl From<&MeshReport> for SurfaceMeshDoc {
             least_mm: Fixed(core.least_mm.into()),
             largest_mm: Fixed(core.largest_mm.into()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::surface::{Mesh, MeshFault};
+
+    fn reading(unit_mm: f64, chordal_tolerance_um: f64, contact_gap_um: f64) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: Some(unit_mm),
+            chordal_tolerance_um: Some(chordal_tolerance_um),
+            contact_gap_um: Some(contact_gap_um),
+        }
+    }
+
+    fn faults(reading: SurfaceReading) -> usize {
+        let mut faults = FaultList::default();
+        reading.check(true, &mut faults);
+        faults.into_result().map_or_else(|faults| faults.len(), |()| 0)
+    }
+
+    #[test]
+    fn what_the_wire_accepts_the_core_accepts() {
+        for reading in [reading(1e-6, 0.001, 0.001), reading(1e6, 1e4, 1e4)] {
+            assert_eq!(faults(reading), 0);
+            let stop = || ControlFlow::Continue(());
+            let fault = Mesh::read_stl(&b"solid x\nendsolid"[..], &reading.settings(), &stop).unwrap_err();
+            assert!(matches!(fault, MeshFault::NoFacets { .. }), "{fault}");
+        }
+        assert_eq!(faults(reading(0.99e-6, 0.99e-3, 0.0)), 3);
+        assert_eq!(faults(reading(1.01e6, 1.01e4, 1.01e4)), 3);
     }
 }

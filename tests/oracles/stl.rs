@@ -1,13 +1,16 @@
 //! STL files, whole and hostile.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what it did not expect")]
 
+use std::cell::Cell;
 use std::io::Read;
 use std::ops::ControlFlow;
 
 use trunnion::geometry::Vec3;
-use trunnion::surface::{MAX_FACETS, Mesh, MeshFault, MeshSettings, StlFault};
+use trunnion::surface::{
+    MAX_FACETS, Mesh, MeshFault, MeshSettings, Plane, STL_HEADER_BYTES, StlFault, stl_facets_at_most,
+};
 
-use crate::tessellation::{binary_stl, cube, text_stl};
+use crate::tessellation::{binary_stl, cube, facets, text_stl};
 
 fn read(file: impl Read) -> Result<Mesh, MeshFault> {
     Mesh::read_stl(file, &MeshSettings::default(), &|| ControlFlow::Continue(()))
@@ -70,7 +73,7 @@ fn stated_normals_are_counted_where_they_contradict() {
 fn what_is_no_whole_file_is_refused_with_its_numbers() {
     let facets = cube(20.0);
     let binary = binary_stl(&facets, "solid");
-    assert!(matches!(stl_fault(&binary[..83]), StlFault::NotStl | StlFault::TruncatedHeader { .. }));
+    assert!(matches!(stl_fault(&binary[..83]), StlFault::TruncatedHeader { bytes: 83 }));
     assert!(matches!(stl_fault(&[0_u8; 20][..]), StlFault::TruncatedHeader { bytes: 20 }));
     for cut in [84, 100, 133, 134, binary.len() - 1] {
         let whole = u32::try_from((cut - 84) / 50).unwrap();
@@ -114,6 +117,27 @@ fn numbers_that_are_none_are_refused() {
     let zero = MeshSettings { mm_per_unit: 0.0, ..MeshSettings::default() };
     let fault = Mesh::read_stl(&b""[..], &zero, &|| ControlFlow::Continue(())).unwrap_err();
     assert!(matches!(fault, MeshFault::Parameter { .. }), "{fault}");
+    assert_eq!(fault.to_string(), "a unit of the file of 0e0 mm is not between 1e-6 mm and 1e6 mm");
+    let far = text_stl(&facets).replacen("vertex 2e1", "vertex 2e9", 1);
+    assert_eq!(
+        read(far.as_bytes()).unwrap_err().to_string(),
+        "facet 1, which ends in line 8: coordinate 2e9 mm is not between -100000 mm and 100000 mm"
+    );
+}
+
+#[test]
+fn no_file_has_more_facets_than_its_length_has_room_for() {
+    let facets = cube(20.0);
+    let at_most = |file: &[u8]| {
+        stl_facets_at_most(&file[..file.len().min(STL_HEADER_BYTES)], u64::try_from(file.len()).unwrap())
+    };
+    assert_eq!(at_most(&binary_stl(&facets, "solid and yet binary")), 12);
+    assert_eq!(at_most(&binary_stl(&[], "")), 0);
+    assert_eq!(at_most(&[0_u8; 20]), 0);
+    let shortest = "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
+    let text = format!("solid x\n{}endsolid", shortest.repeat(500));
+    assert_eq!(read(text.as_bytes()).unwrap().report().facets, 500);
+    assert!((500..550).contains(&at_most(text.as_bytes())), "{}", at_most(text.as_bytes()));
 }
 
 #[test]
@@ -133,4 +157,26 @@ fn reading_stops_when_nobody_waits() {
     let file = binary_stl(&vec![facet; 70_000], "");
     let stopped = Mesh::read_stl(&file[..], &MeshSettings::default(), &|| ControlFlow::Break(()));
     assert!(matches!(stopped, Err(MeshFault::Cancelled)));
+}
+
+#[test]
+fn a_mesh_can_be_stopped_at_every_step_of_its_making() {
+    let plane = Plane::new(Vec3::zeros(), 30.0, 30.0).unwrap();
+    let file = binary_stl(&facets(&plane, [300, 300]), "");
+    let stopped_at = |last: u32| {
+        let asked = Cell::new(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            if asked.get() == last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        (Mesh::read_stl(&file[..], &MeshSettings::default(), &stop), asked.get())
+    };
+    let (whole, asked) = stopped_at(u32::MAX);
+    assert_eq!(whole.unwrap().report().facets, 180_000);
+    // two while reading, three halves of the tree, twice three over the facets, two over the vertices
+    assert_eq!(asked, 13);
+    for last in 1..=asked {
+        let (stopped, so_far) = stopped_at(last);
+        assert!(matches!(stopped, Err(MeshFault::Cancelled)) && so_far == last, "{last}");
+    }
 }

@@ -494,9 +494,34 @@ fn what_cannot_be_followed_is_left_out_and_counted() {
     let found: Vec<_> =
         verification.left_out.iter().map(|kind| (kind.reason.name(), kind.count, kind.first_line)).collect();
     assert_eq!(found, [("position_unknown", 1, 2), ("arc", 2, 4), ("not_followed", 1, 8)]);
+    // of the arcs the first one's reason
+    let short =
+        "an arc whose course is not known: its radius of 2.0000 mm is 1.5355 mm less than half its chord";
+    assert_eq!(verification.left_out[1].reason.text(), short);
     assert_eq!(verification.motions.total(), 3);
     let nothing = run(&VerificationParameters::new(tool(5.0, 5.0)), &samples, "G90 G21\nG1 X5\nM30\n");
     assert!(matches!(nothing, Err(Fault::NothingToCut { left_out: 1, .. })), "{nothing:?}");
+}
+
+#[test]
+fn an_arc_that_is_left_out_says_why() {
+    let samples = [up(0.0, 0.0, 0.0)];
+    for (arc, why) in [
+        ("G2 X2 Y0 I1 J0 A3", "rotary axes turn along it, by 3.000 and 0.000 deg"),
+        ("G2 X2 Y0 I1 J0 P2", "it has the word P2, for several turns"),
+        ("G2 X2 Y0", "it states neither all of its centre nor its radius"),
+        ("G90.1\nG2 X2 Y0 I1", "it states neither all of its centre nor its radius"),
+        ("G2 X2 Y0 I1 R1", "it states a centre besides its radius of 1.0000 mm"),
+        ("G2 X0 Y0 R4", "it ends where it starts and states only its radius of 4.0000 mm"),
+        ("G2 X2 Y0 I1.25", "its end is off the circle of 1.2500 mm about its centre, by -0.5000 mm"),
+        ("G2 X2 Y0 I0 J0", "its centre is where it starts or ends"),
+    ] {
+        let text = format!("G90 G21 G17\nG0 X0 Y0 Z5 A0 C0\nG1 Z0\n{arc}\n");
+        let verification = verify(tool(5.0, 5.0), &samples, &text);
+        let last = verification.left_out.last().expect("left out");
+        assert_eq!((last.reason.name(), last.count), ("arc", 1), "{arc}");
+        assert_eq!(last.reason.text(), format!("an arc whose course is not known: {why}"), "{arc}");
+    }
 }
 
 #[test]

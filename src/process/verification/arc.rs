@@ -1,8 +1,88 @@
 //! Arcs and helices as the control runs them.
 
+use std::fmt;
+
 use crate::geometry::trig;
 use crate::motion::{AxisWords, Motion};
 use crate::program::{Address, Batch, Word, WordForm};
+
+/// Why the course of an arc is not known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum UnknownArc {
+    /// No plane is active that is known.
+    Plane,
+    /// Rotary axes turn along it.
+    Turning {
+        /// By how much, in the profile's order \[deg\].
+        turn_deg: [f64; 2],
+    },
+    /// A P word: several turns, or what a control makes of it.
+    Turns {
+        /// Its value.
+        turns: f64,
+    },
+    /// A word of it is an expression.
+    Expression {
+        /// The word.
+        address: Address,
+    },
+    /// Neither a radius nor all of the centre that has to be.
+    CentreNotStated,
+    /// A radius and a centre.
+    RadiusAndCentre {
+        /// The radius \[mm\].
+        radius_mm: f64,
+    },
+    /// Start and end are equal, and a circle through one point has many centres.
+    FullCircleByRadius {
+        /// The radius \[mm\].
+        radius_mm: f64,
+    },
+    /// No circle of this radius reaches both ends.
+    RadiusTooShort {
+        /// The radius \[mm\].
+        radius_mm: f64,
+        /// What it is short of half the chord \[mm\].
+        short_mm: f64,
+    },
+    /// The circle about the centre misses the end.
+    Missed {
+        /// From the centre to the start \[mm\].
+        radius_mm: f64,
+        /// How much farther the end is away from the centre than the start \[mm\].
+        missed_mm: f64,
+    },
+    /// The centre is where the arc starts or ends.
+    NoRadius,
+}
+
+impl fmt::Display for UnknownArc {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Plane => f.write_str("its plane is not known"),
+            Self::Turning { turn_deg: [first, second] } => {
+                write!(f, "rotary axes turn along it, by {first:.3} and {second:.3} deg")
+            }
+            Self::Turns { turns } => write!(f, "it has the word P{turns}, for several turns"),
+            Self::Expression { address } => write!(f, "the value of its word {address} is an expression"),
+            Self::CentreNotStated => f.write_str("it states neither all of its centre nor its radius"),
+            Self::RadiusAndCentre { radius_mm } => {
+                write!(f, "it states a centre besides its radius of {radius_mm:.4} mm")
+            }
+            Self::FullCircleByRadius { radius_mm } => {
+                write!(f, "it ends where it starts and states only its radius of {radius_mm:.4} mm")
+            }
+            Self::RadiusTooShort { radius_mm, short_mm } => {
+                write!(f, "its radius of {radius_mm:.4} mm is {short_mm:.4} mm less than half its chord")
+            }
+            Self::Missed { radius_mm, missed_mm } => write!(
+                f,
+                "its end is off the circle of {radius_mm:.4} mm about its centre, by {missed_mm:.4} mm"
+            ),
+            Self::NoRadius => f.write_str("its centre is where it starts or ends"),
+        }
+    }
+}
 
 /// An arc in one of the planes XY, ZX, YZ, with the third axis linear and rotary axes at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,50 +136,58 @@ impl ArcModes {
 }
 
 impl Arc {
-    /// The arc of a motion from `start` to `end`; `None` where its words do not make one: rotary axes turn, the plane or
-    /// the centre is not known, start and end lie on different circles, several turns (P).
+    /// The arc of a motion from `start` to `end`.
+    ///
+    /// # Errors
+    /// Why its words do not make one that is known.
     pub(super) fn of(
         modes: ArcModes,
         batch: &Batch,
         motion: &Motion,
         [start, end]: [AxisWords; 2],
-    ) -> Option<Self> {
-        let block = batch.blocks().get(motion.block as usize)?;
-        let across = usize::from(motion.plane?);
+    ) -> Result<Self, UnknownArc> {
+        let block = batch.blocks().get(motion.block as usize).ok_or(UnknownArc::CentreNotStated)?;
+        let across = usize::from(motion.plane.ok_or(UnknownArc::Plane)?);
         let axes = [(across + 1) % 3, (across + 2) % 3];
         let is_at_rest = |k: usize| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits();
         if !(is_at_rest(0) && is_at_rest(1)) {
-            return None;
+            let turn_deg = [0, 1].map(|k| end.rotary_deg[k] - start.rotary_deg[k]);
+            return Err(UnknownArc::Turning { turn_deg });
         }
         let mut centre_words = [None; 3];
-        let mut radius = None;
+        let (mut radius, mut turns) = (None, None);
         for word in batch.words(block) {
             let slot = match word.address {
                 Address::I => &mut centre_words[0],
                 Address::J => &mut centre_words[1],
                 Address::K => &mut centre_words[2],
                 Address::R => &mut radius,
-                Address::P => return None,
+                Address::P => &mut turns,
                 _ => continue,
             };
             if word.form != WordForm::Number {
-                return None;
+                return Err(UnknownArc::Expression { address: word.address });
             }
-            *slot = Some(word.value * motion.mm_per_unit);
+            let scale = if word.address == Address::P { 1.0 } else { motion.mm_per_unit };
+            *slot = Some(word.value * scale);
+        }
+        if let Some(turns) = turns {
+            return Err(UnknownArc::Turns { turns });
         }
         let from_mm = axes.map(|axis| start.linear_mm[axis]);
         let to_mm = axes.map(|axis| end.linear_mm[axis]);
         let centres = axes.map(|axis| centre_words[axis]);
         let centre_mm = match (radius, centres) {
             (Some(radius_mm), [None, None]) => centre_by_radius(modes, from_mm, to_mm, radius_mm)?,
-            (None, [None, None]) | (Some(_), _) => return None,
+            (None, [None, None]) => return Err(UnknownArc::CentreNotStated),
+            (Some(radius_mm), _) => return Err(UnknownArc::RadiusAndCentre { radius_mm }),
             (None, [first, second]) => {
                 let place = |word: Option<f64>, from: f64| match (word, modes.absolute_centres) {
-                    (Some(at), true) => Some(at),
-                    (Some(offset), false) => Some(from + offset),
-                    (None, false) => Some(from),
+                    (Some(at), true) => Ok(at),
+                    (Some(offset), false) => Ok(from + offset),
+                    (None, false) => Ok(from),
                     // whether it stays or is zero, controls do not agree
-                    (None, true) => None,
+                    (None, true) => Err(UnknownArc::CentreNotStated),
                 };
                 [place(first, from_mm[0])?, place(second, from_mm[1])?]
             }
@@ -112,13 +200,17 @@ impl Arc {
         [start, end]: [AxisWords; 2],
         axes: [usize; 2],
         centre_mm: [f64; 2],
-    ) -> Option<Self> {
+    ) -> Result<Self, UnknownArc> {
         let arm = |words: &AxisWords| [0, 1].map(|k| words.linear_mm[axes[k]] - centre_mm[k]);
         let (arm_mm, last_mm) = (arm(&start), arm(&end));
         let [first, last] = [arm_mm, last_mm].map(|[a, b]| (a * a + b * b).sqrt());
         let slack = RADIUS_SLACK_MM.max(RADIUS_SLACK_SHARE * first);
-        if !(first > SAME_MM && last > SAME_MM && (first - last).abs() <= slack) {
-            return None;
+        if !(first > SAME_MM && last > SAME_MM) {
+            return Err(UnknownArc::NoRadius);
+        }
+        let missed_mm = last - first;
+        if missed_mm.is_nan() || missed_mm.abs() > slack {
+            return Err(UnknownArc::Missed { radius_mm: first, missed_mm });
         }
         let cross = arm_mm[0] * last_mm[1] - arm_mm[1] * last_mm[0];
         let dot = arm_mm[0] * last_mm[0] + arm_mm[1] * last_mm[1];
@@ -131,7 +223,7 @@ impl Arc {
             (false, false) if turn_rad < 0.0 => turn_rad + std::f64::consts::TAU,
             _ => turn_rad,
         };
-        Some(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
+        Ok(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
     }
 
     /// The words at the fraction `u`: in the plane on the circle, else linear.
@@ -170,20 +262,28 @@ impl Arc {
 }
 
 /// The centre of an arc given by its radius: a negative one takes the longer way round.
-fn centre_by_radius(modes: ArcModes, from_mm: [f64; 2], to_mm: [f64; 2], radius_mm: f64) -> Option<[f64; 2]> {
+fn centre_by_radius(
+    modes: ArcModes,
+    from_mm: [f64; 2],
+    to_mm: [f64; 2],
+    radius_mm: f64,
+) -> Result<[f64; 2], UnknownArc> {
     let chord = [to_mm[0] - from_mm[0], to_mm[1] - from_mm[1]];
     let length_mm = (chord[0] * chord[0] + chord[1] * chord[1]).sqrt();
     let half_mm = 0.5 * length_mm;
     let reach_mm = radius_mm.abs();
     let slack = RADIUS_SLACK_MM.max(RADIUS_SLACK_SHARE * reach_mm);
-    if length_mm < SAME_MM || half_mm > reach_mm + slack {
-        return None;
+    if length_mm < SAME_MM {
+        return Err(UnknownArc::FullCircleByRadius { radius_mm });
+    }
+    if half_mm > reach_mm + slack {
+        return Err(UnknownArc::RadiusTooShort { radius_mm, short_mm: half_mm - reach_mm });
     }
     let height_mm = ((reach_mm - half_mm) * (reach_mm + half_mm)).max(0.0).sqrt();
     // the centre is left of the chord where a short arc runs counter-clockwise
     let side = if modes.is_clockwise == (radius_mm > 0.0) { -height_mm } else { height_mm };
     let middle = [0.5 * (from_mm[0] + to_mm[0]), 0.5 * (from_mm[1] + to_mm[1])];
-    Some([middle[0] - chord[1] / length_mm * side, middle[1] + chord[0] / length_mm * side])
+    Ok([middle[0] - chord[1] / length_mm * side, middle[1] + chord[0] / length_mm * side])
 }
 
 #[cfg(test)]
@@ -216,7 +316,10 @@ mod tests {
     fn equal_ends_are_a_full_circle_and_other_circles_none() {
         let ends = [words(10.0, 0.0, 0.0), words(10.0, 0.0, 0.0)];
         assert_at(&Arc::about(true, ends, XY, [0.0; 2]).unwrap(), 0.25, [0.0, -10.0, 0.0]);
-        assert_eq!(Arc::about(true, [words(10.0, 0.0, 0.0), words(0.0, 11.0, 0.0)], XY, [0.0; 2]), None);
+        let missing = Arc::about(true, [words(10.0, 0.0, 0.0), words(0.0, 11.0, 0.0)], XY, [0.0; 2]);
+        assert_eq!(missing, Err(UnknownArc::Missed { radius_mm: 10.0, missed_mm: 1.0 }));
+        let none = Arc::about(true, ends, XY, [10.0, 0.0]);
+        assert_eq!(none, Err(UnknownArc::NoRadius));
     }
 
     #[test]
@@ -235,7 +338,13 @@ mod tests {
             assert!((0..2).all(|k| (found[k] - expected[k]).abs() < ROUNDING_MM), "{found:?} {expected:?}");
         }
         let modes = ArcModes::default();
-        assert_eq!(centre_by_radius(modes, from, to, 7.0), None);
-        assert_eq!(centre_by_radius(modes, from, from, 7.0), None);
+        let Err(UnknownArc::RadiusTooShort { radius_mm: -7.0, short_mm }) =
+            centre_by_radius(modes, from, to, -7.0)
+        else {
+            panic!("7 mm reach both ends");
+        };
+        assert!((short_mm - (50.0_f64.sqrt() - 7.0)).abs() < ROUNDING_MM, "{short_mm}");
+        let full = centre_by_radius(modes, from, from, 7.0);
+        assert_eq!(full, Err(UnknownArc::FullCircleByRadius { radius_mm: 7.0 }));
     }
 }

@@ -56,7 +56,7 @@ impl Course {
         let shape = match motion.kind {
             MotionKind::Arc => {
                 let arc = Arc::of(modes, batch, motion, [start, end]);
-                Shape::Arc(arc.ok_or(LeftOutReason::Arc)?)
+                Shape::Arc(arc.map_err(LeftOutReason::UnknownArc)?)
             }
             _ if start == end => return Ok(None),
             _ => Shape::Straight([start, end]),

@@ -6,6 +6,7 @@ mod parameters;
 mod report;
 mod run;
 
+pub use arc::UnknownArc;
 pub use parameters::{VerificationFault, VerificationParameters, VerificationQuantity};
 pub use report::{Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification};
 pub use run::verify_part;

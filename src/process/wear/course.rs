@@ -8,7 +8,7 @@ use super::parameters::WearParameters;
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
 use super::written::Written;
-use crate::contact::{Touch, contact_on_surface, feed_plane_normal, rotary_rad};
+use crate::contact::{SurfaceContact, Touch, contact_on_surface, feed_plane_normal, rotary_rad};
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::Machine;
@@ -103,9 +103,15 @@ impl Pilot<'_> {
             return Ok(Course::Leave);
         };
         let pose = self.points.pose(motion, index, &end);
-        let stated = match self.contact {
-            ContactSource::Surface if rests(motion) => None,
-            ContactSource::Surface => self.on_surface(&pose)?,
+        let touched = match self.contact {
+            ContactSource::Surface if !rests(motion) => self.on_surface(&pose),
+            _ => None,
+        };
+        let stated = match (self.contact, &touched) {
+            (ContactSource::Surface, None) => None,
+            (ContactSource::Surface, Some(touched)) => {
+                Some(by_normal(self.parameters, &pose, touched.normal)?)
+            }
             _ => self.stated(motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {
@@ -121,6 +127,9 @@ impl Pilot<'_> {
         if contact.is_none() && motion.kind == MotionKind::Linear {
             self.warnings.add(WarningKind::NoContactAtEnd, Some(motion.line));
         }
+        if contact.is_some() {
+            self.note_curvature(motion, &pose, touched);
+        }
         Ok(self.moved(motion, &end, pose, contact))
     }
 
@@ -133,7 +142,6 @@ impl Pilot<'_> {
     ) -> Course {
         if let Some(found) = &contact {
             self.note(motion.line, found);
-            self.note_curvature(motion, &pose, found);
             self.carried_mm = found.shift_mm + pose.axis * self.parameters.unknown_to_control().mm();
         }
         let has_contact = contact.is_some();
@@ -185,10 +193,8 @@ impl Pilot<'_> {
     }
 
     /// Where the nominal cutter touches the part.
-    fn on_surface(&self, pose: &ToolPose) -> Result<Option<WornContact>, ShiftFault> {
-        let part = self.parameters.part.as_ref();
-        let found = part.and_then(|part| contact_on_surface(part, &self.parameters.nominal, pose));
-        found.map(|found| by_normal(self.parameters, pose, found.normal)).transpose()
+    fn on_surface(&self, pose: &ToolPose) -> Option<SurfaceContact> {
+        contact_on_surface(self.parameters.part.as_ref()?, &self.parameters.nominal, pose)
     }
 
     /// The contact by the feed-plane rule: at the ends of motions at feed, and where a rapid hands over to one. A tip
@@ -305,17 +311,20 @@ impl Pilot<'_> {
         axes.is_off() || self.moves_everything || (touches && !self.parameters.has_nominal_shape())
     }
 
-    /// How the part is curved across the feed where the nominal cutter touches it.
-    fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, contact: &WornContact) {
+    /// How the part is curved across the feed where the nominal cutter touches it, by the contact `touched` if that was
+    /// looked for already.
+    fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, touched: Option<SurfaceContact>) {
         let Some(part) = &self.parameters.part else { return };
         let (MotionKind::Linear, Some(start)) = (motion.kind, motion.start) else { return };
-        let contact_mm = pose.tip_mm + contact.hold.offset_mm(&self.parameters.nominal, pose.axis);
-        let Some(place) = part.mesh.nearest(contact_mm, part.contact_gap.mm()) else { return };
         let feed_mm = pose.tip_mm - self.points.tip_mm(self.points.mode(motion), start);
-        if feed_mm.norm() > RESTING_MM
-            && let Some(aside) = place.normal.cross(&feed_mm).try_normalize(RESTING_MM)
-        {
-            self.curvature.note(part.mesh.curvature_per_mm(&place, aside), motion.line);
+        if feed_mm.norm() <= RESTING_MM {
+            return;
+        }
+        let across = touched
+            .or_else(|| self.on_surface(pose))
+            .and_then(|touched| touched.curvature_across_per_mm(&part.mesh, feed_mm));
+        if let Some(curvature_per_mm) = across {
+            self.curvature.note(curvature_per_mm, motion.line);
         }
     }
 
