@@ -66,7 +66,9 @@ impl SideBySide for Threads {
                     None => own.push(part),
                 }
             }
-            own.into_iter().for_each(|part| part());
+            for part in own {
+                part();
+            }
         });
     }
 }

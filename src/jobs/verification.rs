@@ -52,7 +52,7 @@ pub async fn verify_part(
         let Workplace { program, surface: uploaded, spool, threads, stop } = place;
         let VerificationRequest { machine, core, surface, reading, samples, max_cost_s } = &request;
         let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(*max_cost_s);
-        let core = &process::VerificationParameters { max_pieces, max_pairs, ..core.clone() };
+        let core = &process::VerificationParameters { max_pairs, max_pieces, ..core.clone() };
         let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
         let samples = match (surface, &part) {
             (Some(surface), _) => surface.samples(*samples),

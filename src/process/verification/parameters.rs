@@ -118,13 +118,9 @@ impl VerificationParameters {
     /// # Errors
     /// A cutting length that does not reach above the corner.
     pub fn body(&self) -> Result<CutterBody, CutterBodyFault> {
-        match self.cutting_length {
-            Some(cutting_length) => CutterBody::new(&self.tool, cutting_length),
-            None => {
-                let radii_mm = CutterBody::DEFAULT_LENGTH_IN_RADII * self.tool.radius().mm();
-                CutterBody::new(&self.tool, Length::from_mm(radii_mm.max(Self::LEAST_LENGTH_MM)))
-            }
-        }
+        let radii_mm = CutterBody::DEFAULT_LENGTH_IN_RADII * self.tool.radius().mm();
+        let usual = Length::from_mm(radii_mm.max(Self::LEAST_LENGTH_MM));
+        CutterBody::new(&self.tool, self.cutting_length.unwrap_or(usual))
     }
 
     /// Everything that is wrong with these parameters and samples; empty where nothing is.

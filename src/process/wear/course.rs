@@ -55,8 +55,6 @@ pub(super) struct Pilot<'a> {
     pub(super) absolute_centres: bool,
     /// The cutter that is compensated for is in the spindle.
     pub(super) is_its_tool: bool,
-    /// The cutter reaches beyond the nominal one.
-    pub(super) is_larger: bool,
     /// The shift of the last contact, ΔL apart \[mm\].
     pub(super) carried_mm: Vec3,
     /// Whether the length alone moves every point.
@@ -147,7 +145,7 @@ impl Pilot<'_> {
         let has_contact = contact.is_some();
         // A larger cutter that went back to the nominal tip would cut into what it has just left.
         let contact = contact.unwrap_or_else(|| {
-            if self.is_larger {
+            if self.parameters.is_larger() {
                 carried(self.parameters, &pose, self.carried_mm)
             } else {
                 flat(self.parameters, &pose, 0.0)

@@ -133,7 +133,6 @@ impl<'a> Run<'a> {
             points: Points::new(machine, source, parameters.interpolation),
             absolute_centres: false,
             is_its_tool: true,
-            is_larger: parameters.is_larger(),
             carried_mm: Vec3::zeros(),
             moves_everything,
             warnings: Warnings::default(),
@@ -416,8 +415,9 @@ impl<'a> Run<'a> {
     }
 
     fn report(mut self, dialect: Dialect, blocks_in: u64) -> WearReport {
+        let is_larger = self.pilot.parameters.is_larger();
         let warnings = &mut self.pilot.warnings;
-        if self.pilot.is_larger && self.contacts_kept > 0 {
+        if is_larger && self.contacts_kept > 0 {
             warnings.add(WarningKind::LargerCutter, None);
         }
         if self.contacts_kept == 0 {
