@@ -5,7 +5,7 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use trunnion::contact::{Carry, CutterContact, SourceBlock, Station, quick_look, rotary_rad};
@@ -13,7 +13,9 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::{JointLanes, Kinematics, PoseLanes, Setup, ToolPose};
 use trunnion::machine::Tool;
 use trunnion::motion::{AxisWords, Interpolation};
-use trunnion::process::{CcParameters, ContactSource, ProgramSource, compensate};
+use trunnion::process::{
+    CcParameters, ContactSource, ProgramSource, WearParameters, WornCutter, compensate, compensate_wear,
+};
 use trunnion::units::Length;
 
 #[path = "../tests/models/mod.rs"]
@@ -43,7 +45,7 @@ fn words(state: &mut [f64; 2], index: u32) -> AxisWords {
     AxisWords { linear_mm: [x, y, 40.0 + 5.0 * phase.cos()], rotary_deg: *state }
 }
 
-fn write_program(path: &PathBuf, contact_words: bool) -> io::Result<u64> {
+fn write_program(path: &Path, contact_words: bool) -> io::Result<u64> {
     let mut out = BufWriter::new(File::create(path)?);
     writeln!(out, "%\nG21 G90 G94 G54\nG1 F3000")?;
     let mut state = [35.0, 0.0];
@@ -108,8 +110,35 @@ fn main() -> io::Result<()> {
             peak_memory_mib(),
         );
     }
+    worn(&machine, tool, &folder.path().join("worn.nc"))?;
     one_by_one(&machine, tool);
     in_lanes(&machine, tool);
+    Ok(())
+}
+
+/// The same program for a worn ball: every block moves.
+fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Result<()> {
+    let actual = Tool::new(Length::from_mm(4.75), Length::from_mm(4.75)).expect("a ball");
+    let contact = ContactSource::FeedPlane;
+    let parameters = WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual)) };
+    let bytes = write_program(path, false)?;
+    let mut seconds = Vec::new();
+    let mut moved = 0;
+    for _ in 0..3 {
+        let mut output = File::create(path.with_extension("out"))?;
+        let stop = || ControlFlow::Continue(());
+        let start = Instant::now();
+        let done = compensate_wear(machine, &parameters, &OnDisk(path.to_owned()), &mut output, &stop);
+        seconds.push(start.elapsed().as_secs_f64());
+        moved = done.expect("moved").motions_shifted;
+    }
+    let seconds = median(seconds);
+    println!(
+        "worn ball, contact feed-plane: {:.2} M blocks/s, {:.0} MB/s; {moved} motions moved; peak {:.0} MiB",
+        f64::from(BLOCKS) / seconds / 1e6,
+        bytes as f64 / seconds / 1e6,
+        peak_memory_mib(),
+    );
     Ok(())
 }
 

@@ -39,7 +39,7 @@ const WORTH_A_VIEW: f64 = 0.02;
 /// Colours from nothing to the end of the scale; few, so that neighbouring cells join.
 const LEVELS: f64 = 12.0;
 /// The scale ends at the worst residual, but not beyond so many limits.
-const LIMITS_SHOWN: f64 = 4.0;
+const LIMITS_SHOWN: f64 = 10.0;
 const EXCESS: RGBColor = RGBColor(0, 90, 160);
 const GOUGE: RGBColor = RGBColor(200, 60, 0);
 const UNCUT: RGBColor = RGBColor(120, 120, 120);
@@ -124,9 +124,9 @@ impl View {
         }
         let [x_mm, y_mm] = [across, up].map(|k| range(seen().map(|sample| sample.point_mm[k])));
         let [width_mm, height_mm] = [&x_mm, &y_mm].map(|range| range.end - range.start);
-        // A cell holds two samples or so where these are few.
+        // A cell holds four samples or so where these are few.
         let spacing_mm = (width_mm * height_mm / seen().count() as f64).sqrt();
-        let cell_mm = (width_mm.max(height_mm) / MAX_CELLS).max(1.5 * spacing_mm);
+        let cell_mm = (width_mm.max(height_mm) / MAX_CELLS).max(2.0 * spacing_mm);
         let [columns, rows] = [width_mm, height_mm].map(|length_mm| index(length_mm / cell_mm) + 1);
         let mut cells = vec![Cell::Empty; columns * rows];
         for sample in seen() {
