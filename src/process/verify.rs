@@ -3,7 +3,7 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::inventory::Inventory;
 use super::judge::Checked;
@@ -45,7 +45,7 @@ pub(super) enum Expected<'a> {
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
-    Part { group: Rc<Group<'a>>, index: usize },
+    Part { group: Arc<Group<'a>>, index: usize },
 }
 
 /// What of a motion must not change in a block that is left alone.
@@ -152,18 +152,11 @@ impl<'a> Verifier<'a> {
         }
     }
 
-    /// What has to come next, in the order written.
-    pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.read_back.await_next(next);
-    }
-
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.read_back.abandon();
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+    /// Reads these bytes of the output, in which the motions expected come next.
+    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut Vec<Expected<'a>>) -> Result<(), Fault> {
+        for next in expected.drain(..) {
+            self.read_back.await_next(next);
+        }
         self.read_back.feed(bytes);
         self.read()
     }
