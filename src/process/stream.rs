@@ -144,7 +144,7 @@ impl<'a> Passages<'a> {
                 self.reader.feed(&self.chunk[..count]);
             }
         }
-        self.interpreter.interpret(&passage.batch, &mut passage.motions, &mut self.diagnostics);
+        self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
         for cursor in &mut self.lines {
             for motion in &mut passage.motions {
                 motion.line = cursor.source_line(motion.line);

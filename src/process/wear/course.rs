@@ -125,7 +125,10 @@ impl Pilot<'_> {
             return Ok(Course::Leave);
         };
         let pose = self.points.pose(motion, index, &end);
-        let real = self.points.real_pose(motion, index, &end);
+        let mut real = self.points.real_pose(motion, index, &end);
+        if motion.tool_axis.is_some() {
+            real.axis = pose.axis;
+        }
         let touched = match self.contact {
             ContactSource::Surface if !rests(motion) && self.is_its_tool => self.on_surface(&pose),
             _ => None,
@@ -141,7 +144,7 @@ impl Pilot<'_> {
         if stated.is_none() && rests(motion) {
             return Ok(Course::Move { goal: Goal::Words(axes.standing(&end)), point: None });
         }
-        let near = self.near(&pose, &end)?;
+        let near = self.near(motion, &pose, &end)?;
         if motion.kind == MotionKind::Arc {
             return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
         }
@@ -171,9 +174,15 @@ impl Pilot<'_> {
     }
 
     /// Rotary words that point the tool as meant on the machine that runs the program.
-    fn near(&mut self, pose: &ToolPose, end: &AxisWords) -> Result<NearWords, LineFaultKind> {
+    fn near(
+        &mut self,
+        motion: &Motion,
+        pose: &ToolPose,
+        end: &AxisWords,
+    ) -> Result<NearWords, LineFaultKind> {
         let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
-        if !self.moves.posts {
+        // A vector says where the axis points in W, whatever the machine.
+        if !self.moves.posts || motion.tool_axis.is_some() {
             return Ok(as_they_are);
         }
         let near =
@@ -224,7 +233,8 @@ impl Pilot<'_> {
         let Point { pose, contact, behind_mm, .. } = point;
         let mut tip_mm = pose.tip_mm + contact.shift_mm;
         if self.moves.posts {
-            let axis = self.written.axis(rotary_rad);
+            let by_vector = motion.tool_axis.is_some();
+            let axis = if by_vector { pose.axis } else { self.written.axis(rotary_rad) };
             let tools = [&self.parameters.nominal, &self.parameters.cutter_wear().actual];
             tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
         }

@@ -134,6 +134,9 @@ impl<'a> WearVerifier<'a> {
         };
         let mode = self.parameters.interpolation.unwrap_or(read.interpolation);
         let mut pose = Station::new(self.machine, self.written, mode, words).pose;
+        if read.tool_axis.is_some() {
+            pose.axis = point.pose.axis;
+        }
         // Where the control believes in the nominal length, the worn tip stands ΔL behind.
         pose.tip_mm += pose.axis * point.behind_mm;
         let hold = &point.contact.hold;
