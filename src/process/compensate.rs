@@ -6,15 +6,16 @@
 use std::io::Write;
 use std::sync::Arc;
 
+use super::compensation::{LineCursor, LineMap, line_ends};
 use super::emit::Emitter;
 use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::verify::{Expected, Group, Meaning, Verifier};
+use super::verify::{Expected, Group, Meaning, Note, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
-use crate::contact::Correction;
+use crate::contact::{Correction, Node, SourceBlock};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
@@ -53,6 +54,31 @@ pub fn compensate_side_by_side(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
+    let source = Upstream { source, lines: Vec::new() };
+    Ok(compensate_from(machine, parameters, source, output, &mut |_| Ok(()), parts, stop)?.0)
+}
+
+/// A program that was itself written from the upload.
+pub(super) struct Upstream<'a> {
+    pub(super) source: &'a dyn ProgramSource,
+    /// Lead from its lines to those of the upload, one after the other.
+    pub(super) lines: Vec<LineCursor<'a>>,
+}
+
+/// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
+/// Beside the report the lines of blocks that came in.
+///
+/// # Errors
+/// As [`compensate_side_by_side`].
+pub(super) fn compensate_from(
+    machine: &Machine,
+    parameters: &CcParameters,
+    Upstream { source, lines }: Upstream<'_>,
+    output: &mut dyn Write,
+    note: Note<'_>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<(CcReport, LineMap), Fault> {
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
@@ -60,7 +86,7 @@ pub fn compensate_side_by_side(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
     passages.fill(&mut present)?;
     let dialect = passages.dialect();
@@ -89,6 +115,7 @@ pub fn compensate_side_by_side(
         ]);
         checked?;
         output.write_all(&written.text)?;
+        verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
         worked.and(filled)?;
         work.check_budget(verifier.evaluations)?;
         written.clear();
@@ -112,13 +139,23 @@ pub fn compensate_side_by_side(
     }
     work.inventory.inserted += work.emitter.feed_blocks;
     verifier.finish(&work.inventory)?;
+    verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
     passages.warn(&mut work.judge.warnings);
-    Ok(work.report(verifier, dialect, passages.blocks))
+    let lines = std::mem::take(&mut work.lines);
+    Ok((work.report(verifier, dialect, passages.blocks), lines))
 }
 
 /// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
 const HAND_OVER_BYTES: usize = 4 << 20;
+
+/// How far the ends of the parts are from where the block has them at most \[mm\].
+fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
+    let inner = nodes.split_last().map_or(&[][..], |(_, inner)| inner);
+    let off =
+        |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
+    inner.iter().map(off).fold(0.0, f64::max)
+}
 
 /// Text of the output, and what it has to mean.
 #[derive(Debug, Default)]
@@ -158,6 +195,8 @@ struct Work<'a> {
     over: u64,
     inventory: Inventory,
     uses_tcp: bool,
+    /// Of inserted blocks, in the lines of what is read.
+    lines: LineMap,
 }
 
 impl<'a> Work<'a> {
@@ -181,6 +220,7 @@ impl<'a> Work<'a> {
             over: 0,
             inventory: Inventory::default(),
             uses_tcp: false,
+            lines: LineMap::default(),
         }
     }
 
@@ -292,11 +332,14 @@ impl<'a> Work<'a> {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
         out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
+        let written_from = out.text.len();
         self.emitter
             .write_division(batch, &checked, motion, &division, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
         self.inventory.inserted += division.nodes.len() as u64 - 1;
-        let group = Arc::new(Group { source: *motion, checked, division });
+        let correction_mm = correction_mm(&checked.block, &division.nodes);
+        let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
         if !self.faults() {
             let parts = 0..group.division.nodes.len();
             out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
@@ -311,9 +354,21 @@ impl<'a> Work<'a> {
         }
         out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
         self.at.copied = motion.block as usize;
-        self.emitter
+        let (blocks, written_from) = (self.emitter.feed_blocks, out.text.len());
+        let changed = self
+            .emitter
             .restore_feed(batch, motion, &mut out.text)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        if self.emitter.feed_blocks > blocks {
+            self.note_lines(batch, motion, &out.text[written_from..], 0)?;
+        }
+        Ok(changed)
+    }
+
+    /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.
+    fn note_lines(&mut self, batch: &Batch, motion: &Motion, written: &[u8], own: u64) -> Result<(), Fault> {
+        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+        self.lines.insert(line.saturating_sub(u64::from(own == 0)), line_ends(written).saturating_sub(own))
     }
 
     /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
