@@ -55,6 +55,7 @@ pub fn compensate(
         return Err(Fault::Lines(run.judge.faults));
     }
     run.inventory.inserted += run.emitter.feed_blocks;
+    run.inventory.join(&run.emitter.numbers);
     run.verifier.finish(&run.inventory)?;
     output.flush()?;
     passages.warn(&mut run.judge.warnings);
@@ -96,7 +97,7 @@ impl<'a> Run<'a> {
             survey,
             contact,
             judge: Judge::new(machine, kinematics, parameters, contact),
-            emitter: Emitter::default(),
+            emitter: Emitter::new(survey.numbering),
             verifier: Verifier::new(machine, parameters, dialect, options),
             out: Vec::new(),
             checked: 0,

@@ -5,6 +5,7 @@ mod emit;
 mod fault;
 mod inventory;
 mod judge;
+mod numbering;
 mod parameters;
 mod plan;
 mod read_back;
