@@ -1,7 +1,7 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
-use super::codes::{MCode, code_of, m_meaning};
-use super::modal::{Modal, MotionMode};
+use super::codes::{Code, MCode, code_of, iso_meaning, m_meaning};
+use super::modal::{Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::{Decimals, Motion, Unfollowable};
 use crate::machine::Machine;
@@ -178,6 +178,8 @@ impl BlockWords {
 
 /// G4, in tenths.
 const DWELL: u32 = 40;
+/// G43.5, in tenths.
+const VECTOR_CODE: u32 = 435;
 /// Bits of X Y Z A B C.
 pub(super) const AXES: u32 =
     bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
@@ -224,12 +226,15 @@ impl Interpreter {
     pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
         self.dialect = batch.dialect();
         self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
-        let batch = &*batch;
         if batch.dialect() == Dialect::Csv && self.modal.motion.is_none() {
             self.modal.motion = Some(MotionMode::Linear);
         }
-        let mut faults = batch.faults().iter();
-        for (index, block) in batch.blocks().iter().enumerate() {
+        for index in 0..batch.blocks().len() {
+            let Some(block) = batch.blocks().get(index).copied() else { break };
+            if self.dialect == Dialect::Iso && !self.ended && self.takes_vector(batch.words(&block)) {
+                batch.name_tool_axis(&block);
+            }
+            let (batch, block) = (&*batch, &block);
             if self.ended {
                 let is_text = block.counts() && block.kind != BlockKind::Percent;
                 self.blocks_after_end += u64::from(is_text);
@@ -262,12 +267,31 @@ impl Interpreter {
                     diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
                 }
                 BlockKind::Malformed => {
-                    if let Some(fault) = faults.find(|fault| fault.line == block.line) {
+                    if let Some(fault) = batch.faults().iter().find(|fault| fault.line == block.line) {
                         diagnostics.push(*fault);
                     }
                 }
             }
         }
+    }
+
+    /// Whether I J K of a block are the tool axis: G43.5 holds, and the motion is no arc.
+    #[inline]
+    fn takes_vector(&self, words: &[Word]) -> bool {
+        let is_vector = |word: &Word| word.address == Address::G && word.code_tenths() == Some(VECTOR_CODE);
+        if self.modal.tool_length != Some(ToolLength::Vector) && !words.iter().any(is_vector) {
+            return false;
+        }
+        let mut vector = true;
+        let mut arc = !matches!(self.modal.motion, Some(MotionMode::Rapid | MotionMode::Linear));
+        for word in words.iter().filter(|word| word.address == Address::G) {
+            match word.code_tenths().map(iso_meaning) {
+                Some(Code::ToolLength(length)) => vector = length == ToolLength::Vector,
+                Some(Code::Motion(mode)) => arc = !matches!(mode, MotionMode::Rapid | MotionMode::Linear),
+                _ => {}
+            }
+        }
+        vector && !arc
     }
 
     /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.

@@ -1,7 +1,7 @@
 //! Blocks of word dialects: the block again with other values, and new blocks in its style.
 
 use super::style::Style;
-use super::{NewWord, is_end_code};
+use super::{NewWord, is_end_code, written_letter};
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
 /// An expression whose value is this near to the one wanted stays \[program units\].
@@ -35,7 +35,7 @@ pub(super) fn insert_block(
         if word.address == Address::N {
             style.print_block_number(word, out);
             first = false;
-        } else if let Some(letter) = word.address.letter() {
+        } else if let Some(letter) = written_letter(word.address) {
             style.print_word(word, letter, first, out);
             first = false;
         }
@@ -76,7 +76,7 @@ pub(super) fn print_body(
         copied = first;
         let mut at_start = true;
         for word in missing() {
-            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
+            style.print_word(word, written_letter(word.address).unwrap_or_default(), at_start, out);
             at_start = false;
         }
         if copied < block.body_end {
@@ -111,7 +111,7 @@ pub(super) fn print_body(
             out.extend_from_slice(text(copied, word.end));
             copied = copied.max(word.end);
             for word in missing() {
-                style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
+                style.print_word(word, written_letter(word.address).unwrap_or_default(), false, out);
             }
         }
     }
