@@ -4,15 +4,16 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
+use super::compensation::{LineCursor, LineMap, line_ends};
 use super::emit::Emitter;
 use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
 use super::stream::{Passage, Passages};
 use super::survey::Survey;
-use super::verify::{Expected, Group, Meaning, Verifier};
+use super::verify::{Expected, Group, Meaning, Note, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
-use crate::contact::Correction;
+use crate::contact::{Correction, Node, SourceBlock};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
@@ -35,6 +36,23 @@ pub fn compensate(
     output: &mut dyn Write,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<CcReport, Fault> {
+    Ok(compensate_from(machine, parameters, source, Vec::new(), output, &mut |_| Ok(()), stop)?.0)
+}
+
+/// [`compensate`] for a program that was itself written from the upload: `lines` lead to the upload's; `note` gets what
+/// became of every motion once it was read back. Beside the report the lines of blocks that came in.
+///
+/// # Errors
+/// As [`compensate`].
+pub(super) fn compensate_from(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    lines: Vec<LineCursor<'_>>,
+    output: &mut dyn Write,
+    note: Note<'_>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<(CcReport, LineMap), Fault> {
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
@@ -42,27 +60,37 @@ pub fn compensate(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, following, dialect| {
         let run = run.get_or_insert_with(|| {
             Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
         });
-        run.passage(passage, following, output, stop)
+        run.passage(passage, following, output, note, stop)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.judge.faults.total > 0 {
         return Err(Fault::Lines(run.judge.faults));
     }
     run.inventory.inserted += run.emitter.feed_blocks;
-    run.verifier.finish(&run.inventory)?;
+    run.inventory.join(&run.emitter.numbers);
+    run.verifier.finish(&run.inventory, note)?;
     output.flush()?;
     passages.warn(&mut run.judge.warnings);
-    Ok(run.report(passages.dialect(), passages.blocks))
+    let lines = std::mem::take(&mut run.lines);
+    Ok((run.report(passages.dialect(), passages.blocks), lines))
 }
 
 /// What was written is read back and handed on when it has come to this \[bytes\], or with its batch.
 const FLUSH_BYTES: usize = 1 << 18;
+
+/// How far the ends of the parts are from where the block has them at most \[mm\].
+fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
+    let inner = nodes.split_last().map_or(&[][..], |(_, inner)| inner);
+    let off =
+        |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
+    inner.iter().map(off).fold(0.0, f64::max)
+}
 
 /// The work in progress.
 struct Run<'a> {
@@ -78,6 +106,8 @@ struct Run<'a> {
     over: u64,
     inventory: Inventory,
     uses_tcp: bool,
+    /// Of inserted blocks, in the lines of what is read.
+    lines: LineMap,
 }
 
 impl<'a> Run<'a> {
@@ -96,13 +126,14 @@ impl<'a> Run<'a> {
             survey,
             contact,
             judge: Judge::new(machine, kinematics, parameters, contact),
-            emitter: Emitter::default(),
+            emitter: Emitter::new(survey.numbering),
             verifier: Verifier::new(machine, parameters, dialect, options),
             out: Vec::new(),
             checked: 0,
             over: 0,
             inventory: Inventory::default(),
             uses_tcp: false,
+            lines: LineMap::default(),
         }
     }
 
@@ -112,6 +143,7 @@ impl<'a> Run<'a> {
         passage: &Passage,
         following: Option<&Motion>,
         output: &mut dyn Write,
+        note: Note<'_>,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
@@ -135,7 +167,7 @@ impl<'a> Run<'a> {
                     }
                     let changed = self.divide(batch, motion, text, checked, &mut copied)?;
                     if changed && self.out.len() > FLUSH_BYTES {
-                        self.flush(output)?;
+                        self.flush(output, note)?;
                     }
                     changed
                 }
@@ -155,15 +187,15 @@ impl<'a> Run<'a> {
             }
         }
         self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
-        self.flush(output)
+        self.flush(output, note)
     }
 
     /// Reads back what was written so far, and hands it on. A faulty program is judged to its end, so that every
     /// fault is named, but no longer written.
-    fn flush(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
+    fn flush(&mut self, output: &mut dyn Write, note: Note<'_>) -> Result<(), Fault> {
         self.check_budget()?;
         if self.judge.faults.total == 0 {
-            self.verifier.take(&self.out)?;
+            self.verifier.take(&self.out, note)?;
             output.write_all(&self.out)?;
         } else {
             self.verifier.abandon();
@@ -203,11 +235,14 @@ impl<'a> Run<'a> {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
         self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+        let written_from = self.out.len();
         self.emitter
             .write_division(batch, &checked, motion, &division, &mut self.out)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.note_lines(batch, motion, written_from, line_ends(text))?;
         self.inventory.inserted += division.nodes.len() as u64 - 1;
-        let group = Rc::new(Group { source: *motion, checked, division });
+        let correction_mm = correction_mm(&checked.block, &division.nodes);
+        let group = Rc::new(Group { source: *motion, checked, division, correction_mm });
         for index in 0..group.division.nodes.len() {
             if self.judge.faults.total > 0 {
                 break;
@@ -224,9 +259,29 @@ impl<'a> Run<'a> {
         }
         self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
         *copied = motion.block as usize;
-        self.emitter
+        let (blocks, written_from) = (self.emitter.feed_blocks, self.out.len());
+        let changed = self
+            .emitter
             .restore_feed(batch, motion, &mut self.out)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        if self.emitter.feed_blocks > blocks {
+            self.note_lines(batch, motion, written_from, 0)?;
+        }
+        Ok(changed)
+    }
+
+    /// Lines written since `written_from` for this motion, of which the source has `own`; where it has none they stand
+    /// before its block.
+    fn note_lines(
+        &mut self,
+        batch: &Batch,
+        motion: &Motion,
+        written_from: usize,
+        own: u64,
+    ) -> Result<(), Fault> {
+        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+        let written = line_ends(self.out.get(written_from..).unwrap_or_default());
+        self.lines.insert(line.saturating_sub(u64::from(own == 0)), written.saturating_sub(own))
     }
 
     fn check_budget(&self) -> Result<(), Fault> {

@@ -51,11 +51,28 @@ impl Inventory {
                 } else {
                     word.value.to_bits()
                 };
-                let mixed = (value ^ (word.address.index() as u64 + 1)).wrapping_mul(SPREAD);
-                self.words += 1;
-                self.checksum = self.checksum.wrapping_add((mixed ^ (mixed >> 29)).wrapping_mul(SPREAD));
+                self.count(word.address, value);
             }
         }
+    }
+
+    /// A block number that compensation adds.
+    pub(super) fn add_number(&mut self, number: f64) {
+        self.count(Address::N, number.to_bits());
+    }
+
+    /// Adds what another inventory has counted.
+    pub(super) fn join(&mut self, other: &Self) {
+        self.blocks += other.blocks;
+        self.inserted += other.inserted;
+        self.words += other.words;
+        self.checksum = self.checksum.wrapping_add(other.checksum);
+    }
+
+    fn count(&mut self, address: Address, value: u64) {
+        let mixed = (value ^ (address.index() as u64 + 1)).wrapping_mul(SPREAD);
+        self.words += 1;
+        self.checksum = self.checksum.wrapping_add((mixed ^ (mixed >> 29)).wrapping_mul(SPREAD));
     }
 
     /// Whether `written` has everything that this source has, and no more blocks than were inserted.

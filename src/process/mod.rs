@@ -1,10 +1,12 @@
 //! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
 
 mod compensate;
+mod compensation;
 mod emit;
 mod fault;
 mod inventory;
 mod judge;
+mod numbering;
 mod parameters;
 mod plan;
 mod read_back;
@@ -21,6 +23,11 @@ mod warnings;
 mod wear;
 
 pub use compensate::compensate;
+pub use compensation::{
+    BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
+    ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
+    MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
+};
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};

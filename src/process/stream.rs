@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
 
+use super::compensation::LineCursor;
 use super::warnings::Warnings;
 use super::{Fault, WarningKind};
 use crate::machine::Machine;
@@ -56,6 +57,8 @@ pub(super) struct Passages<'a> {
     pub(super) diagnostics: Diagnostics,
     pub(super) blocks: u64,
     pub(super) motions: u64,
+    /// From the lines read to those of the upload, where what is read was written from it.
+    lines: Vec<LineCursor<'a>>,
 }
 
 impl<'a> Passages<'a> {
@@ -76,7 +79,14 @@ impl<'a> Passages<'a> {
             diagnostics: Diagnostics::new(),
             blocks: 0,
             motions: 0,
+            lines: Vec::new(),
         })
+    }
+
+    /// Motions get the lines that these lead to, one after the other.
+    pub(super) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
+        self.lines = lines;
+        self
     }
 
     pub(super) fn dialect(&self) -> Dialect {
@@ -135,6 +145,11 @@ impl<'a> Passages<'a> {
             }
         }
         self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
+        for cursor in &mut self.lines {
+            for motion in &mut passage.motions {
+                motion.line = cursor.source_line(motion.line);
+            }
+        }
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
         Ok(Some(passage))

@@ -107,6 +107,8 @@ pub(super) struct Group<'a> {
     pub(super) source: Motion,
     pub(super) checked: Checked<'a>,
     pub(super) division: Division,
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(super) correction_mm: f64,
 }
 
 impl Awaited for Expected<'_> {
@@ -124,6 +126,44 @@ impl Awaited for Expected<'_> {
         }
     }
 }
+
+/// What became of one motion of the source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Judged {
+    pub(super) line: u64,
+    pub(super) kind: MotionKind,
+    /// Largest deviation before and after \[mm\]; 0 where it was not checked.
+    pub(super) deviation_mm: [f64; 2],
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(super) correction_mm: f64,
+    /// How many blocks it is now.
+    pub(super) parts: u32,
+}
+
+impl Judged {
+    fn undivided(source: &Meaning, deviation_mm: f64) -> Self {
+        Self {
+            line: source.line,
+            kind: source.kind,
+            deviation_mm: [deviation_mm; 2],
+            correction_mm: 0.0,
+            parts: 1,
+        }
+    }
+
+    fn divided(group: &Group<'_>, after: &Sampled) -> Self {
+        Self {
+            line: group.source.line,
+            kind: group.source.kind,
+            deviation_mm: [group.checked.before.max_mm, after.max_mm],
+            correction_mm: group.correction_mm,
+            parts: u32::try_from(group.division.nodes.len()).unwrap_or(u32::MAX),
+        }
+    }
+}
+
+/// Takes what became of a motion, in the order of the program.
+pub(super) type Note<'n> = &'n mut dyn FnMut(&Judged) -> Result<(), Fault>;
 
 /// Reads the output back and sums up what it leaves.
 pub(super) struct Verifier<'a> {
@@ -163,15 +203,15 @@ impl<'a> Verifier<'a> {
     }
 
     /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+    pub(super) fn take(&mut self, bytes: &[u8], note: Note<'_>) -> Result<(), Fault> {
         self.read_back.feed(bytes);
-        self.read()
+        self.read(note)
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory, note: Note<'_>) -> Result<(), Fault> {
         self.read_back.end();
-        self.read()?;
+        self.read(note)?;
         self.read_back.is_whole(source)
     }
 
@@ -180,11 +220,18 @@ impl<'a> Verifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self) -> Result<(), Fault> {
+    fn read(&mut self, note: Note<'_>) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             match next {
-                Expected::Same { motion: source, checked } => self.same(&motion, &source, checked)?,
-                Expected::Part { group, index } => self.part(&motion, &group, index)?,
+                Expected::Same { motion: source, checked } => {
+                    self.same(&motion, &source, checked)?;
+                    note(&Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)))?;
+                }
+                Expected::Part { group, index } => {
+                    if let Some(after) = self.part(&motion, &group, index)? {
+                        note(&Judged::divided(&group, &after))?;
+                    }
+                }
             }
         }
         Ok(())
@@ -204,7 +251,8 @@ impl<'a> Verifier<'a> {
         Ok(())
     }
 
-    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+    /// The last part of a block gives what all of them leave.
+    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<Option<Sampled>, Fault> {
         let line = group.source.line;
         let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
         let block = &group.checked.block;
@@ -254,11 +302,12 @@ impl<'a> Verifier<'a> {
         };
         self.parts.push((node.fraction - from, found));
         Self::time(read, group, &segment)?;
-        if index + 1 == group.division.nodes.len() {
-            let after = Sampled::join(self.parts.drain(..));
-            self.found.record(line, block.line.length_mm, &group.checked.before, &after);
+        if index + 1 < group.division.nodes.len() {
+            return Ok(None);
         }
-        Ok(())
+        let after = Sampled::join(self.parts.drain(..));
+        self.found.record(line, block.line.length_mm, &group.checked.before, &after);
+        Ok(Some(after))
     }
 
     /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source

@@ -155,6 +155,10 @@ impl BlockFlags {
     pub(super) fn set(&mut self, other: Self) {
         self.0 |= other.0;
     }
+
+    pub(super) fn clear(&mut self, other: Self) {
+        self.0 &= !other.0;
+    }
 }
 
 /// One line of the upload, its line ending included.

@@ -80,6 +80,24 @@ pub enum DiagnosticCode {
         /// From the opening byte on.
         text: Excerpt,
     },
+    /// A division by zero, the root of a negative number and the like.
+    #[error("`{text}` has no value: a division by zero or an argument that the function does not take")]
+    Undefined {
+        /// From its first operand or its name on.
+        text: Excerpt,
+    },
+    /// A name before a bracket that no function has.
+    #[error("`{text}` is not a function")]
+    UnknownFunction {
+        /// From the name on.
+        text: Excerpt,
+    },
+    /// Too many brackets within each other.
+    #[error("`{text}`: too many brackets within each other")]
+    TooDeep {
+        /// From the bracket on that is one too many.
+        text: Excerpt,
+    },
     /// A number no machine has use for.
     #[error("{address} {value:e} is beyond ±{max_abs:e}")]
     TooLarge {
@@ -167,6 +185,9 @@ impl DiagnosticCode {
             Self::MissingNumber { .. } => "missing_number",
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
+            Self::Undefined { .. } => "undefined_value",
+            Self::UnknownFunction { .. } => "unknown_function",
+            Self::TooDeep { .. } => "too_deep",
             Self::TooLarge { .. } => "too_large",
             Self::TooManyWords { .. } => "too_many_words",
             Self::CellCount { .. } => "cell_count",

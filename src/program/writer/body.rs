@@ -32,7 +32,10 @@ pub(super) fn insert_block(
     out.extend_from_slice(text.get(..indent).unwrap_or_default());
     let mut first = true;
     for word in words {
-        if let Some(letter) = word.address.letter() {
+        if word.address == Address::N {
+            style.print_block_number(word, out);
+            first = false;
+        } else if let Some(letter) = word.address.letter() {
             style.print_word(word, letter, first, out);
             first = false;
         }

@@ -96,7 +96,7 @@ pub fn print_changed_without(
 }
 
 /// Appends a new block in the style of the block of index `block` (spacing with padded columns, letter case,
-/// leading-zero habit, line ending): these words and no others, no block number. With `with_end_codes` the source
+/// leading-zero habit, line ending): these words and no others; a word N is written as the source block has its own. With `with_end_codes` the source
 /// block's words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
 ///
 /// The block always has a line ending, and starts on a line of its own.

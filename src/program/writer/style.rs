@@ -64,16 +64,18 @@ impl<'a> Style<'a> {
         let Some(word) = self.words.get(index) else { return self.usual };
         let text = self.batch.word_text(word);
         let number = text.get(usize::from(word.lead)..).unwrap_or_default();
+        // The width of an expression is no column.
+        let is_plain = word.form == WordForm::Number;
         let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
         Setting {
             separator: self.separator_before(index),
-            field: number.len(),
+            field: if is_plain { number.len() } else { 0 },
             has_gap: matches!(number.first(), Some(b' ' | b'\t')),
             lower: text.first().is_some_and(u8::is_ascii_lowercase),
             look: Look {
                 drops_zero: self.batch.habits.drops_zero,
                 ends_in_point: word.has_point,
-                plus: sign == b'+' || self.always_signs(word.address),
+                plus: (is_plain && sign == b'+') || self.always_signs(word.address),
             },
         }
     }
@@ -133,6 +135,19 @@ impl<'a> Style<'a> {
         }
         out.push(if setting.lower { letter.to_ascii_lowercase() } else { letter });
         self.print_value(&setting, new, out);
+    }
+
+    /// Appends a block number as the source block has its own: the same letter, as many digits at least.
+    pub(super) fn print_block_number(&self, new: &NewWord, out: &mut Vec<u8>) {
+        let Some(own) = self.words.iter().find(|word| word.address == Address::N) else { return };
+        let text = self.batch.word_text(own);
+        let digits = text.iter().rev().take_while(|byte| byte.is_ascii_digit()).count();
+        out.extend_from_slice(text.get(..text.len() - digits).unwrap_or_default());
+        let mut buffer = [0; BUFFER];
+        let start = print_into(new.value, 0, Look::default(), &mut buffer);
+        let zeros = digits.saturating_sub(BUFFER - start);
+        out.extend(std::iter::repeat_n(b'0', zeros));
+        out.extend_from_slice(&buffer[start..]);
     }
 
     /// Appends a word of the source block as it is.
