@@ -1,8 +1,10 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
-use super::codes::{Code, MCode, code_of, iso_meaning, m_meaning};
-use super::modal::{Modal, MotionMode, ToolLength};
+use super::codes::{MCode, code_of, m_meaning};
+use super::modal::{Modal, MotionMode, Offset, ToolLength};
 use super::position::Position;
+use super::sections::Sections;
+use super::statements::ThisBlock;
 use super::{Decimals, Motion, Unfollowable};
 use crate::machine::Machine;
 use crate::program::{
@@ -37,7 +39,7 @@ pub struct Interpreter {
     pub(super) rotary_addresses: [Address; 2],
     pub(super) foreign_address: Address,
     /// Work offset and shifts at the first complete point.
-    pub(super) first_offset: Option<(Option<u32>, u32)>,
+    pub(super) first_offset: Option<Option<Offset>>,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
     has_blocks: bool,
@@ -53,6 +55,10 @@ pub struct Interpreter {
     pub(super) dialect: Dialect,
     constants: Option<Constants>,
     pub(super) block: BlockWords,
+    pub(super) this_block: ThisBlock,
+    pub(super) sections: Sections,
+    /// It runs along to see what a section sets, whatever was before: see `sections`.
+    pub(super) is_stranger: bool,
 }
 
 /// The words of the block at hand, by address.
@@ -178,8 +184,6 @@ impl BlockWords {
 
 /// G4, in tenths.
 const DWELL: u32 = 40;
-/// G43.5, in tenths.
-const VECTOR_CODE: u32 = 435;
 /// Bits of X Y Z A B C.
 pub(super) const AXES: u32 =
     bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
@@ -216,6 +220,9 @@ impl Interpreter {
             dialect: Dialect::Iso,
             constants: None,
             block: BlockWords::EMPTY,
+            this_block: ThisBlock::default(),
+            sections: Sections::default(),
+            is_stranger: false,
         }
     }
 
@@ -224,11 +231,11 @@ impl Interpreter {
     ///
     /// Expressions of the batch whose value is fixed by the program so far become numbers in it.
     pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
-        self.dialect = batch.dialect();
-        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
-        if batch.dialect() == Dialect::Csv && self.modal.motion.is_none() {
-            self.modal.motion = Some(MotionMode::Linear);
+        if self.constants.is_none() {
+            self.dialect = batch.dialect();
+            self.begin_dialect();
         }
+        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
         for index in 0..batch.blocks().len() {
             let Some(block) = batch.blocks().get(index).copied() else { break };
             if self.dialect == Dialect::Iso && !self.ended && self.takes_vector(batch.words(&block)) {
@@ -240,58 +247,60 @@ impl Interpreter {
                 self.blocks_after_end += u64::from(is_text);
                 continue;
             }
-            match block.kind {
-                BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
-                // The first one opens the tape, another one closes it.
-                BlockKind::Percent if self.has_blocks => self.end(block.line),
-                BlockKind::Percent
-                | BlockKind::Blank
-                | BlockKind::Comment
-                | BlockKind::Banner
-                | BlockKind::Header => {}
-                BlockKind::Assignment => self.assign(block),
-                BlockKind::Call => {
-                    self.has_blocks = true;
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
-                    self.block.gather(&[]);
-                    self.opaque(index, block, Unfollowable::Call, motions);
-                    self.forget_all();
-                }
-                BlockKind::Flow => {
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::ControlFlow { text }));
-                }
-                BlockKind::Template => {
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
-                }
-                BlockKind::Malformed => {
-                    if let Some(fault) = batch.faults().iter().find(|fault| fault.line == block.line) {
-                        diagnostics.push(*fault);
-                    }
-                }
+            self.run_along(batch, index, block);
+            self.interpret_block(batch, index, block, motions, diagnostics);
+        }
+    }
+
+    /// One block of a program that has not ended.
+    pub(super) fn interpret_block(
+        &mut self,
+        batch: &Batch,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        match block.kind {
+            BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
+            // The first one opens the tape, another one closes it.
+            BlockKind::Percent if self.has_blocks => self.end(block.line),
+            BlockKind::Percent
+            | BlockKind::Blank
+            | BlockKind::Comment
+            | BlockKind::Banner
+            | BlockKind::Header => {}
+            BlockKind::Assignment => self.assign(block),
+            BlockKind::Call => {
+                self.has_blocks = true;
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
+                self.block.gather(&[]);
+                self.opaque(index, block, Unfollowable::Call, motions);
+                self.forget_all();
+            }
+            BlockKind::Flow => {
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::ControlFlow { text }));
+            }
+            BlockKind::Template => {
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
+            }
+            BlockKind::Malformed => {
+                let fault = batch.faults().iter().find(|fault| fault.line == block.line);
+                diagnostics.extend(fault.copied());
             }
         }
     }
 
-    /// Whether I J K of a block are the tool axis: G43.5 holds, and the motion is no arc.
-    #[inline]
-    fn takes_vector(&self, words: &[Word]) -> bool {
-        let is_vector = |word: &Word| word.address == Address::G && word.code_tenths() == Some(VECTOR_CODE);
-        if self.modal.tool_length != Some(ToolLength::Vector) && !words.iter().any(is_vector) {
-            return false;
-        }
-        let mut vector = true;
-        let mut arc = !matches!(self.modal.motion, Some(MotionMode::Rapid | MotionMode::Linear));
-        for word in words.iter().filter(|word| word.address == Address::G) {
-            match word.code_tenths().map(iso_meaning) {
-                Some(Code::ToolLength(length)) => vector = length == ToolLength::Vector,
-                Some(Code::Motion(mode)) => arc = !matches!(mode, MotionMode::Rapid | MotionMode::Linear),
-                _ => {}
-            }
-        }
-        vector && !arc
+    /// A control in the same state that runs along to see what a section sets.
+    pub(super) fn stranger(&mut self) -> Self {
+        let sections = std::mem::take(&mut self.sections);
+        let constants = self.constants.take();
+        let stranger = Self { is_stranger: true, ..self.clone() };
+        (self.sections, self.constants) = (sections, constants);
+        stranger
     }
 
     /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.
@@ -331,6 +340,14 @@ impl Interpreter {
     ) {
         let words = batch.words(block);
         self.block.gather(words);
+        if self.is_stranger && block.flags.has(BlockFlags::EXPRESSION) {
+            // Parameters may stand at something else where the section is called.
+            for word in words.iter().filter(|word| word.form == WordForm::Evaluated) {
+                self.block.unknown |= bit(word.address);
+            }
+        }
+        self.begin_block();
+        let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
         if batch.dialect() == Dialect::Iso {
             self.count_points();
@@ -352,6 +369,9 @@ impl Interpreter {
             self.execute(batch, index, block, motions, diagnostics);
         }
         self.has_motions |= !motions.is_empty();
+        if self.dialect == Dialect::Heidenhain {
+            self.sections.count(motions.get(motions_before..).unwrap_or_default());
+        }
     }
 
     #[inline]
@@ -400,7 +420,13 @@ impl Interpreter {
 
     /// Behind a call.
     pub(super) fn forget_all(&mut self) {
-        self.modal.forget();
+        match self.dialect {
+            Dialect::Heidenhain | Dialect::Apt => self.modal.forget_conversational(),
+            Dialect::Iso | Dialect::Siemens | Dialect::Csv => self.modal.forget(),
+        }
+        if self.dialect == Dialect::Apt {
+            self.modal.tool_length = Some(ToolLength::Vector);
+        }
         self.position.forget_all();
         self.obstacle = self.modal.obstacle();
     }

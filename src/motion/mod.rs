@@ -11,9 +11,12 @@ mod interpreter;
 mod modal;
 mod motions;
 mod position;
+mod sections;
+mod statements;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
+mod tool_axis;
 mod travel;
 mod unfollowable;
 mod words;

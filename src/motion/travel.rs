@@ -3,7 +3,7 @@
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
-    ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
+    AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
 };
 use crate::program::{Address, Block, round_to_decimals};
@@ -40,7 +40,12 @@ impl Interpreter {
     ) {
         let present = self.block.present;
         self.set_feed();
-        let is_arc = self.modal.motion == Some(MotionMode::Arc) && present & (I | J | K | R) != 0;
+        let is_arc = self.modal.motion == Some(MotionMode::Arc)
+            && (present & (I | J | K | R) != 0 || self.this_block.full_circle);
+        if self.this_block.states_position {
+            self.take_axis_words();
+            return;
+        }
         if present & (AXES | VECTORS) == 0 && !is_arc {
             self.take_other_words();
             return;
@@ -86,6 +91,12 @@ impl Interpreter {
         // What the vector is on this machine can be found later, anything else not.
         let vector = Some(Unfollowable::ToolVector);
         motion.unfollowable = reason.or(self.obstacle.filter(|_| self.obstacle != vector)).or(word_reason);
+        if motion.unfollowable.is_none() {
+            let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
+            if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
+                motion.unfollowable = Some(Unfollowable::ShortestPath);
+            }
+        }
         if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
             motion.unfollowable = Some(Unfollowable::RelativeExtruder);
         }
@@ -234,7 +245,7 @@ impl Interpreter {
     #[inline]
     pub(super) fn set_feed(&mut self) {
         if self.block.present & (1 << FEED) != 0 {
-            let known = self.block.unknown & (1 << FEED) == 0;
+            let known = self.block.unknown & (1 << FEED) == 0 && !self.this_block.other_feed;
             self.modal.feed = if known {
                 ModalFeed::Given(self.block.values[FEED], self.block.decimals[FEED])
             } else {
@@ -344,14 +355,16 @@ impl Interpreter {
 
     #[inline]
     fn offset_changed(&self) -> bool {
-        self.modal.work_offset.is_none()
-            || self.first_offset.is_some_and(|first| first != (self.modal.work_offset, self.modal.shifts))
+        let now = self.modal.offset();
+        now.is_none() || self.first_offset.is_some_and(|first| first != now)
     }
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
-        if self.first_offset.is_none() && motion.end.is_some() {
-            self.first_offset = Some((self.modal.work_offset, self.modal.shifts));
+        let is_complete =
+            motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
+        if self.first_offset.is_none() && is_complete {
+            self.first_offset = Some(self.modal.offset());
         }
         motion.offset_changed = self.offset_changed();
     }
@@ -394,6 +407,9 @@ fn mode_unknown(group: ModalGroup) -> Unfollowable {
 }
 
 fn first_address(bits: u32) -> Address {
+    if bits & !VECTORS == 0 {
+        return Address::TI;
+    }
     let letter = b'A' + u8::try_from(bits.trailing_zeros()).unwrap_or(0).min(25);
     Address::from_letter(letter).unwrap_or(Address::X)
 }

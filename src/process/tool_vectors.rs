@@ -130,3 +130,116 @@ impl ToolVectors {
         chord.try_normalize(f64::EPSILON).map_or(f64::INFINITY, |on_circle| angle_between(middle, on_circle))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{LocationError, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+    use crate::motion::{Interpreter, InterpreterOptions};
+    use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
+
+    /// Angles through vectors of seven decimals \[deg\].
+    const NEAR_DEG: f64 = 2e-5;
+
+    fn tables(travel_deg: Option<Travel>) -> Machine {
+        let axis = |letter, direction, travel_deg| RotaryAxis {
+            letter,
+            side: Side::Table,
+            direction,
+            point_mm: Vec3::zeros(),
+            travel_deg,
+            reversed: false,
+            location_error: LocationError::default(),
+        };
+        Machine::new(MachineParts {
+            name: "tables".to_owned(),
+            rotary_axes: vec![
+                axis(RotaryLetter::A, Vec3::x(), travel_deg),
+                axis(RotaryLetter::C, Vec3::z(), None),
+            ],
+            linear_travel_mm: [None; 3],
+            squareness: Squareness::default(),
+            interpolation_period_s: 0.002,
+        })
+        .unwrap()
+    }
+
+    fn resolved(machine: &Machine, text: &str) -> Vec<Motion> {
+        let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
+        let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+        let mut vectors = ToolVectors::new(machine, &Setup::default());
+        let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
+        reader.feed(text.as_bytes());
+        reader.finish();
+        while reader.next_batch(&mut batch).unwrap() {
+            interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
+        }
+        vectors.resolve(&mut motions);
+        motions
+    }
+
+    /// `I J K` of an AC table.
+    fn vector(a_deg: f64, c_deg: f64) -> String {
+        let ((sa, ca), (sc, cc)) = (a_deg.to_radians().sin_cos(), c_deg.to_radians().sin_cos());
+        format!("I{:.7} J{:.7} K{:.7}", sa * sc, -sa * cc, ca)
+    }
+
+    fn assert_words(motion: &Motion, expected: [f64; 2]) {
+        let found = motion.end.unwrap().rotary_deg;
+        let near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < NEAR_DEG);
+        assert!(near, "line {}: {found:?}, {expected:?}", motion.line);
+    }
+
+    #[test]
+    fn vectors_become_the_words_next_to_those_before() {
+        let machine = tables(None);
+        let angles = [[30.0, 10.0], [31.0, 11.0], [20.0, 40.0], [20.5, 175.0], [21.0, 185.0], [22.0, 186.0]];
+        let mut text = "G43.5 H1\nG1 F500\n".to_owned();
+        for (index, [a, c]) in angles.into_iter().enumerate() {
+            text.push_str(&format!("X{index} Y1. Z2. {}\n", vector(a, c)));
+        }
+        text.push_str("X9.\nG49\nX10. I1.\n");
+        let motions = resolved(&machine, &text);
+        for (motion, expected) in motions.iter().zip(angles) {
+            assert_words(motion, expected);
+        }
+        assert_eq!((motions[0].start, motions[0].unfollowable), (None, None));
+        assert_eq!((motions[1].start, motions[1].unfollowable), (motions[0].end, None));
+        // 135° about C at 20°: what the axis does on the way is the control's choice.
+        assert_eq!(motions[3].unfollowable, Some(Unfollowable::ToolVector));
+        assert_eq!(motions[5].unfollowable, None);
+        // The vector stands.
+        assert_words(&motions[6], [22.0, 186.0]);
+        assert_eq!((motions[6].start, motions[6].unfollowable), (motions[5].end, None));
+        // No vector any more.
+        assert_eq!(motions[7].end, None);
+        assert!(motions[7].unfollowable.is_some());
+    }
+
+    #[test]
+    fn travels_decide_where_the_nearest_words_are_out_of_reach() {
+        let machine = tables(Some(Travel { min: -100.0, max: 20.0 }));
+        let text =
+            format!("G43.5 H1\nG1 F500 X0. Y0. Z0. {}\nX1. {}\n", vector(30.0, 10.0), vector(31.0, 10.5));
+        let motions = resolved(&machine, &text);
+        assert_words(&motions[0], [-30.0, -170.0]);
+        assert_words(&motions[1], [-31.0, -169.5]);
+        assert_eq!(motions[1].unfollowable, None);
+    }
+
+    #[test]
+    fn what_is_no_whole_vector_is_left_alone() {
+        let machine = tables(None);
+        let head = format!("G43.5 H1\nG1 F500 X0. Y0. Z0. {}\n", vector(30.0, 10.0));
+        for block in ["X1. I0.1", "X1. I0.1 J0.2", "X1. I#1 J0. K1.", "X1. I0. J0. K0.", "X#1 I0.1 J0.2 K0.9"]
+        {
+            let motions = resolved(&machine, &format!("{head}{block}\nX2. I0.1 J0.2 K0.9\n"));
+            assert!(motions[1].unfollowable.is_some(), "{block}");
+            assert_eq!(motions[1].end, None, "{block}");
+            assert_eq!(motions[2].start, None, "{block}");
+        }
+        // Centres of arcs are none.
+        let motions = resolved(&machine, &format!("{head}G2 X1. Y1. I1. J0.\n"));
+        assert_eq!(motions[1].tool_axis, motions[0].tool_axis);
+    }
+}

@@ -45,7 +45,6 @@ pub struct Word {
 
 impl Word {
     /// A statement word between two bytes of the batch's text.
-    #[expect(dead_code, reason = "for the dialects with statement words")]
     pub(super) fn of_keyword(keyword: Keyword, start: u32, end: u32) -> Self {
         Self {
             value: f64::from(keyword.number()),
@@ -198,8 +197,40 @@ pub(super) struct Habits {
     pub(super) drops_zero: bool,
     /// Some number was written with a point.
     pub(super) points: bool,
+    /// Some number was written with a plus sign.
+    pub(super) plus_signs: bool,
+    /// How the last feed statement of a cutter location program was written before this batch.
+    pub(super) feed_before: FeedStatement,
+    /// Some number was written with a decimal comma.
+    pub(super) decimal_comma: bool,
     /// How lines end.
     pub(super) line_ending: LineEnding,
+}
+
+/// How a `FEDRAT/` is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct FeedStatement {
+    /// `MMPM` and its kin.
+    pub(super) unit: Option<Keyword>,
+    /// `FEDRAT/MMPM,100.`
+    pub(super) unit_first: bool,
+    /// `FEDRAT/ 100.`
+    pub(super) blank: bool,
+}
+
+impl FeedStatement {
+    /// How this block writes a feed, if it is such a statement.
+    pub(super) fn of(batch: &Batch, block: &Block) -> Option<Self> {
+        let words = batch.words(block);
+        let [head, behind @ ..] = words else { return None };
+        if head.keyword() != Some(Keyword::Fedrat) {
+            return None;
+        }
+        let unit = behind.iter().find_map(Word::keyword).filter(|unit| *unit != Keyword::FeedElsewhere);
+        let unit_first = unit.is_some() && behind.first().is_some_and(|word| word.keyword().is_some());
+        let next = batch.text.get(head.end as usize).copied().unwrap_or_default();
+        Some(Self { unit, unit_first, blank: matches!(next, b' ' | b'\t') })
+    }
 }
 
 /// How lines end.

@@ -130,6 +130,12 @@ pub enum DiagnosticCode {
         /// What stands in the cell.
         text: Excerpt,
     },
+    /// A contact normal that is no direction: perhaps a point.
+    #[error("the contact normal has length {length}; 1 is wanted")]
+    NotADirection {
+        /// Its length.
+        length: f64,
+    },
     /// Control flow, whose effect on later blocks cannot be told.
     #[error("`{text}`: control flow is not followed")]
     ControlFlow {
@@ -186,6 +192,7 @@ impl DiagnosticCode {
             Self::TooManyWords { .. } => "too_many_words",
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
+            Self::NotADirection { .. } => "not_a_direction",
             Self::ControlFlow { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::RepeatedAddress { .. } => "repeated_address",
@@ -250,6 +257,11 @@ impl Diagnostics {
         if *count <= Self::MAX_KEPT {
             self.kept.push(diagnostic);
         }
+    }
+
+    /// Adds all of these.
+    pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+        diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
     /// Those kept, in the order of the text.

@@ -1,8 +1,11 @@
 //! The dialects: which texts are read, and how a line of each becomes words.
 
+pub(super) mod apt;
 pub(super) mod csv;
 pub(super) mod detect;
+pub(super) mod heidenhain;
 pub(super) mod iso;
+mod scan;
 mod statement;
 
 use std::fmt;
