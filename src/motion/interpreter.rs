@@ -1,7 +1,7 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
 use super::codes::{MCode, code_of, m_meaning};
-use super::modal::{Modal, Offset, ToolLength};
+use super::modal::{Modal, MotionMode, Offset, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
