@@ -71,13 +71,16 @@ fn the_header_sets_the_unit_and_feeds_are_in_it_a_minute() {
 
 #[test]
 fn m128_is_tool_centre_point_control_with_a_feed_of_its_own_and_m129_acts_behind_the_motion() {
-    let motions = heidenhain("L X+2 F100 M128 F9000\nL X+2 Y+0 Z+0 A+5 C+5\nL X+3 M129\nL X+4 Y+4 Z+4 A+5 C+5\n");
+    let motions =
+        heidenhain("L X+2 F100 M128 F9000\nL X+2 Y+0 Z+0 A+5 C+5\nL X+3 M129\nL X+4 Y+4 Z+4 A+5 C+5\n");
     let modes: Vec<_> = motions.iter().map(|motion| motion.interpolation).collect();
     use Interpolation::{Machine, Tcp};
     assert_eq!(modes, [Tcp, Tcp, Tcp, Machine]);
     assert!(motions.iter().all(|motion| motion.feed.value == Some(100.0)));
     assert_eq!(motions[3].start, None, "the coordinates of the point before were others");
-    let motions = heidenhain("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nL X+1 Y+1 Z+1 A+1 C+1 F100\nFUNCTION RESET TCPM\nL X+2 Y+1 Z+1 A+1 C+1\nFUNCTION TCPM F CONT AXIS SPAT PATHCTRL VECTOR\nL X+1 Y+1 Z+1 A+1 C+1\n");
+    let motions = heidenhain(
+        "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nL X+1 Y+1 Z+1 A+1 C+1 F100\nFUNCTION RESET TCPM\nL X+2 Y+1 Z+1 A+1 C+1\nFUNCTION TCPM F CONT AXIS SPAT PATHCTRL VECTOR\nL X+1 Y+1 Z+1 A+1 C+1\n",
+    );
     assert_eq!([motions[0].interpolation, motions[1].interpolation], [Tcp, Machine]);
     assert_eq!(motions[2].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::ToolLength }));
 }
@@ -94,7 +97,9 @@ fn machine_coordinates_hold_for_one_block_and_leave_the_axes_unknown() {
 fn arcs_end_where_their_words_say_and_the_pole_is_no_place_to_go_to() {
     let motions = heidenhain("CC X+50 Y+60\nC X+7 Y+8 DR- F100\nCR X+9 Y+9 R+20 DR+\nC DR+\nL X+1\n");
     assert_eq!(motions.len(), 4);
-    assert!(motions[..3].iter().all(|motion| motion.kind == MotionKind::Arc && motion.unfollowable.is_none()));
+    assert!(
+        motions[..3].iter().all(|motion| motion.kind == MotionKind::Arc && motion.unfollowable.is_none())
+    );
     assert_eq!(end(&motions[0])[..2], [7.0, 8.0]);
     assert_eq!(end(&motions[1])[..2], [9.0, 9.0]);
     assert_eq!(motions[2].start, motions[2].end);
@@ -102,7 +107,8 @@ fn arcs_end_where_their_words_say_and_the_pole_is_no_place_to_go_to() {
 
 #[test]
 fn what_the_control_works_out_is_left_alone_and_so_are_corners_that_are_cut() {
-    let motions = heidenhain("L X+10 F100\n; a note\nRND R2\nL Y+10\nL X+10 Y+20 Z+3\nLP PR+5 PA+30\nL X+1\n");
+    let motions =
+        heidenhain("L X+10 F100\n; a note\nRND R2\nL Y+10\nL X+10 Y+20 Z+3\nLP PR+5 PA+30\nL X+1\n");
     assert_eq!(motions[0].unfollowable, Some(Unfollowable::Corner));
     assert_eq!(motions[1].unfollowable, Some(Unfollowable::ContourElement));
     assert_eq!([motions[2].end, motions[5].end], [None, None]);
@@ -113,11 +119,20 @@ fn what_the_control_works_out_is_left_alone_and_so_are_corners_that_are_cut() {
 fn radius_compensation_planes_and_mirrors_are_left_alone_until_they_are_off() {
     for (on, off) in [
         ("L X+2 RL F100", "L X+3 R0"),
-        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\nL X+2 F100", "CYCL DEF 10.1 ROT+0\nL X+3 Y+2 Z+3 A+0 C+0"),
+        (
+            "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\nL X+2 F100",
+            "CYCL DEF 10.1 ROT+0\nL X+3 Y+2 Z+3 A+0 C+0",
+        ),
         ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\nL X+2 F100", "CYCL DEF 8.1\nL X+3 Y+2 Z+3 A+0 C+0"),
-        ("CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0.99\nL X+2 F100", "CYCL DEF 11.1 SCL 1\nL X+3 Y+2 Z+3 A+0 C+0"),
+        (
+            "CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0.99\nL X+2 F100",
+            "CYCL DEF 11.1 SCL 1\nL X+3 Y+2 Z+3 A+0 C+0",
+        ),
         ("PLANE SPATIAL SPA+0 SPB+45 SPC+0 TURN FMAX\nL X+2 F100", "PLANE RESET STAY\nL X+3 Y+2 Z+3 A+0 C+0"),
-        ("CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+45 C+0\nL X+2 F100", "CYCL DEF 19.1 A+0 B+0 C+0\nL X+3 Y+2 Z+3 A+0 C+0"),
+        (
+            "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+45 C+0\nL X+2 F100",
+            "CYCL DEF 19.1 A+0 B+0 C+0\nL X+3 Y+2 Z+3 A+0 C+0",
+        ),
         ("TOOL CALL 5 Y S1000\nL X+2 F100", "TOOL CALL 5 Z S1000\nL X+3 Y+2 Z+3 A+0 C+0"),
     ] {
         let motions = heidenhain(&format!("{on}\n{off}\nL Y+9\n"));
@@ -130,7 +145,9 @@ fn radius_compensation_planes_and_mirrors_are_left_alone_until_they_are_off() {
 #[test]
 fn a_datum_shift_is_another_offset_unless_it_is_the_same() {
     let shift = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\n";
-    let text = format!("{shift}L X+1 Y+2 Z+3 A+0 C+0 F100\nCYCL DEF 7.1 X+0\nCYCL DEF 7.1 X+0\nL X+1 Y+2 Z+3 A+0 C+0\n{shift}");
+    let text = format!(
+        "{shift}L X+1 Y+2 Z+3 A+0 C+0 F100\nCYCL DEF 7.1 X+0\nCYCL DEF 7.1 X+0\nL X+1 Y+2 Z+3 A+0 C+0\n{shift}"
+    );
     let motions = heidenhain(&text);
     assert!(motions[0].offset_changed && motions[0].start.is_none());
     assert!(!motions[1].offset_changed);
@@ -173,7 +190,9 @@ fn jumps_and_repetitions_of_text_that_was_followed_are_refused_with_their_lines(
 #[test]
 fn a_section_without_followed_motions_is_known_where_it_is_called() {
     let section = "LBL 500\nPLANE RESET STAY\nL Z-1 R0 FMAX M91\nLBL 0\n";
-    let text = format!("BEGIN PGM T INCH\n{section}L M128\nL X+1 Y+1 Z+1 A+0 C+0 FMAX\nCALL LBL 500\nL X+2 Y+1 Z+1 A+0 C+0 FMAX\nL X+3 F5\n");
+    let text = format!(
+        "BEGIN PGM T INCH\n{section}L M128\nL X+1 Y+1 Z+1 A+0 C+0 FMAX\nCALL LBL 500\nL X+2 Y+1 Z+1 A+0 C+0 FMAX\nL X+3 F5\n"
+    );
     let (motions, diagnostics) = interpreted(&text, Dialect::Heidenhain);
     assert_eq!(diagnostics.kept(), []);
     let last = motions.last().unwrap();
@@ -194,7 +213,9 @@ fn behind_the_call_of_a_section_not_yet_seen_modes_are_unknown_and_its_text_is_l
 
 #[test]
 fn lines_with_vectors_state_normal_and_tool_axis() {
-    let motions = heidenhain("L M128\nL X+0 Y+0 Z+0 A+0 C+0 FMAX\nLN X+1 Y+2 Z+3 NX+0 NY+0.6 NZ+0.8 TX+0 TY+0 TZ+1 R0 F500\n");
+    let motions = heidenhain(
+        "L M128\nL X+0 Y+0 Z+0 A+0 C+0 FMAX\nLN X+1 Y+2 Z+3 NX+0 NY+0.6 NZ+0.8 TX+0 TY+0 TZ+1 R0 F500\n",
+    );
     let last = motions.last().unwrap();
     assert_eq!(last.contact, ContactWords::Normal([0.0, 0.6, 0.8]));
     assert_eq!(last.tool_axis, Some([0.0, 0.0, 1.0]));
@@ -211,7 +232,9 @@ fn a_rotary_axis_that_takes_the_shorter_way_is_left_alone() {
 
 #[test]
 fn points_of_cutter_location_data_are_tips_with_the_axis_last_stated() {
-    let motions = apt("UNITS/MM\nFROM/0,0,50.\nGOTO/1.,2.,3.\nMULTAX/ON\nGOTO/4.,5.,6.,0,.6,.8\nGOTO/7,8,9\nGODLTA/1,0,-1\n");
+    let motions = apt(
+        "UNITS/MM\nFROM/0,0,50.\nGOTO/1.,2.,3.\nMULTAX/ON\nGOTO/4.,5.,6.,0,.6,.8\nGOTO/7,8,9\nGODLTA/1,0,-1\n",
+    );
     assert!(motions.iter().all(|motion| motion.unfollowable == Some(Unfollowable::ToolVector)));
     assert!(motions.iter().all(|motion| motion.interpolation == Interpolation::Tcp));
     let axes: Vec<_> = motions.iter().map(|motion| motion.tool_axis.unwrap()).collect();
@@ -225,7 +248,9 @@ fn points_of_cutter_location_data_are_tips_with_the_axis_last_stated() {
 
 #[test]
 fn rapid_and_circle_hold_for_the_next_point_only() {
-    let motions = apt("RAPID/\nGOTO/1,0,0\nFEDRAT/100.,MMPM\nGOTO/2,0,0\nCIRCLE/0,0,0,0,0,1,2\nGOTO/0,2,0\nGOTO/1,1,1\n");
+    let motions = apt(
+        "RAPID/\nGOTO/1,0,0\nFEDRAT/100.,MMPM\nGOTO/2,0,0\nCIRCLE/0,0,0,0,0,1,2\nGOTO/0,2,0\nGOTO/1,1,1\n",
+    );
     let kinds: Vec<_> = motions.iter().map(|motion| motion.kind).collect();
     use MotionKind::{Arc, Linear, Rapid};
     assert_eq!(kinds, [Rapid, Linear, Arc, Linear]);
@@ -234,7 +259,9 @@ fn rapid_and_circle_hold_for_the_next_point_only() {
 
 #[test]
 fn feeds_of_cutter_location_data_have_their_unit_before_or_behind_and_keep_it() {
-    let motions = apt("UNITS/MM\nFEDRAT/ MMPM,171.5 \nGOTO/1,0,0\nFEDRAT/200\nGOTO/2,0,0\nFEDRAT/0.2,MMPR\nGOTO/3,0,0\nFEDRAT/10,IPM\nGOTO/4,0,0\n");
+    let motions = apt(
+        "UNITS/MM\nFEDRAT/ MMPM,171.5 \nGOTO/1,0,0\nFEDRAT/200\nGOTO/2,0,0\nFEDRAT/0.2,MMPR\nGOTO/3,0,0\nFEDRAT/10,IPM\nGOTO/4,0,0\n",
+    );
     let feeds: Vec<_> = motions.iter().map(|motion| (motion.feed.mode, motion.feed.value)).collect();
     let minute = Some(FeedMode::PerMinute);
     let expected = [
@@ -251,10 +278,15 @@ fn feeds_of_cutter_location_data_have_their_unit_before_or_behind_and_keep_it() 
 
 #[test]
 fn cycles_compensation_and_turned_coordinates_of_cutter_location_data_are_left_alone() {
-    let motions = apt("CYCLE/DRILL,5\nGOTO/1,1,1\nCYCLE/OFF\nGOTO/1,1,2\nCUTCOM/LEFT\nGOTO/2,2,2\nCUTCOM/OFF\nGOTO/3,2,2\nROTABL/ -0.000000,BAXIS\nGOTO/3,3,3\nROTABL/ 1.570796,AAXIS,TABLE\nGOTO/4,4,4\n");
+    let motions = apt(
+        "CYCLE/DRILL,5\nGOTO/1,1,1\nCYCLE/OFF\nGOTO/1,1,2\nCUTCOM/LEFT\nGOTO/2,2,2\nCUTCOM/OFF\nGOTO/3,2,2\nROTABL/ -0.000000,BAXIS\nGOTO/3,3,3\nROTABL/ 1.570796,AAXIS,TABLE\nGOTO/4,4,4\n",
+    );
     let reasons: Vec<_> = motions.iter().map(|motion| motion.unfollowable.unwrap()).collect();
     use Unfollowable::{CannedCycle, CutterCompensation, ToolVector, Transformation};
-    assert_eq!(reasons, [CannedCycle, ToolVector, CutterCompensation, ToolVector, ToolVector, Transformation]);
+    assert_eq!(
+        reasons,
+        [CannedCycle, ToolVector, CutterCompensation, ToolVector, ToolVector, Transformation]
+    );
 }
 
 #[test]
@@ -268,7 +300,9 @@ fn nine_values_end_in_a_contact_normal_and_what_is_no_direction_is_refused() {
 
 #[test]
 fn statements_run_on_behind_a_dollar_and_text_does_not() {
-    let motions = apt("PPRINT 5$\nGOTO / 1.0, 2.0, 3.0, $\n   0.0, 0.0, 1.0E+00\nPARTNO A$\nGOTO/4,5,6,\nFINI\nGOTO/9,9,9\n");
+    let motions = apt(
+        "PPRINT 5$\nGOTO / 1.0, 2.0, 3.0, $\n   0.0, 0.0, 1.0E+00\nPARTNO A$\nGOTO/4,5,6,\nFINI\nGOTO/9,9,9\n",
+    );
     assert_eq!(motions.len(), 2);
     assert_eq!(motions[0].tool_axis, Some([0.0, 0.0, 1.0]));
     assert_eq!((motions[1].line, motions[1].linear_end_mm), (5, Some([4.0, 5.0, 6.0])));
@@ -278,7 +312,9 @@ fn statements_run_on_behind_a_dollar_and_text_does_not() {
 fn another_coordinate_system_is_another_offset() {
     let csys = ["CSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\n", "CSYS/0,0,1.,0,1.,0,0,0,0,1.,0,0\n"];
     let [first, second] = csys;
-    let text = format!("TRNTYP/WORLD,0,0,0\n{first}GOTO/1,1,1\nTRNTYP/WORLD,0,0,0\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n");
+    let text = format!(
+        "TRNTYP/WORLD,0,0,0\n{first}GOTO/1,1,1\nTRNTYP/WORLD,0,0,0\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n"
+    );
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
 }

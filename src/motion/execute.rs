@@ -2,7 +2,7 @@
 
 use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
-use super::modal::{ModalFeed, MotionMode, Transformation};
+use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
@@ -63,7 +63,9 @@ impl Interpreter {
             action = Some(Action::Call);
         }
         self.obstacle = self.modal.obstacle();
-        if self.this_block.flow || (self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P)) {
+        if self.this_block.flow
+            || (self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P))
+        {
             let text = Excerpt::new(batch.block_text(block).trim_ascii());
             let code = DiagnosticCode::ControlFlow { text };
             diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
@@ -252,6 +254,9 @@ impl Interpreter {
                 }
                 Code::Compensation(on) => self.modal.compensation = Some(on),
                 Code::ToolLength(length) => {
+                    if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+                        self.position.tool_axis = [None; 3];
+                    }
                     if self.modal.tool_length == Some(length) {
                         // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
                         self.position.axes[2] = None;
@@ -437,6 +442,9 @@ impl Interpreter {
             if named & bit(address) != 0 {
                 self.position.axes[slot] = None;
             }
+        }
+        if named & (bit(first) | bit(second)) != 0 {
+            self.position.tool_axis = [None; 3];
         }
         if named & bit(self.foreign_address) != 0 {
             self.position.foreign_deg = None;

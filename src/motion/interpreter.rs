@@ -236,8 +236,12 @@ impl Interpreter {
             self.begin_dialect();
         }
         self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
-        let batch = &*batch;
-        for (index, block) in batch.blocks().iter().enumerate() {
+        for index in 0..batch.blocks().len() {
+            let Some(block) = batch.blocks().get(index).copied() else { break };
+            if self.dialect == Dialect::Iso && !self.ended && self.takes_vector(batch.words(&block)) {
+                batch.name_tool_axis(&block);
+            }
+            let (batch, block) = (&*batch, &block);
             if self.ended {
                 let is_text = block.counts() && block.kind != BlockKind::Percent;
                 self.blocks_after_end += u64::from(is_text);

@@ -6,7 +6,11 @@
 
 mod codes;
 #[cfg(test)]
-#[expect(clippy::float_cmp, clippy::items_after_statements, reason = "values as they stand in the text, exact")]
+#[expect(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    reason = "values as they stand in the text, exact"
+)]
 mod conversational_tests;
 mod execute;
 mod feed;
@@ -19,6 +23,7 @@ mod statements;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
+mod tool_axis;
 mod travel;
 mod unfollowable;
 mod words;

@@ -181,9 +181,25 @@ impl Modal {
             };
         }
         each!(
-            motion, plane, incremental, mm_per_unit, feed_mode, compensation, tool_length, kinematics_switched,
-            macro_call, work_offset, shifts, relative_extruder, feed, datum_mm, shortest_path, next_motion, in_cycle,
-            multax, axis_stated
+            motion,
+            plane,
+            incremental,
+            mm_per_unit,
+            feed_mode,
+            compensation,
+            tool_length,
+            kinematics_switched,
+            macro_call,
+            work_offset,
+            shifts,
+            relative_extruder,
+            feed,
+            datum_mm,
+            shortest_path,
+            next_motion,
+            in_cycle,
+            multax,
+            axis_stated
         )
     }
 

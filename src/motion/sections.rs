@@ -4,12 +4,12 @@
 //! it sets is known if nothing in it depends on where it is called from: a second control, which knows nothing at the
 //! label, runs along. A section with motions that were followed cannot be called as well: such a program is refused.
 
+use super::Motion;
 use super::Unfollowable;
 use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::modal::Modal;
 use super::position::Position;
-use super::Motion;
 use crate::program::{Address, Batch, Block, Diagnostics};
 
 /// Most labels told apart.
@@ -66,7 +66,8 @@ impl Sections {
     /// Counts the motions of a block.
     pub(super) fn count(&mut self, motions: &[Motion]) {
         let followed = |motion: &&Motion| {
-            matches!(motion.unfollowable, None | Some(Unfollowable::ToolVector)) && motion.linear_end_mm.is_some()
+            matches!(motion.unfollowable, None | Some(Unfollowable::ToolVector))
+                && motion.linear_end_mm.is_some()
         };
         self.followed += motions.iter().filter(followed).count() as u64;
     }
@@ -94,7 +95,8 @@ impl Interpreter {
             return self.forget_all();
         }
         let label = self.block.value(Address::P).map(f64::to_bits);
-        let is_called = label.is_none_or(|label| self.sections.called.contains(&label)) || self.sections.any_called;
+        let is_called =
+            label.is_none_or(|label| self.sections.called.contains(&label)) || self.sections.any_called;
         self.sections.is_called_text |= is_called;
         if is_called {
             self.forget_all();
@@ -132,7 +134,9 @@ impl Interpreter {
             });
         }
         let followed = self.sections.followed;
-        for section in self.sections.passed.iter_mut().rev().take_while(|section| section.followed_at_end.is_none()) {
+        for section in
+            self.sections.passed.iter_mut().rev().take_while(|section| section.followed_at_end.is_none())
+        {
             section.followed_at_end = Some(followed);
         }
         if self.sections.is_called_text {

@@ -102,7 +102,11 @@ impl Interpreter {
             Statement::Preset => {
                 // Preset numbers and codes of ISO work offsets share a word: these have the cycle's number.
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-                let preset = self.block.value(Address::P).filter(|p| (0.0..60_000.0).contains(p)).map(|p| (247 << 16) + p as u32);
+                let preset = self
+                    .block
+                    .value(Address::P)
+                    .filter(|p| (0.0..60_000.0).contains(p))
+                    .map(|p| (247 << 16) + p as u32);
                 self.set_work_offset(preset);
             }
             Statement::TiltOff => {
@@ -166,7 +170,8 @@ impl Interpreter {
             self.modal.void_feed();
             self.modal.feed_mode = Some(mode);
         }
-        let differs = mm_per_unit.is_some_and(|mm| self.modal.mm_per_unit.is_none_or(|unit| (mm - unit).abs() > 0.0));
+        let differs =
+            mm_per_unit.is_some_and(|mm| self.modal.mm_per_unit.is_none_or(|unit| (mm - unit).abs() > 0.0));
         self.this_block.other_feed |= differs;
     }
 
@@ -239,9 +244,9 @@ impl Interpreter {
             };
         }
         // A shift of a rotary axis is a turn that is not followed.
-        let turned = [Address::A, Address::B, Address::C]
-            .into_iter()
-            .any(|address| self.block.has(address) && self.block.value(address).is_none_or(|value| value.abs() > 0.0));
+        let turned = [Address::A, Address::B, Address::C].into_iter().any(|address| {
+            self.block.has(address) && self.block.value(address).is_none_or(|value| value.abs() > 0.0)
+        });
         self.set_datum(if turned { [None; 3] } else { datum });
     }
 
@@ -256,6 +261,7 @@ impl Interpreter {
     /// Whether a rotary axis would take the shorter way around instead of the way its words say.
     pub(super) fn takes_other_way(&self, start: Option<[f64; 2]>, end: Option<[f64; 2]>) -> bool {
         let (Some(start), Some(end)) = (start, end) else { return false };
-        self.modal.shortest_path && start.iter().zip(&end).any(|(from, to)| (to - from).abs() >= HALF_TURN_DEG)
+        self.modal.shortest_path
+            && start.iter().zip(&end).any(|(from, to)| (to - from).abs() >= HALF_TURN_DEG)
     }
 }

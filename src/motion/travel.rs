@@ -1,9 +1,9 @@
 //! Axis words into a motion.
 
-use super::interpreter::{AXES, Interpreter, bit};
+use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
-    ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
+    AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
 };
 use crate::program::{Address, Block, round_to_decimals};
@@ -65,6 +65,7 @@ impl Interpreter {
             }
         };
         let start = self.position.axis_words();
+        let vector_start = self.position.linear_mm().zip(self.position.tool_axis());
         let word_reason = self.word_reason(kind);
         self.take_axis_words();
         let extra = self.take_other_words();
@@ -81,25 +82,28 @@ impl Interpreter {
             motion.end = self.position.axis_words();
             motion.linear_end_mm = self.position.linear_mm();
             motion.tool_axis = self.position.tool_axis();
+            motion.vector_start = vector_start;
         }
         if reason != Some(Unfollowable::MachineCoordinates) {
             motion.contact = self.contact();
         }
         motion.extra = extra;
-        motion.unfollowable = reason.or(self.obstacle).or(word_reason);
+        // What the vector is on this machine can be found later, anything else not.
+        let vector = Some(Unfollowable::ToolVector);
+        motion.unfollowable = reason.or(self.obstacle.filter(|_| self.obstacle != vector)).or(word_reason);
         if motion.unfollowable.is_none() {
-            if motion.end.is_none() && motion.tool_axis.is_some() {
-                motion.unfollowable = Some(Unfollowable::ToolVector);
-            } else if self.takes_other_way(
-                motion.start.map(|start| start.rotary_deg),
-                motion.end.map(|end| end.rotary_deg),
-            ) {
+            let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
+            if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
                 motion.unfollowable = Some(Unfollowable::ShortestPath);
             }
         }
         if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
             motion.unfollowable = Some(Unfollowable::RelativeExtruder);
         }
+        if motion.unfollowable.is_none() && motion.end.is_none() && motion.tool_axis.is_some() {
+            motion.unfollowable = vector;
+        }
+        motion.unfollowable = motion.unfollowable.or(self.obstacle);
         self.note_offset(&mut motion);
         motions.push(motion);
     }
@@ -171,6 +175,7 @@ impl Interpreter {
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
             self.position.axes[3..].fill(None);
             self.position.foreign_deg = None;
+            self.position.decimals[3..].fill(most_decimals(block));
         } else if block.present & (bit(first) | bit(second)) != 0 {
             self.position.tool_axis = [None; 3];
         }
@@ -303,6 +308,7 @@ impl Interpreter {
             end: None,
             linear_end_mm: None,
             tool_axis: None,
+            vector_start: None,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
@@ -337,7 +343,11 @@ impl Interpreter {
         }
         Decimals {
             linear: most(&LINEAR, modal.linear),
-            rotary: most(&self.rotary_addresses, modal.rotary),
+            rotary: if self.block.present & VECTORS != 0 {
+                most_decimals(&self.block)
+            } else {
+                most(&self.rotary_addresses, modal.rotary)
+            },
             contact,
             extra: modal.extra,
         }
@@ -351,7 +361,8 @@ impl Interpreter {
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
-        let is_complete = motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
+        let is_complete =
+            motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
         if self.first_offset.is_none() && is_complete {
             self.first_offset = Some(self.modal.offset());
         }
@@ -385,11 +396,20 @@ impl Interpreter {
     }
 }
 
+/// Of a block's tool vector.
+fn most_decimals(block: &BlockWords) -> u8 {
+    let decimals = VECTOR.map(|address| if block.has(address) { block.decimals[address.index()] } else { 0 });
+    decimals.into_iter().max().unwrap_or(0)
+}
+
 fn mode_unknown(group: ModalGroup) -> Unfollowable {
     Unfollowable::ModeUnknown { group }
 }
 
 fn first_address(bits: u32) -> Address {
+    if bits & !VECTORS == 0 {
+        return Address::TI;
+    }
     let letter = b'A' + u8::try_from(bits.trailing_zeros()).unwrap_or(0).min(25);
     Address::from_letter(letter).unwrap_or(Address::X)
 }

@@ -60,7 +60,9 @@ pub(super) fn compensate_from(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
+        .with_setup(machine, &parameters.setup)
+        .with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, following, dialect| {
         let run = run.get_or_insert_with(|| {

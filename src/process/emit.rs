@@ -206,12 +206,15 @@ struct Words<'a> {
     left_out: [bool; 5],
     /// The written position so far: X Y Z in program units, rotaries in degrees.
     written: [f64; 5],
+    /// The source block states the tool axis as a vector.
+    states_axis: bool,
     contact: ContactEnds,
     extra: Option<(f64, f64)>,
 }
 
 const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 
 /// Contact words at both ends of the source block, as far as it has them.
 enum ContactEnds {
@@ -232,6 +235,7 @@ impl<'a> Words<'a> {
         let letters = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
         let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
         let present = letters.map(|letter| source.iter().any(|word| word.address == letter));
+        let states_axis = source.iter().any(|word| word.address == Address::TI);
         let contact = match (checked.start_contact, motion.contact) {
             (Some(_), ContactWords::Point(_)) if checked.contact_from_words => ContactEnds::Aimed,
             (Some(a), ContactWords::Point(b)) => ContactEnds::Points(a, b),
@@ -251,6 +255,7 @@ impl<'a> Words<'a> {
             written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
             contact,
             extra,
+            states_axis,
         }
     }
 
@@ -259,7 +264,8 @@ impl<'a> Words<'a> {
         let target = in_units(&node.station.words, self.motion.mm_per_unit);
         let mut list = Vec::with_capacity(12);
         let mut standing = None;
-        for (k, target) in target.into_iter().enumerate() {
+        let axes = if self.motion.tool_axis.is_some() { 3 } else { 5 };
+        for (k, target) in target.into_iter().enumerate().take(axes) {
             let decimals =
                 if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };
             let from = if self.motion.incremental { self.written[k] } else { 0.0 };
@@ -275,6 +281,7 @@ impl<'a> Words<'a> {
             }
             self.written[k] = position;
         }
+        self.axis_words(node, last, &mut list);
         if list.is_empty() {
             // A block without an axis word would be no motion.
             list.extend(standing);
@@ -286,6 +293,16 @@ impl<'a> Words<'a> {
             list.push(NewWord { address: Address::E, value, decimals });
         }
         list
+    }
+
+    /// The tool axis where the program states it as a vector: all three components, where it turns.
+    fn axis_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
+        let Some(decimals) = self.resolution.axis_decimals else { return };
+        let axis = if last { self.motion.tool_axis.filter(|_| self.states_axis) } else { node.written_axis };
+        for (address, value) in VECTOR.into_iter().zip(axis.into_iter().flatten()) {
+            let decimals = if last { exact_decimals(value, decimals) } else { decimals };
+            list.push(NewWord { address, value, decimals });
+        }
     }
 
     /// Words of the source block that a part does not have.

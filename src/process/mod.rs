@@ -17,6 +17,7 @@ mod simulate;
 mod spindle;
 mod stream;
 mod survey;
+mod tool_vectors;
 mod verification;
 mod verify;
 mod warnings;

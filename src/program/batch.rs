@@ -330,6 +330,19 @@ impl Batch {
         self.text.get(word.start as usize..word.end as usize).unwrap_or_default()
     }
 
+    /// Takes I J K of one of its blocks as what they are under G43.5: components of the tool axis.
+    pub(crate) fn name_tool_axis(&mut self, block: &Block) {
+        let words = self.words.get_mut(block.words_start as usize..block.words_end as usize);
+        for word in words.into_iter().flatten().filter(|word| word.form != WordForm::Comma) {
+            word.address = match word.address {
+                Address::I => Address::TI,
+                Address::J => Address::TJ,
+                Address::K => Address::TK,
+                other => other,
+            };
+        }
+    }
+
     /// What could not be read, in the order of the text.
     #[must_use]
     pub fn faults(&self) -> &[Diagnostic] {

@@ -14,6 +14,7 @@ mod program;
 mod programs;
 mod servo;
 mod surface_contact;
+mod tool_vectors;
 mod virtual_cutting;
 mod wear;
 mod wear_program;

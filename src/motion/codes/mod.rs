@@ -43,6 +43,11 @@ pub(super) fn meaning(dialect: Dialect, code: u32) -> Code {
     }
 }
 
+/// The meaning of a G code of ISO programs.
+pub(super) fn iso_meaning(tenths: u32) -> Code {
+    iso::meaning(tenths)
+}
+
 /// The meaning of an M code of so many tenths.
 pub(super) fn m_meaning(dialect: Dialect, tenths: u32) -> MCode {
     match dialect {

@@ -59,7 +59,8 @@ impl Parameters {
             if value.abs() > MAX_MAGNITUDE {
                 continue;
             }
-            let incremental = word.lead == 2 && written.first().is_some_and(|byte| byte.eq_ignore_ascii_case(&b'I'));
+            let incremental =
+                word.lead == 2 && written.first().is_some_and(|byte| byte.eq_ignore_ascii_case(&b'I'));
             word.value = value + 0.0;
             word.decimals = DECIMALS;
             word.form = if incremental { WordForm::Incremental } else { WordForm::Evaluated };
@@ -81,7 +82,8 @@ impl Parameters {
             self.values.remove(&name);
             return;
         };
-        let value = if starts_with(text, b"FN") { self.function(text, formula) } else { self.formula(formula) };
+        let value =
+            if starts_with(text, b"FN") { self.function(text, formula) } else { self.formula(formula) };
         let certain = !block.flags.has(BlockFlags::DELETE);
         match value.filter(|value| certain && value.is_finite()) {
             Some(value) => {
@@ -395,7 +397,13 @@ impl Formula<'_> {
             b"INT" => Some(value.trunc()),
             b"ABS" => Some(value.abs()),
             b"FRAC" => Some(value - value.trunc()),
-            b"SGN" => Some(if value > 0.0 { 1.0 } else if value < 0.0 { -1.0 } else { 0.0 }),
+            b"SGN" => Some(if value > 0.0 {
+                1.0
+            } else if value < 0.0 {
+                -1.0
+            } else {
+                0.0
+            }),
             _ => None,
         }
     }

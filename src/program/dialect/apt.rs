@@ -36,8 +36,8 @@ const TEXT: [&[u8]; 10] = [
 ];
 /// Statements that move the points behind them, or count them otherwise.
 const TRANSFORMATIONS: [&[u8]; 12] = [
-    b"TRACUT", b"ROTATE", b"TRANS", b"COPY", b"MIRROR", b"INDEX", b"MODE", b"ORIGIN", b"MATRIX", b"SCALE", b"ZOFF",
-    b"REFSYS",
+    b"TRACUT", b"ROTATE", b"TRANS", b"COPY", b"MIRROR", b"INDEX", b"MODE", b"ORIGIN", b"MATRIX", b"SCALE",
+    b"ZOFF", b"REFSYS",
 ];
 /// Motions along surfaces that the processor has not worked out.
 const SURFACE_MOTIONS: [&[u8]; 8] =
@@ -94,7 +94,8 @@ fn starts(text: &[u8], word: &[u8]) -> bool {
 
 /// Blanks, and the `$` and line ending between the lines of a statement.
 fn skip_blanks(scan: &mut Scan<'_>) {
-    while scan.at < scan.extent.body_end && matches!(scan.byte(scan.at), b' ' | b'\t' | b'$' | b'\r' | b'\n') {
+    while scan.at < scan.extent.body_end && matches!(scan.byte(scan.at), b' ' | b'\t' | b'$' | b'\r' | b'\n')
+    {
         if scan.slice(scan.at, scan.at + 2) == b"$$" {
             let line_end = crate::program::line::line_end(scan.text, scan.at);
             scan.flags.set(BlockFlags::COMMENT);
@@ -170,7 +171,9 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
         b"UNITS" | b"UNIT" => units(scan, start),
         b"CSYS" => coordinate_system(scan, start),
         b"TRNTYP" => {
-            let moves = |word: &[u8]| number(word, 0, Spelling::Exponent).is_some_and(|number| number.value.abs() > 0.0);
+            let moves = |word: &[u8]| {
+                number(word, 0, Spelling::Exponent).is_some_and(|number| number.value.abs() > 0.0)
+            };
             let plain = has_minor(scan, end, b"WORLD") && !minors(scan, end).any(moves);
             said(scan, if plain { Keyword::PostWord } else { Keyword::PointsMoved }, start)
         }
@@ -248,7 +251,8 @@ fn numbers(scan: &mut Scan<'_>) -> Option<([(usize, super::scan::Number); 9], us
         decimals: 0,
         has_point: false,
         has_whole: true,
-        has_comma: false, has_plus: false,
+        has_comma: false,
+        has_plus: false,
         end: 0,
     };
     let mut list = [(0, none); 9];
@@ -422,16 +426,25 @@ fn units(scan: &mut Scan<'_>, start: usize) -> BlockKind {
 /// `CSYS/…`: the set-up's coordinate system; equal systems have equal P words.
 fn coordinate_system(scan: &mut Scan<'_>, start: usize) -> BlockKind {
     // FNV-1a of all but blanks, cut to what a number word holds.
-    let hash = rest(scan, scan.at).iter().filter(|byte| !byte.is_ascii_whitespace() && **byte != b'$').fold(
-        0xcbf2_9ce4_8422_2325_u64,
-        |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3),
-    );
+    let hash = rest(scan, scan.at)
+        .iter()
+        .filter(|byte| !byte.is_ascii_whitespace() && **byte != b'$')
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
     let end = scan.extent.body_end;
     #[expect(clippy::cast_precision_loss, reason = "23 bits")]
     let value = (hash >> 41) as f64;
     scan.keyword(Keyword::CoordinateSystem, start, end);
-    let system =
-        super::scan::Number { value, decimals: 0, has_point: false, has_whole: true, has_comma: false, has_plus: false, end };
+    let system = super::scan::Number {
+        value,
+        decimals: 0,
+        has_point: false,
+        has_whole: true,
+        has_comma: false,
+        has_plus: false,
+        end,
+    };
     scan.number_word(Address::P, WordForm::Number, end, 0, system);
     scan.skip_all();
     BlockKind::Words
@@ -445,4 +458,3 @@ fn rotation(scan: &mut Scan<'_>, start: usize) -> BlockKind {
     });
     said(scan, if turns { Keyword::PointsMoved } else { Keyword::PostWord }, start)
 }
-

@@ -3,8 +3,8 @@
 use crate::program::line::{line_end, next_line};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Keyword, Word,
-    WordForm,
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Keyword,
+    Word, WordForm,
 };
 
 /// Most words of a statement.
@@ -113,7 +113,11 @@ pub(super) fn number(text: &[u8], at: usize, spelling: Spelling) -> Option<Numbe
 }
 
 /// The number at `from` read with other bytes in place of some.
-fn read_respelled(text: &[u8], from: usize, spell: impl Fn(u8) -> u8) -> Option<crate::program::number::Unsigned> {
+fn read_respelled(
+    text: &[u8],
+    from: usize,
+    spell: impl Fn(u8) -> u8,
+) -> Option<crate::program::number::Unsigned> {
     let mut buffer = [b' '; MAX_NUMBER + 8];
     for (slot, byte) in buffer.iter_mut().zip(text.get(from..)?).take(MAX_NUMBER) {
         *slot = spell(*byte);
@@ -221,7 +225,14 @@ impl<'a> Scan<'a> {
 
     /// Adds a word with a number; `lead` bytes stand before it from `start` on.
     #[inline]
-    pub(super) fn number_word(&mut self, address: Address, form: WordForm, start: usize, lead: usize, number: Number) {
+    pub(super) fn number_word(
+        &mut self,
+        address: Address,
+        form: WordForm,
+        start: usize,
+        lead: usize,
+        number: Number,
+    ) {
         if number.value.abs() > MAX_MAGNITUDE {
             let value = number.value.clamp(f64::MIN, f64::MAX);
             let code = DiagnosticCode::TooLarge { address, value, max_abs: MAX_MAGNITUDE };
@@ -266,7 +277,11 @@ impl<'a> Scan<'a> {
     #[inline]
     fn push(&mut self, word: Word) {
         if self.batch.words.len() - self.first_word >= MAX_WORDS {
-            return self.fail(DiagnosticCode::TooManyWords { max: MAX_WORDS }, self.start, self.extent.body_end);
+            return self.fail(
+                DiagnosticCode::TooManyWords { max: MAX_WORDS },
+                self.start,
+                self.extent.body_end,
+            );
         }
         let bit = 1 << word.address.index();
         if self.seen & bit & !REPEATABLE != 0 {

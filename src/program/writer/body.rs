@@ -1,8 +1,27 @@
 //! Blocks of word dialects: the block again with other values, and new blocks in its style.
 
 use super::style::Style;
-use super::{NewWord, acts_at_end, conversational};
+use super::{NewWord, acts_at_end, conversational, written_letter};
 use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
+
+/// The name of a word of more letters than one, up to its value.
+fn name(dialect: Dialect, address: Address) -> Option<&'static [u8]> {
+    match (dialect, address) {
+        (Dialect::Heidenhain, address) => conversational::name(address),
+        (Dialect::Siemens, Address::TI) => Some(b"A3="),
+        (Dialect::Siemens, Address::TJ) => Some(b"B3="),
+        (Dialect::Siemens, Address::TK) => Some(b"C3="),
+        _ => None,
+    }
+}
+
+/// A word that the block does not have.
+fn print_new(batch: &Batch, style: &Style<'_>, word: &NewWord, first: bool, out: &mut Vec<u8>) {
+    match name(batch.dialect, word.address) {
+        Some(name) => style.print_named(word, name, out),
+        None => style.print_word(word, written_letter(word.address).unwrap_or_default(), first, out),
+    }
+}
 
 /// An expression whose value is this near to the one wanted stays \[program units\].
 const SAME_VALUE: f64 = 1e-9;
@@ -35,8 +54,8 @@ pub(super) fn insert_block(
         if word.address == Address::N {
             style.print_block_number(word, out);
             first = false;
-        } else if let Some(letter) = word.address.letter() {
-            style.print_word(word, letter, first, out);
+        } else if name(batch.dialect, word.address).is_some() || written_letter(word.address).is_some() {
+            print_new(batch, &style, word, first, out);
             first = false;
         }
     }
@@ -79,7 +98,7 @@ pub(super) fn print_body(
         copied = first;
         let mut at_start = true;
         for word in missing() {
-            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
+            print_new(batch, &style, word, at_start, out);
             at_start = false;
         }
         if copied < block.body_end {
@@ -117,10 +136,7 @@ pub(super) fn print_body(
             out.extend_from_slice(text(copied, word.end));
             copied = copied.max(word.end);
             for word in missing().filter(|word| (word.address == Address::F) == is_feed) {
-                match conversational::name(word.address).filter(|_| batch.dialect == Dialect::Heidenhain) {
-                    Some(name) => style.print_named(word, name, out),
-                    None => style.print_word(word, word.address.letter().unwrap_or_default(), false, out),
-                }
+                print_new(batch, &style, word, false, out);
             }
         }
     }

@@ -21,13 +21,21 @@ pub(super) fn name(address: Address) -> Option<&'static [u8]> {
 pub(super) fn feed_anchor(words: &[Word]) -> Option<usize> {
     words.iter().rposition(|word| {
         word.address.is_coordinate()
-            || word.keyword().is_some_and(|keyword| !matches!(keyword, Keyword::Fmax | Keyword::FeedElsewhere))
+            || word
+                .keyword()
+                .is_some_and(|keyword| !matches!(keyword, Keyword::Fmax | Keyword::FeedElsewhere))
     })
 }
 
 /// A new block: a number if one is given, `L` (or `LN`), these words, and where wanted the source's codes that act at
 /// its end.
-pub(super) fn insert_block(batch: &Batch, source: &Block, new: &[NewWord], with_end_codes: bool, out: &mut Vec<u8>) {
+pub(super) fn insert_block(
+    batch: &Batch,
+    source: &Block,
+    new: &[NewWord],
+    with_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
     let style = Style::new(batch, source);
     let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
     let blanks = |text: &[u8]| text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();

@@ -24,7 +24,13 @@ fn row_length(needs: impl Fn(Address) -> bool) -> usize {
 }
 
 /// The point again with other values, behind a feed statement where the words have a feed.
-pub(super) fn print_point(batch: &Batch, block: &Block, new: &[NewWord], dropped: &[Address], out: &mut Vec<u8>) {
+pub(super) fn print_point(
+    batch: &Batch,
+    block: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    out: &mut Vec<u8>,
+) {
     print_feed(batch, block, new, out);
     let words = batch.words(block);
     if new.iter().all(|word| word.address == Address::F) && dropped.is_empty() {
@@ -56,7 +62,13 @@ pub(super) fn print_point(batch: &Batch, block: &Block, new: &[NewWord], dropped
 
 /// A new point in the style of an old one, behind a feed statement where the words have a feed. Values without a new
 /// word are the old one's.
-pub(super) fn insert_point(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address], out: &mut Vec<u8>) {
+pub(super) fn insert_point(
+    batch: &Batch,
+    source: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    out: &mut Vec<u8>,
+) {
     print_feed(batch, source, new, out);
     if new.iter().all(|word| word.address == Address::F) {
         // Its line ending is printed by the caller.
@@ -151,10 +163,7 @@ fn print_feed(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) 
 /// How the last feed before this block was written.
 fn statement_before(batch: &Batch, block: &Block) -> FeedStatement {
     let before = batch.blocks.iter().rev().skip_while(|other| other.start > block.start);
-    before
-        .filter_map(|other| FeedStatement::of(batch, other))
-        .next()
-        .unwrap_or(batch.habits.feed_before)
+    before.filter_map(|other| FeedStatement::of(batch, other)).next().unwrap_or(batch.habits.feed_before)
 }
 
 fn body<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {

@@ -165,7 +165,7 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
             return Err(WriteFault::NotPrintable { address, value, max_abs: MAX_MAGNITUDE });
         }
         let writable = match batch.dialect {
-            Dialect::Iso => address.letter().is_some(),
+            Dialect::Iso => written_letter(address).is_some(),
             Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => true,
             Dialect::Csv => batch.columns.contains(&address),
         };
@@ -174,6 +174,16 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
         }
     }
     Ok(block)
+}
+
+/// The letter of a word: the tool axis of G43.5 is I J K.
+fn written_letter(address: Address) -> Option<u8> {
+    match address {
+        Address::TI => Some(b'I'),
+        Address::TJ => Some(b'J'),
+        Address::TK => Some(b'K'),
+        other => other.letter(),
+    }
 }
 
 fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {

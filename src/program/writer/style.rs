@@ -97,7 +97,8 @@ impl<'a> Style<'a> {
     /// Appends a word of this name with the blanks before it.
     pub(super) fn print_named(&self, new: &NewWord, name: &[u8], out: &mut Vec<u8>) {
         let mut setting = self.setting(new.address);
-        setting.look.plus = (setting.look.plus && new.address.is_coordinate()) || self.always_signs(new.address);
+        setting.look.plus =
+            (setting.look.plus && new.address.is_coordinate()) || self.always_signs(new.address);
         out.extend_from_slice(setting.separator);
         if setting.lower {
             out.extend(name.iter().map(u8::to_ascii_lowercase));

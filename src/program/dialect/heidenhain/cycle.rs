@@ -24,13 +24,16 @@ pub(super) fn read(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     }
     scan.at = verb_end;
     scan.skip_blanks();
-    let Some((cycle, part)) = number_and_part(scan) else { return said(scan, Keyword::UnknownStatement, start) };
+    let Some((cycle, part)) = number_and_part(scan) else {
+        return said(scan, Keyword::UnknownStatement, start);
+    };
     let head = scan.at;
     match cycle {
         7 => datum(scan, start, head, part),
         8 => {
             // The axes named are mirrored; none named: none is.
-            let named = part == 1 && scan.slice(head, comment(scan, head)).iter().any(u8::is_ascii_alphabetic);
+            let named =
+                part == 1 && scan.slice(head, comment(scan, head)).iter().any(u8::is_ascii_alphabetic);
             let on = part != 1 || named;
             said(scan, if on { Keyword::MirrorOn } else { Keyword::MirrorOff }, start)
         }
@@ -134,7 +137,11 @@ pub(super) fn datum_function(scan: &mut Scan<'_>, start: usize, end: usize) -> B
         return said(scan, Keyword::DatumReset, start);
     }
     if !starts(b"DATUM AXIS") {
-        return said(scan, if starts(b"DATUM") { Keyword::DatumTable } else { Keyword::UnknownStatement }, start);
+        return said(
+            scan,
+            if starts(b"DATUM") { Keyword::DatumTable } else { Keyword::UnknownStatement },
+            start,
+        );
     }
     let Some(at) = memchr::memmem::find(scan.slice(end, scan.extent.body_end), b"AXIS") else {
         return said(scan, Keyword::DatumTable, start);

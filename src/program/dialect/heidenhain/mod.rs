@@ -163,14 +163,20 @@ fn runs_on(line: &[u8], rest: &[u8]) -> Option<bool> {
         return None;
     }
     let next = rest.get(..line_end(rest, 0)).unwrap_or_default();
-    Some(next.first().is_some_and(|byte| matches!(byte, b' ' | b'\t')) && is_parameter(next.trim_ascii_start()))
+    Some(
+        next.first().is_some_and(|byte| matches!(byte, b' ' | b'\t'))
+            && is_parameter(next.trim_ascii_start()),
+    )
 }
 
 /// Whether lines of parameters can follow: behind the head of a cycle, and behind another such line.
 fn has_parameters(line: &[u8]) -> bool {
     let statement = line.get(Opening::of(line).statement..).unwrap_or_default();
-    let starts = |word: &[u8]| statement.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
-    starts(b"CYCL") || starts(b"TCH") || (line.first().is_some_and(|byte| matches!(byte, b' ' | b'\t')) && is_parameter(statement))
+    let starts =
+        |word: &[u8]| statement.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+    starts(b"CYCL")
+        || starts(b"TCH")
+        || (line.first().is_some_and(|byte| matches!(byte, b' ' | b'\t')) && is_parameter(statement))
 }
 
 /// `Q339=…`

@@ -11,7 +11,12 @@ const WITH_ARGUMENTS: [u32; 9] = [94, 103, 112, 118, 120, 124, 128, 138, 140];
 
 /// Reads the words behind the statement's own word, which ends at `end`. Without `coordinates` the axis words name no
 /// place to go to.
-pub(super) fn read(scan: &mut Scan<'_>, keyword: Option<Keyword>, end: usize, coordinates: bool) -> BlockKind {
+pub(super) fn read(
+    scan: &mut Scan<'_>,
+    keyword: Option<Keyword>,
+    end: usize,
+    coordinates: bool,
+) -> BlockKind {
     if let Some(keyword) = keyword {
         scan.keyword(keyword, scan.at, end);
     }
@@ -58,9 +63,9 @@ pub(super) fn read(scan: &mut Scan<'_>, keyword: Option<Keyword>, end: usize, co
 pub(super) fn read_modes(scan: &mut Scan<'_>) {
     let statement = scan.slice(scan.start, scan.at);
     // The feed of a rounding or a chamfer is its own.
-    let own_feed = [b"RND", b"CHF"]
-        .iter()
-        .any(|word| statement.get(statement.len().saturating_sub(3)..).is_some_and(|end| end.eq_ignore_ascii_case(*word)));
+    let own_feed = [b"RND", b"CHF"].iter().any(|word| {
+        statement.get(statement.len().saturating_sub(3)..).is_some_and(|end| end.eq_ignore_ascii_case(*word))
+    });
     while scan.at < scan.extent.body_end {
         let start = scan.at;
         let letters = scan.letters_end(start);

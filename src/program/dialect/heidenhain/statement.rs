@@ -8,7 +8,17 @@ use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Statements that change nothing the path depends on.
 const HARMLESS: [&[u8]; 12] = [
-    b"BLK", b"STOP", b"PATTERN", b"SEL", b"SELECT", b"DECLARE", b"DEFINE", b"OPEN", b"CLOSE", b"ERROR", b"POLARKIN",
+    b"BLK",
+    b"STOP",
+    b"PATTERN",
+    b"SEL",
+    b"SELECT",
+    b"DECLARE",
+    b"DEFINE",
+    b"OPEN",
+    b"CLOSE",
+    b"ERROR",
+    b"POLARKIN",
     b"NULL",
 ];
 
@@ -35,8 +45,8 @@ pub(super) fn read(scan: &mut Scan<'_>) -> BlockKind {
         // The pole is no place to go to.
         b"CC" => path::read(scan, Some(Keyword::CircleCentre), end, false),
         b"M" => path::read(scan, None, start, true),
-        b"CP" | b"CTP" | b"LP" | b"RND" | b"CHF" | b"APPR" | b"DEP" | b"FL" | b"FLT" | b"FC" | b"FCT" | b"FPOL"
-        | b"FSELECT" | b"SPL" => contour_element(scan, start, end),
+        b"CP" | b"CTP" | b"LP" | b"RND" | b"CHF" | b"APPR" | b"DEP" | b"FL" | b"FLT" | b"FC" | b"FCT"
+        | b"FPOL" | b"FSELECT" | b"SPL" => contour_element(scan, start, end),
         b"LBL" => label(scan, end),
         b"CALL" => call(scan, start, end),
         b"FN" => function(scan, start, end),
@@ -132,7 +142,8 @@ fn name_word(scan: &mut Scan<'_>, name: Option<(f64, usize)>) {
                 decimals: 0,
                 has_point: false,
                 has_whole: true,
-                has_comma: false, has_plus: false,
+                has_comma: false,
+                has_plus: false,
                 end,
             };
             scan.number_word(Address::P, WordForm::Number, start, 0, number);
@@ -178,7 +189,10 @@ fn function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     while scan.byte(scan.at).is_ascii_digit() {
         scan.at += 1;
     }
-    let number: u32 = std::str::from_utf8(scan.slice(digits, scan.at)).ok().and_then(|text| text.parse().ok()).unwrap_or(99);
+    let number: u32 = std::str::from_utf8(scan.slice(digits, scan.at))
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(99);
     match number {
         // Sums, roots, angles; what the control tells.
         0..=8 | 13 | 18 | 24 | 28 => {
@@ -262,7 +276,11 @@ fn begin(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 fn end_program(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, _) = next_word(scan);
-    if word == *b"PGM     " { said(scan, Keyword::EndPgm, start) } else { said(scan, Keyword::UnknownStatement, start) }
+    if word == *b"PGM     " {
+        said(scan, Keyword::EndPgm, start)
+    } else {
+        said(scan, Keyword::UnknownStatement, start)
+    }
 }
 
 /// `PLANE RESET …` ends a tilted plane, every other PLANE begins one.
@@ -278,14 +296,17 @@ fn control_function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind 
     let body = body.get(..memchr::memchr(b';', body).unwrap_or(body.len())).unwrap_or_default();
     let words = || body.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty());
     let follows = |first: &[u8], second: &[u8]| {
-        words().zip(words().skip(1)).any(|(a, b)| a.eq_ignore_ascii_case(first) && b.eq_ignore_ascii_case(second))
+        words()
+            .zip(words().skip(1))
+            .any(|(a, b)| a.eq_ignore_ascii_case(first) && b.eq_ignore_ascii_case(second))
     };
     let has = |wanted: &[u8]| words().any(|word| word.eq_ignore_ascii_case(wanted));
     let keyword = if follows(b"RESET", b"TCPM") {
         Keyword::TcpmOff
     } else if has(b"TCPM") {
         // Rotary words as angles, the tip's feed, the axes interpolated: only this is followed.
-        let is_followed = follows(b"F", b"TCP") && follows(b"AXIS", b"POS") && !follows(b"PATHCTRL", b"VECTOR");
+        let is_followed =
+            follows(b"F", b"TCP") && follows(b"AXIS", b"POS") && !follows(b"PATHCTRL", b"VECTOR");
         let elsewhere = has(b"REFPNT") && !has(b"TIP-TIP");
         if is_followed && !elsewhere { Keyword::TcpmOn } else { Keyword::TcpmOther }
     } else if ["FEED", "S-PULSE", "PARAXCOMP", "DCM", "AFC", "FILE", "COUNT", "DWELL", "CORRDATA", "PROG"]
