@@ -5,6 +5,13 @@
 //! alone; nothing is guessed.
 
 mod codes;
+#[cfg(test)]
+#[expect(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    reason = "values as they stand in the text, exact"
+)]
+mod conversational_tests;
 mod execute;
 mod feed;
 mod interpreter;

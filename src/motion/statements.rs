@@ -144,7 +144,10 @@ impl Interpreter {
             Statement::Next(mode) => self.modal.next_motion = Some(mode),
             Statement::InCycle(on) => self.modal.in_cycle = on,
             Statement::Multax(on) => self.modal.multax = on,
-            Statement::ToolAxis => self.take_tool_axis(),
+            Statement::ToolAxis => {
+                self.this_block.states_position = true;
+                self.take_tool_axis();
+            }
             Statement::CoordinateSystem => {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
                 let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);

@@ -129,6 +129,8 @@ impl Emitter {
                 if always || differs(feed.value, modal_feed) {
                     list.push(feed);
                     modal_feed = feed.value;
+                    // In cutter location data a feed is a statement of its own.
+                    self.feed_blocks += u64::from(batch.dialect() == Dialect::Apt);
                 }
             }
             let dropped = words.dropped(k == last);
@@ -151,6 +153,14 @@ impl Emitter {
             decimals: feed.decimals,
             mode: feed.mode,
         });
+        // There, statements between this point and the next may belong to the next.
+        if batch.dialect() == Dialect::Apt
+            && let Some(owed) = self.owed.take()
+        {
+            crate::program::print_feed_only(batch, index, owed.raw, owed.decimals, out)?;
+            self.feeds_restored += 1;
+            self.feed_blocks += 1;
+        }
         Ok(())
     }
 }

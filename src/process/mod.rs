@@ -23,7 +23,7 @@ mod verify;
 mod warnings;
 mod wear;
 
-pub use compensate::compensate;
+pub use compensate::{compensate, compensate_side_by_side};
 pub use compensation::{
     BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
     ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
@@ -34,7 +34,7 @@ pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
-pub use stream::ProgramSource;
+pub use stream::{ProgramSource, Stop};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,

@@ -93,6 +93,10 @@ impl Survey {
                     _ => {}
                 }
             }
+            let states_normal = words.iter().any(|word| word.address == Address::NX);
+            if states_normal && self.stated.is_none() {
+                self.stated = Some(ContactSource::Normals);
+            }
             if points == 3 && self.stated.is_none() && is_cutting(words) {
                 self.stated = Some(ContactSource::Program);
             }

@@ -3,7 +3,7 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::inventory::Inventory;
 use super::judge::Checked;
@@ -45,7 +45,7 @@ pub(super) enum Expected<'a> {
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
-    Part { group: Rc<Group<'a>>, index: usize },
+    Part { group: Arc<Group<'a>>, index: usize },
 }
 
 /// What of a motion must not change in a block that is left alone.
@@ -172,6 +172,8 @@ pub(super) struct Verifier<'a> {
     read_back: ReadBack<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
     pub(super) found: BeforeAfter,
+    /// What became of the motions read back, to be taken away.
+    pub(super) judged: Vec<Judged>,
     pub(super) evaluations: u64,
 }
 
@@ -188,30 +190,24 @@ impl<'a> Verifier<'a> {
             read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &parameters.setup),
             parts: Vec::new(),
             found: BeforeAfter::default(),
+            judged: Vec::new(),
             evaluations: 0,
         }
     }
 
-    /// What has to come next, in the order written.
-    pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.read_back.await_next(next);
-    }
-
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.read_back.abandon();
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8], note: Note<'_>) -> Result<(), Fault> {
+    /// Reads these bytes of the output, in which the motions expected come next.
+    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut Vec<Expected<'a>>) -> Result<(), Fault> {
+        for next in expected.drain(..) {
+            self.read_back.await_next(next);
+        }
         self.read_back.feed(bytes);
-        self.read(note)
+        self.read()
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory, note: Note<'_>) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.read_back.end();
-        self.read(note)?;
+        self.read()?;
         self.read_back.is_whole(source)
     }
 
@@ -220,16 +216,16 @@ impl<'a> Verifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self, note: Note<'_>) -> Result<(), Fault> {
+    fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             match next {
                 Expected::Same { motion: source, checked } => {
                     self.same(&motion, &source, checked)?;
-                    note(&Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)))?;
+                    self.judged.push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
                 }
                 Expected::Part { group, index } => {
                     if let Some(after) = self.part(&motion, &group, index)? {
-                        note(&Judged::divided(&group, &after))?;
+                        self.judged.push(Judged::divided(&group, &after));
                     }
                 }
             }

@@ -13,6 +13,7 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod side_by_side;
 mod surface_contact;
 mod tool_vectors;
 mod virtual_cutting;

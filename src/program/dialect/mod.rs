@@ -37,6 +37,11 @@ impl fmt::Display for Dialect {
     }
 }
 
+/// The number at `at` of a conversational text, with sign and decimal comma, and one past its end.
+pub(super) fn conversational_number(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    scan::number(text, at, scan::Spelling::Comma).map(|number| (number.value, number.end))
+}
+
 /// What was read of a statement: where the next one starts, and how many physical lines it took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LineRead {

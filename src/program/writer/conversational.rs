@@ -27,8 +27,8 @@ pub(super) fn feed_anchor(words: &[Word]) -> Option<usize> {
     })
 }
 
-/// A new block: the source's number and indent, `L` (or `LN`), these words, and where wanted the source's codes that
-/// act at its end. Controls number their blocks anew when they load a program.
+/// A new block: a number if one is given, `L` (or `LN`), these words, and where wanted the source's codes that act at
+/// its end.
 pub(super) fn insert_block(
     batch: &Batch,
     source: &Block,
@@ -38,18 +38,26 @@ pub(super) fn insert_block(
 ) {
     let style = Style::new(batch, source);
     let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
-    let is_open = |byte: &u8| matches!(byte, b' ' | b'\t') || byte.is_ascii_digit();
-    let opening = text.get(..text.iter().take_while(|byte| is_open(byte)).count()).unwrap_or_default();
-    out.extend_from_slice(opening);
+    let blanks = |text: &[u8]| text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    let indent = blanks(text);
+    out.extend_from_slice(text.get(..indent).unwrap_or_default());
+    let behind = text.get(indent..).unwrap_or_default();
+    let digits = behind.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let behind = behind.get(digits..).unwrap_or_default();
+    let gap = blanks(behind);
+    if let Some(number) = new.iter().find(|word| word.address == Address::N) {
+        style.print_block_number(number, out);
+        out.extend_from_slice(behind.get(..gap).unwrap_or_default());
+    }
     let has_vector = new.iter().any(|word| name(word.address).is_some());
-    let lower = text.get(opening.len()).is_some_and(u8::is_ascii_lowercase);
+    let lower = behind.get(gap).is_some_and(u8::is_ascii_lowercase);
     out.extend_from_slice(match (has_vector, lower) {
         (false, false) => b"L",
         (false, true) => b"l",
         (true, false) => b"LN",
         (true, true) => b"ln",
     });
-    for word in new {
+    for word in new.iter().filter(|word| word.address != Address::N) {
         match (name(word.address), word.address.letter()) {
             (Some(name), _) => style.print_named(word, name, out),
             (None, Some(letter)) => style.print_named(word, &[letter], out),

@@ -7,7 +7,7 @@ mod statement;
 use super::LineRead;
 use super::scan::{Scan, Spelling, extent, number};
 use crate::program::line::{line_end, next_line};
-use crate::program::{Batch, BlockFlags, BlockKind, Keyword};
+use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Most lines looked at behind a path for a rounding or a chamfer: comments may stand between.
 const MAX_LOOKAHEAD: usize = 32;
@@ -29,6 +29,9 @@ pub(in crate::program) fn read_line(
     let mut scan = Scan::new(text, start, whole, shift, line, batch);
     if first.is_deleted {
         scan.flags.set(BlockFlags::DELETE);
+    }
+    if let Some([from, to]) = first.number {
+        block_number(&mut scan, start + from, start + to);
     }
     scan.at = start + first.statement;
     let from = scan.at;
@@ -58,6 +61,18 @@ pub(in crate::program) fn read_line(
     Some(scan.close(kind))
 }
 
+/// A block number too long to be one is no word.
+const MAX_NUMBER_DIGITS: usize = 9;
+
+fn block_number(scan: &mut Scan<'_>, from: usize, to: usize) {
+    let body = scan.text.get(..to).unwrap_or_default();
+    if to - from <= MAX_NUMBER_DIGITS
+        && let Some(number) = number(body, from, Spelling::Comma)
+    {
+        scan.number_word(Address::N, WordForm::Number, from, 0, number);
+    }
+}
+
 /// What a line opens with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Opening {
@@ -66,6 +81,8 @@ struct Opening {
     statement: usize,
     /// The first two letters of the statement.
     letters: [u8; 2],
+    /// The bytes of the block number.
+    number: Option<[usize; 2]>,
 }
 
 impl Opening {
@@ -73,7 +90,7 @@ impl Opening {
         let blank = |at: usize| matches!(line.get(at), Some(b' ' | b'\t'));
         let mut at = if line.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let mut is_deleted = false;
-        let mut has_number = false;
+        let mut number = None;
         loop {
             match line.get(at) {
                 _ if blank(at) => at += 1,
@@ -81,17 +98,18 @@ impl Opening {
                     is_deleted = true;
                     at += 1;
                 }
-                Some(b'0'..=b'9') if !has_number => {
-                    has_number = true;
+                Some(b'0'..=b'9') if number.is_none() => {
+                    let from = at;
                     while line.get(at).is_some_and(u8::is_ascii_digit) {
                         at += 1;
                     }
+                    number = Some([from, at]);
                 }
                 _ => break,
             }
         }
         let letter = |at: usize| line.get(at).map_or(b' ', u8::to_ascii_uppercase);
-        Self { is_deleted, statement: at, letters: [letter(at), letter(at + 1)] }
+        Self { is_deleted, statement: at, letters: [letter(at), letter(at + 1)], number }
     }
 
     /// Whether a line, a circle or a straight line with vectors stands here: what a corner can be cut off.
