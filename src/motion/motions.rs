@@ -44,6 +44,8 @@ pub struct Motion {
     pub linear_end_mm: Option<[f64; 3]>,
     /// The tool axis at the end, as written (not normalised), where the program states it as a vector.
     pub tool_axis: Option<[f64; 3]>,
+    /// X Y Z \[mm\] and the tool axis at the start, where it was stated as a vector before.
+    pub vector_start: Option<([f64; 3], [f64; 3])>,
     /// Contact words of the block.
     pub contact: ContactWords,
     /// Feed, after the block's own words.

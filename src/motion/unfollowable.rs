@@ -129,6 +129,15 @@ pub enum Unfollowable {
     /// M83, or E in G91: E counts from the block before.
     #[error("the extruder word counts from the block before")]
     RelativeExtruder,
+    /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
+    #[error("the control works out where this motion ends")]
+    ContourElement,
+    /// The text is a section that is called from elsewhere as well.
+    #[error("the block stands in a section that is called from elsewhere")]
+    CalledText,
+    /// M126 and a turn by half a turn or more.
+    #[error("a rotary axis takes the shorter way around, not the one its words say")]
+    ShortestPath,
     /// Two codes of the motion group, or codes that use the same words, in one block.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,

@@ -69,7 +69,7 @@ fn mark(line: &[u8]) -> Option<Dialect> {
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
         return Some(Dialect::Siemens);
     }
-    if APT.iter().any(|mark| starts(line, mark)) {
+    if APT.iter().any(|mark| starts(line, mark)) || is_statement_with_slash(line) {
         return Some(Dialect::Apt);
     }
     let without_number = line.trim_ascii_start();
@@ -94,6 +94,14 @@ fn mark(line: &[u8]) -> Option<Dialect> {
                     .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
         });
     is_siemens.then_some(Dialect::Siemens)
+}
+
+/// `GOTO / …`: an APT statement with blanks before its slash.
+fn is_statement_with_slash(line: &[u8]) -> bool {
+    let letters = line.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let (word, rest) = line.split_at(letters);
+    rest.trim_ascii_start().first() == Some(&b'/')
+        && APT.iter().any(|mark| mark.strip_suffix(b"/").is_some_and(|mark| word.eq_ignore_ascii_case(mark)))
 }
 
 fn starts(line: &[u8], mark: &[u8]) -> bool {
