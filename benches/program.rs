@@ -127,7 +127,7 @@ fn main() {
         let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
         for batch in &batches {
             motions.clear();
-            interpreter.interpret(black_box(batch), &mut motions, &mut diagnostics);
+            interpreter.interpret(black_box(&mut batch.clone()), &mut motions, &mut diagnostics);
             black_box(&motions);
         }
     });
@@ -137,7 +137,7 @@ fn main() {
         let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
         read_through(&typical, |batch| {
             motions.clear();
-            interpreter.interpret(batch, &mut motions, &mut diagnostics);
+            interpreter.interpret(&mut batch.clone(), &mut motions, &mut diagnostics);
             black_box(&motions);
         });
     });

@@ -80,7 +80,7 @@ fn core_parameters(
         Contact::Tip => process::ContactSource::Tip,
         Contact::Surface => process::ContactSource::Surface,
     };
-    let dialect = wire.dialect.to_core().map_err(|fault| parameter("/dialect", fault.detail))?;
+    let dialect = wire.dialect.to_core();
     Ok(process::CcParameters {
         tolerance: Length::from_um(wire.tolerance_um),
         contact,

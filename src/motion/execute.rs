@@ -1,11 +1,11 @@
 //! What the codes of a block do.
 
-use super::codes::{Code, meaning};
+use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, Transformation};
 use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
+    Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
 };
 
 /// What a block does with its axis words besides moving.
@@ -25,18 +25,8 @@ enum Action {
     Odd(Unfollowable),
 }
 
-/// Words by which an M code calls or returns, and what M codes mean for the path, in tenths.
-const TOOL_CHANGES: [u32; 2] = [60, 610];
-const CALLS: [u32; 4] = [960, 970, 980, 1980];
-const ENDS: [u32; 2] = [20, 300];
-const RETURN: u32 = 990;
-/// User codes by which RS274 machines switch their kinematics: linear positions are lost, and what is interpolated
-/// is not known unless stated.
-const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
 /// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
 const SETTLING: [u32; 5] = [434, 2340, 435, 490, 491];
-const EXTRUDER_ABSOLUTE: u32 = 820;
-const EXTRUDER_RELATIVE: u32 = 830;
 
 impl Interpreter {
     /// A block with codes other than G0 and G1, or otherwise not plain.
@@ -63,14 +53,14 @@ impl Interpreter {
             action = Some(Action::Call);
         }
         self.obstacle = self.modal.obstacle();
-        if self.block.m_codes().contains(&RETURN) && self.block.has(Address::P) {
+        if self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P) {
             let text = Excerpt::new(batch.block_text(block).trim_ascii());
             let code = DiagnosticCode::ControlFlow { text };
             diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
         }
         let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
-        if self.block.m_codes().contains(&RETURN) {
+        if self.block.has_m(self.dialect, MCode::Return) {
             self.go_back(index, block, before, motions);
         }
         if ends {
@@ -143,7 +133,7 @@ impl Interpreter {
                 self.forget_all();
             }
             Some(Action::Unknown) => {
-                let odd = batch.words(block).iter().find(|word| is_unknown(word));
+                let odd = batch.words(block).iter().find(|word| is_unknown(self.dialect, word));
                 let (start, end) = odd.map_or((block.start, block.body_end), |word| (word.start, word.end));
                 let text = odd.map_or(&b""[..], |word| batch.word_text(word));
                 let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
@@ -315,7 +305,7 @@ impl Interpreter {
     fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
         let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
-        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(tenths) }
+        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(self.dialect, tenths) }
     }
 
     fn change_work_offset(&mut self, code: u32) {
@@ -351,16 +341,17 @@ impl Interpreter {
     fn apply_m_codes(&mut self) -> (bool, bool) {
         let (mut ends, mut called) = (false, false);
         for index in 0..self.block.m_count {
-            let code = self.block.m_codes[index];
-            let is_switch = KINEMATICS_SWITCHES.contains(&code);
-            if TOOL_CHANGES.contains(&code) || is_switch {
-                self.position.forget_linear();
-            }
-            self.modal.kinematics_switched |= is_switch && !self.options.interpolation_stated;
-            called |= CALLS.contains(&code);
-            ends |= ENDS.contains(&code) || code == RETURN;
-            if code == EXTRUDER_ABSOLUTE || code == EXTRUDER_RELATIVE {
-                self.modal.relative_extruder = code == EXTRUDER_RELATIVE;
+            match m_meaning(self.dialect, self.block.m_codes[index]) {
+                MCode::Plain => {}
+                MCode::End | MCode::Return => ends = true,
+                MCode::Call => called = true,
+                MCode::ToolChange => self.position.forget_linear(),
+                MCode::KinematicsSwitch => {
+                    self.position.forget_linear();
+                    self.modal.kinematics_switched |= !self.options.interpolation_stated;
+                }
+                MCode::ExtruderAbsolute => self.modal.relative_extruder = false,
+                MCode::ExtruderRelative => self.modal.relative_extruder = true,
             }
         }
         (ends, called)
@@ -402,9 +393,9 @@ impl Interpreter {
     }
 }
 
-fn is_unknown(word: &Word) -> bool {
+fn is_unknown(dialect: Dialect, word: &Word) -> bool {
     match word.address {
-        Address::G => word.code_tenths().is_none_or(|code| meaning(code) == Code::Unknown),
+        Address::G => code_of(word).is_none_or(|code| meaning(dialect, code) == Code::Unknown),
         Address::M => word.code_tenths().is_none(),
         _ => false,
     }

@@ -1,12 +1,13 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
+use super::codes::{MCode, code_of, m_meaning};
 use super::modal::{Modal, MotionMode};
 use super::position::Position;
 use super::{Decimals, Motion, Unfollowable};
 use crate::machine::Machine;
 use crate::program::{
-    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Dialect,
-    Excerpt, Word, WordForm,
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
+    Diagnostics, Dialect, Excerpt, Word, WordForm,
 };
 
 /// How a program is to be taken where the text alone does not say.
@@ -48,6 +49,9 @@ pub struct Interpreter {
     /// Axis words without a decimal point that are not zero, and whether there is one with a point.
     words_without_point: u64,
     has_points: bool,
+    /// Of the program, once its first batch is there, and what its parameters stand at.
+    pub(super) dialect: Dialect,
+    constants: Option<Constants>,
     pub(super) block: BlockWords,
 }
 
@@ -61,6 +65,9 @@ pub(super) struct BlockWords {
     /// Of these, the ones whose value is not a plain number.
     pub(super) unknown: u32,
     pub(super) comma: u32,
+    /// Of those present, the ones that say themselves what they count from.
+    pub(super) absolute: u32,
+    pub(super) incremental: u32,
     /// Of those present, the ones written with a decimal point.
     points: u32,
     /// G and M codes in tenths.
@@ -79,6 +86,8 @@ impl BlockWords {
         present: 0,
         unknown: 0,
         comma: 0,
+        absolute: 0,
+        incremental: 0,
         points: 0,
         g_codes: [0; 16],
         g_count: 0,
@@ -90,6 +99,7 @@ impl BlockWords {
     #[inline]
     fn gather(&mut self, words: &[Word]) {
         (self.present, self.unknown, self.comma, self.points) = (0, 0, 0, 0);
+        (self.absolute, self.incremental) = (0, 0);
         (self.g_count, self.m_count, self.odd_code) = (0, 0, false);
         for word in words {
             let index = word.address.index() & 31;
@@ -102,7 +112,9 @@ impl BlockWords {
                     self.values[index] = word.value;
                     self.decimals[index] = word.decimals;
                     self.points |= u32::from(word.has_point) << index;
-                    self.unknown |= u32::from(word.form == WordForm::Expression) << index;
+                    self.unknown |= u32::from(!word.is_known()) << index;
+                    self.absolute |= u32::from(word.form == WordForm::Absolute) << index;
+                    self.incremental |= u32::from(word.form == WordForm::Incremental) << index;
                 }
             }
         }
@@ -110,7 +122,7 @@ impl BlockWords {
 
     #[inline]
     fn add_code(word: &Word, codes: &mut [u32; 16], count: &mut usize, odd: &mut bool) {
-        match (word.code_tenths(), codes.get_mut(*count)) {
+        match (code_of(word), codes.get_mut(*count)) {
             (Some(code), Some(slot)) => {
                 *slot = code;
                 *count += 1;
@@ -135,8 +147,23 @@ impl BlockWords {
         self.g_codes.get(..self.g_count).unwrap_or_default()
     }
 
-    pub(super) fn m_codes(&self) -> &[u32] {
-        self.m_codes.get(..self.m_count).unwrap_or_default()
+    /// Whether an M code of this meaning stands in the block.
+    pub(super) fn has_m(&self, dialect: Dialect, wanted: MCode) -> bool {
+        let codes = self.m_codes.get(..self.m_count).unwrap_or_default();
+        codes.iter().any(|&code| m_meaning(dialect, code) == wanted)
+    }
+
+    /// What a word counts from: G91's place or zero; `None` where the modal sense is not known.
+    #[inline]
+    pub(super) fn is_incremental(&self, address: Address, modal: Option<bool>) -> Option<bool> {
+        let bit = bit(address);
+        if self.incremental & bit != 0 {
+            Some(true)
+        } else if self.absolute & bit != 0 {
+            Some(false)
+        } else {
+            modal
+        }
     }
 
     /// G0 and G1 only, no M codes: nothing but motion can come of it.
@@ -184,13 +211,20 @@ impl Interpreter {
             blocks_after_end: 0,
             words_without_point: 0,
             has_points: false,
+            dialect: Dialect::Iso,
+            constants: None,
             block: BlockWords::EMPTY,
         }
     }
 
     /// Appends the motions of the batch and what there is to say about it. A diagnostic of severity `Refusal` means
     /// that the program as a whole cannot be followed: its effect could reach any later block.
-    pub fn interpret(&mut self, batch: &Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
+    ///
+    /// Expressions of the batch whose value is fixed by the program so far become numbers in it.
+    pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
+        self.dialect = batch.dialect();
+        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
+        let batch = &*batch;
         if batch.dialect() == Dialect::Csv && self.modal.motion.is_none() {
             self.modal.motion = Some(MotionMode::Linear);
         }

@@ -40,6 +40,10 @@ pub struct Motion {
     pub start: Option<AxisWords>,
     /// Where it ends; `None` unless all five axes are known.
     pub end: Option<AxisWords>,
+    /// Where the linear axes end \[mm\]; known also where the rotary axes are not, because a vector states the axis.
+    pub linear_end_mm: Option<[f64; 3]>,
+    /// The tool axis at the end, as written (not normalised), where the program states it as a vector.
+    pub tool_axis: Option<[f64; 3]>,
     /// Contact words of the block.
     pub contact: ContactWords,
     /// Feed, after the block's own words.

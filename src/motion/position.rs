@@ -9,6 +9,8 @@ pub(super) struct Position {
     pub(super) axes: [Option<f64>; 5],
     /// The letter among A B C that the machine lacks \[deg\].
     pub(super) foreign_deg: Option<f64>,
+    /// The tool axis as a vector, where it is programmed as one.
+    pub(super) tool_axis: [Option<f64>; 3],
     /// U V W \[mm\].
     pub(super) contact_mm: [Option<f64>; 3],
     /// nx ny nz.
@@ -25,6 +27,7 @@ impl Position {
     pub(super) const UNKNOWN: Self = Self {
         axes: [None; 5],
         foreign_deg: None,
+        tool_axis: [None; 3],
         contact_mm: [None; 3],
         normal: [None; 3],
         extruder: None,
@@ -40,6 +43,20 @@ impl Position {
         Some(AxisWords { linear_mm: [x, y, z], rotary_deg: [first, second] })
     }
 
+    /// X Y Z, if known.
+    #[inline]
+    pub(super) fn linear_mm(&self) -> Option<[f64; 3]> {
+        let [Some(x), Some(y), Some(z), ..] = self.axes else { return None };
+        Some([x, y, z])
+    }
+
+    /// The tool axis, if it is known as a vector.
+    #[inline]
+    pub(super) fn tool_axis(&self) -> Option<[f64; 3]> {
+        let [Some(i), Some(j), Some(k)] = self.tool_axis else { return None };
+        Some([i, j, k])
+    }
+
     pub(super) fn forget_linear(&mut self) {
         self.axes[..3].fill(None);
         self.contact_mm = [None; 3];
@@ -48,6 +65,7 @@ impl Position {
     pub(super) fn forget_axes(&mut self) {
         self.axes = [None; 5];
         self.foreign_deg = None;
+        self.tool_axis = [None; 3];
         self.contact_mm = [None; 3];
         self.normal = [None; 3];
     }
@@ -65,6 +83,7 @@ impl Position {
         Self {
             axes: same(self.axes, skipped.axes),
             foreign_deg: same([self.foreign_deg], [skipped.foreign_deg])[0],
+            tool_axis: same(self.tool_axis, skipped.tool_axis),
             contact_mm: same(self.contact_mm, skipped.contact_mm),
             normal: same(self.normal, skipped.normal),
             extruder: same([self.extruder], [skipped.extruder])[0],

@@ -23,7 +23,7 @@ fn interpreted(text: &str, options: InterpreterOptions) -> (Interpreter, Vec<Mot
     let mut interpreter = Interpreter::new(&machine(), options);
     let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
     while reader.next_batch(&mut batch).unwrap() {
-        interpreter.interpret(&batch, &mut motions, &mut diagnostics);
+        interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
     }
     (interpreter, motions, diagnostics)
 }

@@ -71,6 +71,8 @@ impl Interpreter {
         if in_program_axes && reason != Some(Unfollowable::MachineCoordinates) {
             motion.start = start;
             motion.end = self.position.axis_words();
+            motion.linear_end_mm = self.position.linear_mm();
+            motion.tool_axis = self.position.tool_axis();
         }
         if reason != Some(Unfollowable::MachineCoordinates) {
             motion.contact = self.contact();
@@ -100,7 +102,7 @@ impl Interpreter {
         if block.present & bit(self.foreign_address) != 0
             && (block.value(self.foreign_address).is_none()
                 || block.value(self.foreign_address) != self.position.foreign_deg
-                || self.modal.incremental == Some(true))
+                || block.is_incremental(self.foreign_address, self.modal.incremental) == Some(true))
         {
             reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
         }
@@ -128,7 +130,7 @@ impl Interpreter {
             }
             self.position.decimals[slot] = block.decimals[index];
             let scale = if slot < 3 { scale } else { Some(1.0) };
-            self.position.axes[slot] = match (scale, self.modal.incremental) {
+            self.position.axes[slot] = match (scale, block.is_incremental(address, self.modal.incremental)) {
                 _ if repeated_or_unknown & (1 << index) != 0 => None,
                 (Some(scale), Some(false)) => Some(block.values[index] * scale),
                 (Some(scale), Some(true)) => {
@@ -138,7 +140,8 @@ impl Interpreter {
             };
         }
         if block.present & bit(self.foreign_address) != 0 {
-            let absolute = self.modal.incremental == Some(false);
+            let sense = block.is_incremental(self.foreign_address, self.modal.incremental);
+            let absolute = sense == Some(false);
             self.position.foreign_deg = block.value(self.foreign_address).filter(|_| absolute);
         }
         if block.comma & bit(Address::A) != 0 {
@@ -268,6 +271,8 @@ impl Interpreter {
             },
             start: None,
             end: None,
+            linear_end_mm: None,
+            tool_axis: None,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,

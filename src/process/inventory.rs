@@ -27,7 +27,11 @@ impl Inventory {
                 if word.address.is_coordinate() || word.address == Address::F {
                     continue;
                 }
-                let value = if word.form == WordForm::Expression { u64::MAX } else { word.value.to_bits() };
+                let value = if word.form == WordForm::Expression || word.form == WordForm::Evaluated {
+                    u64::MAX
+                } else {
+                    word.value.to_bits()
+                };
                 let mixed = (value ^ (word.address.index() as u64 + 1)).wrapping_mul(SPREAD);
                 self.words += 1;
                 self.checksum = self.checksum.wrapping_add((mixed ^ (mixed >> 29)).wrapping_mul(SPREAD));

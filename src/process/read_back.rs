@@ -76,7 +76,7 @@ impl<E: Awaited> ReadBack<E> {
             self.inventory.see(&self.batch);
             self.motions.clear();
             self.seen = 0;
-            self.interpreter.interpret(&self.batch, &mut self.motions, &mut self.diagnostics);
+            self.interpreter.interpret(&mut self.batch, &mut self.motions, &mut self.diagnostics);
             if self.diagnostics.count(Severity::Refusal) > 0 {
                 let line = self.expected.front().map_or(0, Awaited::line);
                 return Err(failed(line, "the written program is not readable"));

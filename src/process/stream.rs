@@ -134,7 +134,7 @@ impl<'a> Passages<'a> {
                 self.reader.feed(&self.chunk[..count]);
             }
         }
-        self.interpreter.interpret(&passage.batch, &mut passage.motions, &mut self.diagnostics);
+        self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
         Ok(Some(passage))

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The address of a word: a letter A to Z, or one of the contact-normal columns `nx ny nz` of CSV programs.
+/// The address of a word: a letter A to Z, a component of a contact normal (`nx ny nz`), or one of the tool axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Address(u8);
 
@@ -46,6 +46,13 @@ impl Address {
     /// Contact normal, z component (CSV column `nz`).
     pub const NZ: Self = Self(b'z');
 
+    /// Tool axis, first component (Siemens `A3=`, APT i, G43.5 I).
+    pub const TI: Self = Self(b'{');
+    /// Tool axis, second component.
+    pub const TJ: Self = Self(b'|');
+    /// Tool axis, third component.
+    pub const TK: Self = Self(b'}');
+
     /// The address written as this letter, upper or lower case; `None` for any other byte.
     #[must_use]
     pub const fn from_letter(letter: u8) -> Option<Self> {
@@ -57,30 +64,61 @@ impl Address {
         Self(letter & !0x20)
     }
 
-    /// The upper-case letter; `None` for a contact normal.
+    /// The upper-case letter; `None` for components of vectors.
     #[must_use]
     pub const fn letter(self) -> Option<u8> {
         if self.0.is_ascii_uppercase() { Some(self.0) } else { None }
     }
 
-    /// A small number of its own for every address, below 32: letters 0–25, `nx ny nz` 26–28.
+    /// A small number of its own for every address, below 32: letters 0–25, `nx ny nz` 26–28, tool axis
+    /// 29–31.
     #[must_use]
     pub const fn index(self) -> usize {
         if self.0 >= b'x' { (self.0 - b'x') as usize + 26 } else { (self.0 - b'A') as usize }
     }
 
-    /// Whether words of this address name where to go: X Y Z, A B C, U V W, E, nx ny nz.
+    /// Whether words of this address name where to go: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {
-        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'Z' | b'x'..=b'z')
+        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'Z' | b'x'..=b'}')
     }
 
     /// As a column heading or in a message.
     #[must_use]
     pub fn as_str(self) -> &'static str {
-        const NAMES: [&str; 29] = [
-            "A", "B", "C", "D", "E", "F", "G", "H", "I", "J", "K", "L", "M", "N", "O", "P", "Q", "R", "S",
-            "T", "U", "V", "W", "X", "Y", "Z", "nx", "ny", "nz",
+        const NAMES: [&str; 32] = [
+            "A",
+            "B",
+            "C",
+            "D",
+            "E",
+            "F",
+            "G",
+            "H",
+            "I",
+            "J",
+            "K",
+            "L",
+            "M",
+            "N",
+            "O",
+            "P",
+            "Q",
+            "R",
+            "S",
+            "T",
+            "U",
+            "V",
+            "W",
+            "X",
+            "Y",
+            "Z",
+            "nx",
+            "ny",
+            "nz",
+            "tool axis i",
+            "tool axis j",
+            "tool axis k",
         ];
         NAMES[self.index()]
     }

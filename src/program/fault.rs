@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Address, Excerpt, ForeignDialect};
+use super::{Address, Dialect, Excerpt};
 
 /// Why a text cannot be read as a program at all.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -21,7 +21,7 @@ pub enum ReadFault {
         /// 1-based line of the mark.
         line: u64,
         /// The dialect it marks.
-        dialect: ForeignDialect,
+        dialect: Dialect,
     },
     /// A CSV column of unknown name.
     #[error("line {line}, column {column}: `{name}` is not a column of a program")]

@@ -5,22 +5,25 @@
 
 mod address;
 mod batch;
+mod constants;
 mod decimal;
 mod diagnostic;
 mod dialect;
 mod fault;
+mod keyword;
 mod line;
 mod number;
 mod reader;
-mod style;
 mod writer;
 
 pub use address::Address;
 pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
+pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
 pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
-pub use dialect::{Dialect, ForeignDialect};
+pub use dialect::Dialect;
 pub use fault::{ReadFault, WriteFault};
+pub use keyword::Keyword;
 pub use number::MAX_MAGNITUDE;
 pub use reader::{ReadLimits, Reader};
 pub use writer::{

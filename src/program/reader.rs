@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, csv, detect, iso};
+use super::dialect::{Dialect, LineRead, csv, detect, iso};
 use super::line::{line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -147,7 +147,7 @@ impl Reader {
                 return Err(self.too_long());
             }
             let Some(length) = self.opening_length() else { return Ok(false) };
-            let opening = detect::opening(&self.pending[..length], self.wanted)?;
+            let opening = detect::opening(&self.pending[..length], self.wanted);
             self.current.dialect = opening.dialect;
             self.opening = Some(opening);
         }
@@ -189,15 +189,30 @@ impl Reader {
                 return Ok(false);
             }
             let line = self.next_line;
-            let end = if line <= opening.banner_lines {
-                skip_line(text, start, shift, line, BlockKind::Banner, &mut self.current)
-            } else if opening.dialect == Dialect::Iso {
-                iso::read_line(text, start, shift, line, &mut self.current)
+            let read = if line <= opening.banner_lines {
+                LineRead::one(skip_line(text, start, shift, line, BlockKind::Banner, &mut self.current))
+            } else if opening.dialect != Dialect::Csv {
+                let read = match opening.dialect {
+                    Dialect::Iso | Dialect::Csv => {
+                        Some(LineRead::one(iso::read_line(text, start, shift, line, &mut self.current)))
+                    }
+                    dialect @ (Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt) => {
+                        return Err(ReadFault::NotReadYet { line, dialect });
+                    }
+                };
+                // A statement that runs on needs its last line.
+                let Some(read) = read else {
+                    if text.len() - start > self.limits.max_line_bytes {
+                        return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
+                    }
+                    return Ok(false);
+                };
+                read
             } else if self.has_header {
-                csv::read_row(text, start, shift, line, &mut self.current)
+                LineRead::one(csv::read_row(text, start, shift, line, &mut self.current))
             } else {
                 let header = text.get(start..line_end(text, start)).unwrap_or_default();
-                if header.trim_ascii().is_empty() {
+                let end = if header.trim_ascii().is_empty() {
                     skip_line(text, start, shift, line, BlockKind::Blank, &mut self.current)
                 } else {
                     let (columns, separator) = csv::read_header(header, line)?;
@@ -205,13 +220,14 @@ impl Reader {
                     self.current.separator = separator;
                     self.has_header = true;
                     skip_line(text, start, shift, line, BlockKind::Header, &mut self.current)
-                }
+                };
+                LineRead::one(end)
             };
-            if end - start > self.limits.max_line_bytes {
+            if read.next - start > self.limits.max_line_bytes {
                 return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
             }
-            self.taken = end;
-            self.next_line += 1;
+            self.taken = read.next;
+            self.next_line += read.lines;
         }
     }
 }

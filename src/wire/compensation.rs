@@ -104,6 +104,9 @@ impl From<program::Dialect> for Dialect {
     fn from(core: program::Dialect) -> Self {
         match core {
             program::Dialect::Iso => Self::Iso,
+            program::Dialect::Siemens => Self::Siemens,
+            program::Dialect::Heidenhain => Self::Heidenhain,
+            program::Dialect::Apt => Self::Apt,
             program::Dialect::Csv => Self::Csv,
         }
     }
@@ -111,26 +114,16 @@ impl From<program::Dialect> for Dialect {
 
 impl Dialect {
     /// In the core's terms; none is found from the text.
-    ///
-    /// # Errors
-    /// A dialect that is not read.
-    pub fn to_core(self) -> Result<Option<program::Dialect>, Fault> {
+    #[must_use]
+    pub fn to_core(self) -> Option<program::Dialect> {
         match self {
-            Self::Auto => Ok(None),
-            Self::Iso => Ok(Some(program::Dialect::Iso)),
-            Self::Csv => Ok(Some(program::Dialect::Csv)),
-            Self::Siemens | Self::Heidenhain | Self::Apt => {
-                Err(Fault::new("/dialect", "this dialect is not read in this version"))
-            }
+            Self::Auto => None,
+            Self::Iso => Some(program::Dialect::Iso),
+            Self::Siemens => Some(program::Dialect::Siemens),
+            Self::Heidenhain => Some(program::Dialect::Heidenhain),
+            Self::Apt => Some(program::Dialect::Apt),
+            Self::Csv => Some(program::Dialect::Csv),
         }
-    }
-
-    /// [`Self::to_core`]; a fault joins `faults`.
-    pub fn core_among(self, faults: &mut FaultList) -> Option<program::Dialect> {
-        self.to_core().unwrap_or_else(|fault| {
-            faults.push(|| fault);
-            None
-        })
     }
 }
 

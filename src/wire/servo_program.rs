@@ -107,7 +107,7 @@ impl ServoProgramParameters {
             start: None,
             location_errors: self.location_errors,
         };
-        let dialect = self.dialect.core_among(faults);
+        let dialect = self.dialect.to_core();
         let setup = options.setup(faults);
         let plain = SimulationParameters::new(set);
         SimulationParameters {

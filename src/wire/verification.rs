@@ -187,7 +187,7 @@ impl VerificationParameters {
             location_errors: self.location_errors,
         };
         let setup = options.setup(&mut faults);
-        let dialect = self.dialect.core_among(&mut faults);
+        let dialect = self.dialect.to_core();
         let core = tool.map(|tool| process::VerificationParameters {
             cutting_length: self.cutting_length_mm.map(Length::from_mm),
             stock: Length::from_mm(self.stock_mm),

@@ -221,7 +221,7 @@ impl WearParameters {
             let max = CcParameters::MAX_FEED_MM_PER_MIN;
             faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
         }
-        let dialect = self.dialect.core_among(&mut faults);
+        let dialect = self.dialect.to_core();
         self.check_advice(&mut faults);
         faults.into_result()?;
         // Parameters without faults have both.

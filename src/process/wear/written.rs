@@ -47,7 +47,7 @@ impl Written {
     /// The values among these words.
     pub(super) fn stated_in(&self, words: &[Word]) -> Stated {
         let mut stated = [None; 3];
-        for word in words.iter().filter(|word| word.form == WordForm::Number) {
+        for word in words.iter().filter(|word| word.is_known() && word.form != WordForm::Incremental) {
             for (address, value) in self.addresses.iter().zip(&mut stated) {
                 if word.address == *address {
                     *value = Some(word.value);

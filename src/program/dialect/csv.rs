@@ -166,6 +166,7 @@ fn read_cells(body: &[u8], base: usize, batch: &mut Batch) -> Result<(), (Diagno
                 start: (base + start) as u32,
                 end: (base + end) as u32,
                 address,
+                lead: 0,
                 decimals,
                 form: WordForm::Number,
                 has_point,

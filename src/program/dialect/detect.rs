@@ -1,7 +1,7 @@
 //! Which dialect a text is, by unmistakable marks, and where the program proper starts.
 
-use super::{Dialect, ForeignDialect, csv, iso};
-use crate::program::{Address, Batch, BlockKind, ReadFault};
+use super::{Dialect, csv, iso};
+use crate::program::{Address, Batch, BlockKind};
 
 /// Lines looked at.
 pub(in crate::program) const MAX_LINES: usize = 200;
@@ -40,19 +40,14 @@ pub(in crate::program) struct Opening {
 }
 
 /// Looks at the first whole lines of a text. `wanted` is taken without asking.
-pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Result<Opening, ReadFault> {
+pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Opening {
     let dialect = match wanted {
         Some(dialect) => dialect,
         None if csv::is_header(first_line(text)) => Dialect::Csv,
-        None => {
-            if let Some((line, dialect)) = foreign(text) {
-                return Err(ReadFault::NotReadYet { line, dialect });
-            }
-            Dialect::Iso
-        }
+        None => marked(text).unwrap_or(Dialect::Iso),
     };
     let banner_lines = if dialect == Dialect::Iso { banner_lines(text) } else { 0 };
-    Ok(Opening { dialect, banner_lines })
+    Opening { dialect, banner_lines }
 }
 
 /// The text up to its first line ending that has something before it.
@@ -64,24 +59,24 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The first line that marks a foreign dialect.
-fn foreign(text: &[u8]) -> Option<(u64, ForeignDialect)> {
-    lines(text).zip(1..).find_map(|(line, number)| foreign_mark(line).map(|dialect| (number, dialect)))
+/// The dialect that the first unmistakable line shows.
+fn marked(text: &[u8]) -> Option<Dialect> {
+    lines(text).find_map(mark)
 }
 
-fn foreign_mark(line: &[u8]) -> Option<ForeignDialect> {
+fn mark(line: &[u8]) -> Option<Dialect> {
     let line = line.trim_ascii();
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
-        return Some(ForeignDialect::Siemens);
+        return Some(Dialect::Siemens);
     }
     if APT.iter().any(|mark| starts(line, mark)) {
-        return Some(ForeignDialect::Apt);
+        return Some(Dialect::Apt);
     }
     let without_number = line.trim_ascii_start();
     let digits = without_number.iter().take_while(|byte| byte.is_ascii_digit()).count();
     let statement = without_number.get(digits..)?.trim_ascii_start();
     if HEIDENHAIN.iter().any(|mark| starts(statement, mark)) {
-        return Some(ForeignDialect::Heidenhain);
+        return Some(Dialect::Heidenhain);
     }
     let statement = match line.split_first() {
         Some((b'N' | b'n', rest)) => {
@@ -98,7 +93,7 @@ fn foreign_mark(line: &[u8]) -> Option<ForeignDialect> {
                     .get(word.len())
                     .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
         });
-    is_siemens.then_some(ForeignDialect::Siemens)
+    is_siemens.then_some(Dialect::Siemens)
 }
 
 fn starts(line: &[u8], mark: &[u8]) -> bool {

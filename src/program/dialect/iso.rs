@@ -112,6 +112,7 @@ impl Line<'_> {
                     start: self.in_batch(start),
                     end: self.in_batch(number.end),
                     address,
+                    lead: 1,
                     decimals: number.decimals,
                     form: WordForm::Number,
                     has_point: number.has_point,
@@ -160,6 +161,7 @@ impl Line<'_> {
             start: self.in_batch(start),
             end: self.in_batch(end),
             address,
+            lead: 1,
             decimals: 0,
             form,
             has_point: false,
@@ -178,7 +180,7 @@ impl Line<'_> {
                 self.flags.set(BlockFlags::EXPRESSION);
                 self.push(word);
             }
-            WordForm::Number => self.push(word),
+            _ => self.push(word),
         }
     }
 

@@ -12,6 +12,12 @@ use std::fmt;
 pub enum Dialect {
     /// ISO 6983 G-code as Fanuc, Haas, Mori, Okuma, Hurco and RS274/NGC controls write it.
     Iso,
+    /// Sinumerik 840D.
+    Siemens,
+    /// Heidenhain conversational.
+    Heidenhain,
+    /// APT cutter location text (CLDATA).
+    Apt,
     /// A table with a header row: X, Y, Z, two rotary letters, and where wanted F, U V W or nx ny nz.
     Csv,
 }
@@ -20,28 +26,24 @@ impl fmt::Display for Dialect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Iso => "iso",
+            Self::Siemens => "siemens",
+            Self::Heidenhain => "heidenhain",
+            Self::Apt => "apt",
             Self::Csv => "csv",
         })
     }
 }
 
-/// A dialect that is recognised so as not to be misread.
+/// What was read of a statement: where the next one starts, and how many physical lines it took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ForeignDialect {
-    /// Sinumerik.
-    Siemens,
-    /// Heidenhain conversational.
-    Heidenhain,
-    /// APT cutter location text.
-    Apt,
+pub(super) struct LineRead {
+    pub(super) next: usize,
+    pub(super) lines: u64,
 }
 
-impl fmt::Display for ForeignDialect {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Siemens => "siemens",
-            Self::Heidenhain => "heidenhain",
-            Self::Apt => "apt",
-        })
+impl LineRead {
+    /// A statement that ends with its line.
+    pub(super) const fn one(next: usize) -> Self {
+        Self { next, lines: 1 }
     }
 }

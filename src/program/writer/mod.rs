@@ -1,8 +1,13 @@
 //! Blocks printed again with other values, and new blocks in the style of an old one.
 
+mod body;
+mod row;
+mod style;
+
+use self::body::{insert_block, print_body};
+use self::row::print_row;
 use super::batch::LineEnding;
-use super::style::Style;
-use super::{Address, Batch, Block, Dialect, MAX_MAGNITUDE, Word, WordForm, WriteFault};
+use super::{Address, Batch, Block, Dialect, MAX_MAGNITUDE, Word, WriteFault};
 
 /// A word to be written: what a control will read is [`super::round_to_decimals`] of the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,23 +110,7 @@ pub fn print_inserted_without(
     if batch.dialect == Dialect::Csv {
         print_row(batch, source, words, dropped, out);
     } else {
-        let style = Style::new(batch, source);
-        let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
-        let indent = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
-        out.extend_from_slice(text.get(..indent).unwrap_or_default());
-        let mut first = true;
-        for word in words {
-            if let Some(letter) = word.address.letter() {
-                style.print_word(word, letter, first, out);
-                first = false;
-            }
-        }
-        if with_end_codes {
-            for word in batch.words(source).iter().filter(|word| is_end_code(word)) {
-                style.print_same(word, first, out);
-                first = false;
-            }
-        }
+        insert_block(batch, source, words, with_end_codes, out);
     }
     print_line_ending(batch, source, out);
     Ok(())
@@ -156,6 +145,7 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
         }
         let writable = match batch.dialect {
             Dialect::Iso => address.letter().is_some(),
+            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => true,
             Dialect::Csv => batch.columns.contains(&address),
         };
         if !writable {
@@ -181,95 +171,5 @@ fn start_line(batch: &Batch, out: &mut Vec<u8>) {
     if !matches!(out.last(), None | Some(b'\n' | b'\r')) {
         let ending: LineEnding = batch.habits.line_ending;
         out.extend_from_slice(ending.bytes());
-    }
-}
-
-/// The block up to its line ending.
-fn print_body(
-    batch: &Batch,
-    block: &Block,
-    new: &[NewWord],
-    dropped: &[Address],
-    without_end_codes: bool,
-    out: &mut Vec<u8>,
-) {
-    let style = Style::new(batch, block);
-    let words = batch.words(block);
-    let text = |from: u32, to: u32| batch.text.get(from as usize..to as usize).unwrap_or_default();
-    let replaces =
-        |word: &Word| new.iter().find(|new| new.address == word.address && word.form != WordForm::Comma);
-    // Where words the block does not have go: behind the last coordinate, or else behind the last of N and G.
-    let anchor =
-        words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
-            || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
-        );
-    let has = |address| words.iter().any(|word| word.address == address && word.form != WordForm::Comma);
-    let missing = || new.iter().filter(|new| !has(new.address));
-    let mut copied = block.start;
-    if anchor.is_none() && missing().next().is_some() {
-        let first = words.first().map_or(block.start, |word| word.start);
-        out.extend_from_slice(text(copied, first));
-        copied = first;
-        let mut at_start = true;
-        for word in missing() {
-            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
-            at_start = false;
-        }
-        if copied < block.body_end {
-            out.push(b' ');
-        }
-    }
-    let is_dropped = |word: &Word| {
-        dropped.contains(&word.address) && word.form != WordForm::Comma && replaces(word).is_none()
-    };
-    for (index, word) in words.iter().enumerate() {
-        if is_dropped(word) || (without_end_codes && is_end_code(word)) {
-            let before = text(copied, word.start);
-            if index == 0 && before.trim_ascii().is_empty() {
-                // What follows stands in its place.
-                out.extend_from_slice(before);
-                let behind = text(word.end, block.body_end);
-                let blanks = behind.len() - behind.trim_ascii_start().len();
-                copied = word.end + u32::try_from(blanks).unwrap_or(0);
-            } else {
-                out.extend_from_slice(before.trim_ascii_end());
-                copied = word.end;
-            }
-        } else if let Some(new) = replaces(word) {
-            // The letter stays as it is written.
-            out.extend_from_slice(text(copied, word.start + 1));
-            style.print_number(index, new, out);
-            copied = word.end;
-        }
-        if anchor == Some(index) {
-            // A word left out at the start has taken the blanks behind it along.
-            out.extend_from_slice(text(copied, word.end));
-            copied = copied.max(word.end);
-            for word in missing() {
-                style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
-            }
-        }
-    }
-    out.extend_from_slice(text(copied, block.body_end));
-}
-
-/// A row of a table: cells with a new word are written anew, blanks before them kept.
-fn print_row(batch: &Batch, block: &Block, new: &[NewWord], dropped: &[Address], out: &mut Vec<u8>) {
-    let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
-    let mut cells = body.split(|&byte| byte == batch.separator);
-    for (index, address) in batch.columns.iter().enumerate() {
-        if index > 0 {
-            out.push(batch.separator);
-        }
-        let cell = cells.next().unwrap_or_default();
-        match new.iter().find(|word| word.address == *address) {
-            Some(word) => {
-                let blanks = cell.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
-                out.extend_from_slice(cell.get(..blanks).unwrap_or_default());
-                super::print_decimal(word.value, word.decimals, out);
-            }
-            None if dropped.contains(address) => {}
-            None => out.extend_from_slice(cell),
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! How the words of a block are set: blanks, columns, signs, points, case.
 
-use super::decimal::{BUFFER, Look, print_into};
-use super::{Address, Batch, Block, NewWord, Word, WordForm};
+use super::NewWord;
+use crate::program::decimal::{BUFFER, Look, print_into};
+use crate::program::{Address, Batch, Block, Word, WordForm};
 
 /// How one word is set.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +63,7 @@ impl<'a> Style<'a> {
     fn setting_at(&self, index: usize) -> Setting<'a> {
         let Some(word) = self.words.get(index) else { return self.usual };
         let text = self.batch.word_text(word);
-        let number = text.get(1..).unwrap_or_default();
+        let number = text.get(usize::from(word.lead)..).unwrap_or_default();
         let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
         Setting {
             separator: self.separator_before(index),

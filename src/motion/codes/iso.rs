@@ -1,46 +1,24 @@
-//! What G codes mean, as one table.
+//! ISO 6983 and RS274 codes.
 
-use super::FeedMode;
-use super::modal::{MotionMode, ToolLength, Transformation};
+use super::{Code, FeedMode, MCode, MotionMode, ToolLength, Transformation};
 use crate::units::MM_PER_INCH;
 
-/// The meaning of a G code.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Code {
-    Motion(MotionMode),
-    /// A motion only where axis words stand in the block; a mode of the control otherwise (G5.1, G60).
-    MotionWithAxes(MotionMode),
-    /// Cancels a canned cycle.
-    EndCycle,
-    Plane(u8),
-    Incremental(bool),
-    Units(f64),
-    Feed(FeedMode),
-    Compensation(bool),
-    ToolLength(ToolLength),
-    /// G54 and its kin; those with a P word are told apart by it.
-    WorkOffset,
-    Transform(Transformation, bool),
-    /// Axis words of the block are no motion: dwell, stroke limits, tables of offsets that are not active.
-    NoMotion,
-    /// G10: L2 and L20 write work offsets, others tool offsets.
-    WriteOffsets,
-    /// G92, G52 with axis words.
-    Shift,
-    /// G92.1 to G92.3.
-    OtherShift,
-    /// G53.
-    MachineCoordinates,
-    /// G28, G30: the axes named go to a reference position.
-    Reference,
-    /// Moves axes that are not named.
-    Elsewhere,
-    Call,
-    ModalCall,
-    EndModalCall,
-    /// Changes nothing that matters for the path's ends.
-    Harmless,
-    Unknown,
+/// User codes by which RS274 machines switch their kinematics: linear positions are lost, and what is interpolated
+/// is not known unless stated.
+const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
+
+/// The meaning of an M code of so many tenths.
+pub(super) fn m_meaning(tenths: u32) -> MCode {
+    match tenths {
+        20 | 300 => MCode::End,
+        990 => MCode::Return,
+        960 | 970 | 980 | 1980 => MCode::Call,
+        60 | 610 => MCode::ToolChange,
+        820 => MCode::ExtruderAbsolute,
+        830 => MCode::ExtruderRelative,
+        code if KINEMATICS_SWITCHES.contains(&code) => MCode::KinematicsSwitch,
+        _ => MCode::Plain,
+    }
 }
 
 /// The meaning of the code of so many tenths.

@@ -1,0 +1,110 @@
+//! What codes and statement words mean, one table a dialect.
+
+mod apt;
+mod heidenhain;
+mod iso;
+mod siemens;
+
+use super::FeedMode;
+use super::modal::{MotionMode, ToolLength, Transformation};
+use crate::program::{Dialect, Keyword, Word, WordForm};
+
+/// G codes count in tenths; statement words stand behind them.
+const FIRST_KEYWORD: u32 = 1_000_000;
+
+/// The code of a word with address G or M: tenths, or the number of a statement word behind all of these.
+#[inline]
+pub(super) fn code_of(word: &Word) -> Option<u32> {
+    if word.form == WordForm::Keyword {
+        return word.keyword().map(|keyword| FIRST_KEYWORD + u32::from(keyword.number()));
+    }
+    word.code_tenths()
+}
+
+/// The statement word of a code, if it is one.
+pub(super) fn keyword_of(code: u32) -> Option<Keyword> {
+    Keyword::of_number(u16::try_from(code.checked_sub(FIRST_KEYWORD)?).ok()?)
+}
+
+/// The meaning of a code in a dialect.
+pub(super) fn meaning(dialect: Dialect, code: u32) -> Code {
+    if let Some(keyword) = keyword_of(code) {
+        return match dialect {
+            Dialect::Siemens => siemens::keyword_meaning(keyword),
+            Dialect::Heidenhain => heidenhain::keyword_meaning(keyword),
+            Dialect::Apt => apt::keyword_meaning(keyword),
+            Dialect::Iso | Dialect::Csv => Code::Unknown,
+        };
+    }
+    match dialect {
+        Dialect::Iso | Dialect::Csv => iso::meaning(code),
+        Dialect::Siemens => siemens::meaning(code),
+        Dialect::Heidenhain | Dialect::Apt => Code::Unknown,
+    }
+}
+
+/// The meaning of an M code of so many tenths.
+pub(super) fn m_meaning(dialect: Dialect, tenths: u32) -> MCode {
+    match dialect {
+        Dialect::Iso | Dialect::Csv => iso::m_meaning(tenths),
+        Dialect::Siemens => siemens::m_meaning(tenths),
+        Dialect::Heidenhain => heidenhain::m_meaning(tenths),
+        Dialect::Apt => MCode::Plain,
+    }
+}
+
+/// What an M code means for the path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MCode {
+    /// Nothing.
+    Plain,
+    /// The end of the program.
+    End,
+    /// The end of a subprogram, or the program again.
+    Return,
+    Call,
+    ToolChange,
+    /// A code of the machine's builder that switches the kinematics.
+    KinematicsSwitch,
+    ExtruderAbsolute,
+    ExtruderRelative,
+}
+
+/// The meaning of a G code.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Code {
+    Motion(MotionMode),
+    /// A motion only where axis words stand in the block; a mode of the control otherwise (G5.1, G60).
+    MotionWithAxes(MotionMode),
+    /// Cancels a canned cycle.
+    EndCycle,
+    Plane(u8),
+    Incremental(bool),
+    Units(f64),
+    Feed(FeedMode),
+    Compensation(bool),
+    ToolLength(ToolLength),
+    /// G54 and its kin; those with a P word are told apart by it.
+    WorkOffset,
+    Transform(Transformation, bool),
+    /// Axis words of the block are no motion: dwell, stroke limits, tables of offsets that are not active.
+    NoMotion,
+    /// G10: L2 and L20 write work offsets, others tool offsets.
+    WriteOffsets,
+    /// G92, G52 with axis words.
+    Shift,
+    /// G92.1 to G92.3.
+    OtherShift,
+    /// G53.
+    MachineCoordinates,
+    /// G28, G30: the axes named go to a reference position.
+    Reference,
+    /// Moves axes that are not named.
+    Elsewhere,
+    Call,
+    ModalCall,
+    EndModalCall,
+    /// Changes nothing that matters for the path's ends.
+    Harmless,
+    Unknown,
+}

@@ -1,0 +1,116 @@
+//! Blocks of word dialects: the block again with other values, and new blocks in its style.
+
+use super::style::Style;
+use super::{NewWord, is_end_code};
+use crate::program::{Address, Batch, Block, Word, WordForm};
+
+/// An expression whose value is this near to the one wanted stays \[program units\].
+const SAME_VALUE: f64 = 1e-9;
+
+/// Whether the word as it is written says what is wanted: an expression is not replaced by its value.
+fn keeps(word: &Word, new: &NewWord) -> bool {
+    word.form == WordForm::Evaluated && (word.value - new.value).abs() <= SAME_VALUE
+}
+
+/// Bytes of an incremental word before its letter: what replaces it counts in the modal sense.
+fn prefix(batch: &Batch, word: &Word) -> u32 {
+    let starts_with_i = batch.word_text(word).first().is_some_and(|byte| byte.eq_ignore_ascii_case(&b'I'));
+    u32::from(word.form == WordForm::Incremental && starts_with_i && word.address != Address::I)
+}
+
+/// A new block: these words and no others but, where wanted, the source's that act at its end.
+pub(super) fn insert_block(
+    batch: &Batch,
+    source: &Block,
+    words: &[NewWord],
+    with_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
+    let style = Style::new(batch, source);
+    let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
+    let indent = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    out.extend_from_slice(text.get(..indent).unwrap_or_default());
+    let mut first = true;
+    for word in words {
+        if let Some(letter) = word.address.letter() {
+            style.print_word(word, letter, first, out);
+            first = false;
+        }
+    }
+    if with_end_codes {
+        for word in batch.words(source).iter().filter(|word| is_end_code(word)) {
+            style.print_same(word, first, out);
+            first = false;
+        }
+    }
+}
+
+/// The block up to its line ending.
+pub(super) fn print_body(
+    batch: &Batch,
+    block: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    without_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
+    let style = Style::new(batch, block);
+    let words = batch.words(block);
+    let text = |from: u32, to: u32| batch.text.get(from as usize..to as usize).unwrap_or_default();
+    let replaces =
+        |word: &Word| new.iter().find(|new| new.address == word.address && word.form != WordForm::Comma);
+    // Where words the block does not have go: behind the last coordinate, or else behind the last of N and G.
+    let anchor =
+        words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
+            || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
+        );
+    let has = |address| words.iter().any(|word| word.address == address && word.form != WordForm::Comma);
+    let missing = || new.iter().filter(|new| !has(new.address));
+    let mut copied = block.start;
+    if anchor.is_none() && missing().next().is_some() {
+        let first = words.first().map_or(block.start, |word| word.start);
+        out.extend_from_slice(text(copied, first));
+        copied = first;
+        let mut at_start = true;
+        for word in missing() {
+            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
+            at_start = false;
+        }
+        if copied < block.body_end {
+            out.push(b' ');
+        }
+    }
+    let is_dropped = |word: &Word| {
+        dropped.contains(&word.address) && word.form != WordForm::Comma && replaces(word).is_none()
+    };
+    for (index, word) in words.iter().enumerate() {
+        if is_dropped(word) || (without_end_codes && is_end_code(word)) {
+            let before = text(copied, word.start);
+            if index == 0 && before.trim_ascii().is_empty() {
+                // What follows stands in its place.
+                out.extend_from_slice(before);
+                let behind = text(word.end, block.body_end);
+                let blanks = behind.len() - behind.trim_ascii_start().len();
+                copied = word.end + u32::try_from(blanks).unwrap_or(0);
+            } else {
+                out.extend_from_slice(before.trim_ascii_end());
+                copied = word.end;
+            }
+        } else if let Some(new) = replaces(word).filter(|new| !keeps(word, new)) {
+            // The letter stays as it is written.
+            out.extend_from_slice(text(copied, word.start));
+            out.extend_from_slice(text(word.start + prefix(batch, word), word.start + u32::from(word.lead)));
+            style.print_number(index, new, out);
+            copied = word.end;
+        }
+        if anchor == Some(index) {
+            // A word left out at the start has taken the blanks behind it along.
+            out.extend_from_slice(text(copied, word.end));
+            copied = copied.max(word.end);
+            for word in missing() {
+                style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
+            }
+        }
+    }
+    out.extend_from_slice(text(copied, block.body_end));
+}

@@ -1,0 +1,31 @@
+//! Rows of tables.
+
+use super::NewWord;
+use crate::program::{Address, Batch, Block};
+
+/// A row of a table: cells with a new word are written anew, blanks before them kept.
+pub(super) fn print_row(
+    batch: &Batch,
+    block: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    out: &mut Vec<u8>,
+) {
+    let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
+    let mut cells = body.split(|&byte| byte == batch.separator);
+    for (index, address) in batch.columns.iter().enumerate() {
+        if index > 0 {
+            out.push(batch.separator);
+        }
+        let cell = cells.next().unwrap_or_default();
+        match new.iter().find(|word| word.address == *address) {
+            Some(word) => {
+                let blanks = cell.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+                out.extend_from_slice(cell.get(..blanks).unwrap_or_default());
+                crate::program::print_decimal(word.value, word.decimals, out);
+            }
+            None if dropped.contains(address) => {}
+            None => out.extend_from_slice(cell),
+        }
+    }
+}
