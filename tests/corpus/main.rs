@@ -4,6 +4,7 @@ mod compensation;
 mod kinematics;
 mod program;
 mod rotary_sphere;
+mod singularity;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;

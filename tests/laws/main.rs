@@ -12,6 +12,7 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod singularity;
 mod surface_contact;
 mod virtual_cutting;
 mod wear;
