@@ -1,6 +1,6 @@
 //! How far the axis next to the workpiece may turn while the other one keeps the tool within a tolerance.
 //!
-//! With u at θ_u the best v leaves the tool axis `|∠(v, exp(−θ_u û) t) − τ|` away from t, and
+//! With u at `θ_u` the best v leaves the tool axis `|∠(v, exp(−θ_u û) t) − τ|` away from t, and
 //! `cos ∠ = cos σ cos φ + sin σ sin φ cos x`, x being what is left of t's azimuth. The words within a tolerance are
 //! therefore an interval about each of the two solutions, in closed form; near a singularity the two grow together,
 //! and at the pole every word will do.

@@ -233,7 +233,7 @@ impl Task<'_, '_> {
         let [u, v] = kinematics.workpiece_to_tool();
         let last = parts as usize;
         let mut nodes = Vec::with_capacity(last);
-        for index in 1..=last {
+        for (index, words) in way.iter().enumerate().skip(1) {
             #[expect(clippy::cast_precision_loss, reason = "at most MAX_PARTS")]
             let fraction = index as f64 / f64::from(parts);
             if index == last {
@@ -242,7 +242,7 @@ impl Task<'_, '_> {
                 break;
             }
             let mut rotary_deg = [0.0; 2];
-            (rotary_deg[u], rotary_deg[v]) = (way[index][0], way[index][1]);
+            (rotary_deg[u], rotary_deg[v]) = (words[0], words[1]);
             let rotary_deg = self.resolution.rotary_deg(rotary_deg);
             let angles = rotary_rad(self.planner.cutting.machine, rotary_deg);
             let axis = kinematics.axis(angles);

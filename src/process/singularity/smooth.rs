@@ -159,8 +159,8 @@ impl Planner<'_> {
             if !is_last && let Some(wanted) = way.words_deg.get(index + 1) {
                 (rotary_deg[u], rotary_deg[v]) = (wanted[0], wanted[1]);
             }
-            for k in 0..2 {
-                pen.move_to(pending, 3 + k, rotary_deg[k], near(rotary), &mut words);
+            for (k, word_deg) in rotary_deg.into_iter().enumerate() {
+                pen.move_to(pending, 3 + k, word_deg, near(rotary), &mut words);
             }
             let angles = rotary_rad(self.cutting.machine, pen.words(unit).rotary_deg);
             let axis = kinematics.axis(angles);

@@ -31,6 +31,10 @@ const SAME_TIME: f64 = 0.01;
 
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are the large one; a box each would cost an allocation a block"
+)]
 pub(super) enum Expected<'a> {
     /// A block left as it was, with its figures if it stands in a region.
     Same { motion: Meaning, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
