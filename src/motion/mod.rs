@@ -11,6 +11,7 @@ mod interpreter;
 mod modal;
 mod motions;
 mod position;
+mod sinumerik;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;

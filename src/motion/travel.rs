@@ -106,7 +106,11 @@ impl Interpreter {
         {
             reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
         }
-        if self.modal.incremental == Some(true) && block.present & POINTS != 0 {
+        if block.present & POINTS != 0
+            && CONTACT.iter().any(|&address| {
+                block.has(address) && block.is_incremental(address, self.modal.incremental) == Some(true)
+            })
+        {
             reason = Some(Unfollowable::IncrementalContact);
         }
         let relevant = AXES | POINTS | bit(Address::E) | bit(Address::F);
@@ -160,7 +164,8 @@ impl Interpreter {
                 self.position.contact_decimals[slot] = block.decimals[index];
                 let value = block.value(address);
                 let before = self.position.contact_mm[slot];
-                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, self.modal.incremental) {
+                let sense = block.is_incremental(address, self.modal.incremental);
+                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, sense) {
                     (Some(scale), Some(false)) => value.map(|value| value * scale),
                     (Some(scale), Some(true)) => before.and_then(|at| value.map(|value| at + value * scale)),
                     _ => None,
@@ -189,7 +194,8 @@ impl Interpreter {
     /// M83; or G91, or either of G90 and G91: E follows them on some controls.
     #[inline]
     fn is_extruder_relative(&self) -> bool {
-        self.modal.relative_extruder || self.modal.incremental != Some(false)
+        self.modal.relative_extruder
+            || self.block.is_incremental(Address::E, self.modal.incremental) != Some(false)
     }
 
     /// Contact words are those of this block, completed from before.
@@ -273,6 +279,7 @@ impl Interpreter {
             end: None,
             linear_end_mm: None,
             tool_axis: None,
+            program_offset_mm: self.modal.program_offset_mm,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
@@ -316,6 +323,7 @@ impl Interpreter {
     #[inline]
     fn offset_changed(&self) -> bool {
         self.modal.work_offset.is_none()
+            || self.modal.program_offset_mm != Some([0.0; 3])
             || self.first_offset.is_some_and(|first| first != (self.modal.work_offset, self.modal.shifts))
     }
 

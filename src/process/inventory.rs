@@ -1,7 +1,7 @@
 //! A count of everything in a program that compensation must not lose or double: blocks, and all words but coordinates,
 //! contacts, extruder and feed.
 
-use crate::program::{Address, Batch, WordForm};
+use crate::program::{Address, Batch, Keyword, WordForm};
 
 /// Blocks counted, and a checksum of words that does not depend on their order: M words move to the last part of a
 /// divided block, everything else stays.
@@ -27,11 +27,13 @@ impl Inventory {
                 if word.address.is_coordinate() || word.address == Address::F {
                     continue;
                 }
-                let value = if word.form == WordForm::Expression || word.form == WordForm::Evaluated {
-                    u64::MAX
-                } else {
-                    word.value.to_bits()
+                // Constants may have told what an expression is worth or an assignment means, or not yet.
+                let is_told = match word.form {
+                    WordForm::Number | WordForm::Comma => false,
+                    WordForm::Keyword => word.keyword().is_some_and(Keyword::is_assignment),
+                    _ => true,
                 };
+                let value = if is_told { u64::MAX } else { word.value.to_bits() };
                 let mixed = (value ^ (word.address.index() as u64 + 1)).wrapping_mul(SPREAD);
                 self.words += 1;
                 self.checksum = self.checksum.wrapping_add((mixed ^ (mixed >> 29)).wrapping_mul(SPREAD));

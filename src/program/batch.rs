@@ -45,7 +45,6 @@ pub struct Word {
 
 impl Word {
     /// A statement word between two bytes of the batch's text.
-    #[expect(dead_code, reason = "for the dialects with statement words")]
     pub(super) fn of_keyword(keyword: Keyword, start: u32, end: u32) -> Self {
         Self {
             value: f64::from(keyword.number()),

@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, LineRead, csv, detect, iso};
+use super::dialect::{Dialect, LineRead, csv, detect, iso, siemens};
 use super::line::{line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -196,7 +196,8 @@ impl Reader {
                     Dialect::Iso | Dialect::Csv => {
                         Some(LineRead::one(iso::read_line(text, start, shift, line, &mut self.current)))
                     }
-                    dialect @ (Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt) => {
+                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
+                    dialect @ (Dialect::Heidenhain | Dialect::Apt) => {
                         return Err(ReadFault::NotReadYet { line, dialect });
                     }
                 };

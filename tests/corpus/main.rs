@@ -4,6 +4,7 @@ mod compensation;
 mod kinematics;
 mod program;
 mod rotary_sphere;
+mod siemens;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;

@@ -3,6 +3,7 @@
 pub(super) mod csv;
 pub(super) mod detect;
 pub(super) mod iso;
+pub(super) mod siemens;
 mod statement;
 
 use std::fmt;
