@@ -21,6 +21,8 @@ pub(super) enum Action {
     Elsewhere,
     Call,
     Unknown,
+    /// Axis words belong to a programmable frame.
+    Frame,
     /// A spline, thread or the like in this block only.
     Odd(Unfollowable),
 }
@@ -108,8 +110,10 @@ impl Interpreter {
             }
             None => self.move_axes(index, block, reason, motions),
             // F of a dwell may be a time.
-            Some(Action::Consume) if self.block.has(Address::F) => self.modal.feed = ModalFeed::Unknown,
-            Some(Action::Consume) => {}
+            Some(Action::Consume) if self.block.has(Address::F) && self.dialect != Dialect::Siemens => {
+                self.modal.feed = ModalFeed::Unknown;
+            }
+            Some(Action::Consume | Action::Frame) => {}
             Some(Action::Shift) => {
                 self.set_feed();
                 // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
@@ -253,6 +257,8 @@ impl Interpreter {
                     self.modal.feed_mode = Some(mode);
                 }
                 Code::Compensation(on) => self.modal.compensation = Some(on),
+                // TRAORI again, or TRAFOOF again: nothing new.
+                Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
                 Code::ToolLength(length) => {
                     if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
                         self.position.tool_axis = [None; 3];
@@ -303,6 +309,49 @@ impl Interpreter {
                         also(&mut action, new);
                     }
                 }
+                Code::ProgramFrame(frame, added) => {
+                    self.program_frame(frame, added);
+                    also(&mut action, Action::Frame);
+                }
+                Code::ModalCycle => {
+                    self.modal.macro_call = Some(true);
+                    self.position.forget_axes();
+                }
+                Code::Cycle => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::CannedCycle));
+                }
+                Code::Swivel(on) => {
+                    self.transform(Transformation::Swivel, on);
+                    if on {
+                        self.position.forget_axes();
+                        also(&mut action, Action::Odd(Unfollowable::Transformation));
+                    }
+                }
+                Code::Probing => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::Probing));
+                }
+                Code::PolarEnd => {
+                    self.position.forget_linear();
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
+                }
+                Code::OrientationWord => {
+                    self.position.forget_rotary();
+                    also(&mut action, Action::Odd(Unfollowable::ToolVector));
+                }
+                Code::OtherAxis => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
+                }
+                Code::BlockWord => also(&mut action, Action::Odd(Unfollowable::ControlWord)),
+                Code::ForeignWord => *reason = Some(Unfollowable::ControlWord),
+                Code::ToolOffset => {
+                    self.position.forget_linear();
+                    self.modal.edge = None;
+                }
+                Code::RoundsCorners(on) => self.modal.rounds_corners = on,
+                Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }
@@ -329,7 +378,11 @@ impl Interpreter {
     fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
         let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
-        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(self.dialect, tenths) }
+        if self.dialect == Dialect::Iso && matches!(tenths, 700 | 710) && is_cycle {
+            Code::Unknown
+        } else {
+            meaning(self.dialect, tenths)
+        }
     }
 
     fn change_work_offset(&mut self, code: u32) {
@@ -373,7 +426,10 @@ impl Interpreter {
                 MCode::Plain => {}
                 MCode::End | MCode::Return => ends = true,
                 MCode::Call => called = true,
-                MCode::ToolChange => self.position.forget_linear(),
+                MCode::ToolChange => {
+                    self.position.forget_linear();
+                    self.modal.edge = None;
+                }
                 MCode::KinematicsSwitch => {
                     self.position.forget_linear();
                     self.modal.kinematics_switched |= !self.options.interpolation_stated;

@@ -349,8 +349,10 @@ impl Interpreter {
         self.begin_block();
         let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
-        if batch.dialect() == Dialect::Iso {
-            self.count_points();
+        match batch.dialect() {
+            Dialect::Iso => self.count_points(),
+            Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
+            _ => {}
         }
         if block.flags.is_plain() && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {

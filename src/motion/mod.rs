@@ -19,6 +19,7 @@ mod modal;
 mod motions;
 mod position;
 mod sections;
+mod sinumerik;
 mod statements;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]

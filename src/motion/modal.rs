@@ -39,7 +39,22 @@ pub(super) enum Transformation {
     Tilt,
     /// The tool stands along another axis than Z.
     ToolAxis,
+    /// TOROT, TOFRAME.
+    ToolFrame,
+    /// PAROT.
+    PartFrame,
+    /// CYCLE800.
+    Swivel,
+    /// PTP.
+    PointToPoint,
+    /// The tool axis on a course of its own.
+    Orientation,
+    /// DIAMON.
+    Diameter,
 }
+
+/// How many transformations there are.
+const TRANSFORMATIONS: usize = 14;
 
 /// What F stands at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,12 +88,20 @@ pub(super) struct Modal {
     /// M428 to M430 since the last G43.4, G43.5 or G49, and nobody said what it means.
     pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
-    pub(super) transformations: [Option<bool>; 8],
+    pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
     pub(super) macro_call: Option<bool>,
     /// The work offset, as code and P number in one; G54 at the start.
     pub(super) work_offset: Option<u32>,
     /// Changes when G92, G52 or G10 move an offset.
     pub(super) shifts: u32,
+    /// What TRANS and ATRANS add to the words X Y Z \[mm\].
+    pub(super) program_offset_mm: Option<[f64; 3]>,
+    /// The D number of the tool's edge, where it decides the tool's length.
+    pub(super) edge: Option<f64>,
+    /// RNDM: every corner is rounded.
+    pub(super) rounds_corners: bool,
+    /// ORIMKS: tool vectors are meant in the machine.
+    pub(super) vectors_in_machine: bool,
     /// M83.
     pub(super) relative_extruder: bool,
     pub(super) feed: ModalFeed,
@@ -110,10 +133,14 @@ impl Modal {
         compensation: Some(false),
         tool_length: Some(ToolLength::Plain),
         kinematics_switched: false,
-        transformations: [Some(false); 8],
+        transformations: [Some(false); TRANSFORMATIONS],
         macro_call: Some(false),
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
+        program_offset_mm: Some([0.0; 3]),
+        edge: None,
+        rounds_corners: false,
+        vectors_in_machine: false,
         relative_extruder: false,
         feed: ModalFeed::NeverGiven,
         datum_mm: [Some(0.0); 3],
@@ -136,6 +163,8 @@ impl Modal {
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
         self.work_offset = None;
+        self.program_offset_mm = None;
+        self.edge = None;
         self.feed = ModalFeed::Unknown;
     }
 
@@ -199,7 +228,11 @@ impl Modal {
             next_motion,
             in_cycle,
             multax,
-            axis_stated
+            axis_stated,
+            program_offset_mm,
+            edge,
+            rounds_corners,
+            vectors_in_machine
         )
     }
 
@@ -224,6 +257,10 @@ impl Modal {
             work_offset: same(self.work_offset, skipped.work_offset),
             // A shift that may have been is a shift.
             shifts: self.shifts,
+            program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
+            edge: same(self.edge, skipped.edge),
+            rounds_corners: self.rounds_corners || skipped.rounds_corners,
+            vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
@@ -248,6 +285,9 @@ impl Modal {
             Some(false) => {}
             Some(true) => return Some(Unfollowable::CutterCompensation),
             None => return unknown(ModalGroup::CutterCompensation),
+        }
+        if self.rounds_corners {
+            return Some(Unfollowable::Corner);
         }
         if self.kinematics_switched {
             return Some(Unfollowable::KinematicsSwitched);

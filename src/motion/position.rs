@@ -63,6 +63,12 @@ impl Position {
         self.contact_mm = [None; 3];
     }
 
+    pub(super) fn forget_rotary(&mut self) {
+        self.axes[3..].fill(None);
+        self.foreign_deg = None;
+        self.tool_axis = [None; 3];
+    }
+
     pub(super) fn forget_axes(&mut self) {
         self.axes = [None; 5];
         self.foreign_deg = None;

@@ -132,7 +132,11 @@ impl Interpreter {
         if block.present & VECTORS != 0 && !has_axis {
             reason = Some(Unfollowable::VectorWord { address: Address::TI });
         }
-        if self.modal.incremental == Some(true) && block.present & POINTS != 0 {
+        if block.present & POINTS != 0
+            && CONTACT.iter().any(|&address| {
+                block.has(address) && block.is_incremental(address, self.modal.incremental) == Some(true)
+            })
+        {
             reason = Some(Unfollowable::IncrementalContact);
         }
         let relevant = AXES | POINTS | VECTORS | bit(Address::E) | bit(Address::F);
@@ -195,7 +199,8 @@ impl Interpreter {
                 self.position.contact_decimals[slot] = block.decimals[index];
                 let value = block.value(address);
                 let before = self.position.contact_mm[slot];
-                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, self.modal.incremental) {
+                let sense = block.is_incremental(address, self.modal.incremental);
+                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, sense) {
                     (Some(scale), Some(false)) => value.map(|value| value * scale),
                     (Some(scale), Some(true)) => before.and_then(|at| value.map(|value| at + value * scale)),
                     _ => None,
@@ -224,7 +229,8 @@ impl Interpreter {
     /// M83; or G91, or either of G90 and G91: E follows them on some controls.
     #[inline]
     fn is_extruder_relative(&self) -> bool {
-        self.modal.relative_extruder || self.modal.incremental != Some(false)
+        self.modal.relative_extruder
+            || self.block.is_incremental(Address::E, self.modal.incremental) != Some(false)
     }
 
     /// Contact words are those of this block, completed from before.
@@ -309,6 +315,7 @@ impl Interpreter {
             linear_end_mm: None,
             tool_axis: None,
             vector_start: None,
+            program_offset_mm: self.modal.program_offset_mm,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
@@ -356,7 +363,9 @@ impl Interpreter {
     #[inline]
     fn offset_changed(&self) -> bool {
         let now = self.modal.offset();
-        now.is_none() || self.first_offset.is_some_and(|first| first != now)
+        now.is_none()
+            || self.modal.program_offset_mm != Some([0.0; 3])
+            || self.first_offset.is_some_and(|first| first != now)
     }
 
     #[inline]

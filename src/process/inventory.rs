@@ -46,11 +46,13 @@ impl Inventory {
                 if word.address.is_coordinate() || word.address == Address::F || says_motion_or_feed(word) {
                     continue;
                 }
-                let value = if word.form == WordForm::Expression || word.form == WordForm::Evaluated {
-                    u64::MAX
-                } else {
-                    word.value.to_bits()
+                // Constants may have told what an expression is worth or an assignment means, or not yet.
+                let is_told = match word.form {
+                    WordForm::Number | WordForm::Comma => false,
+                    WordForm::Keyword => word.keyword().is_some_and(Keyword::is_assignment),
+                    _ => true,
                 };
+                let value = if is_told { u64::MAX } else { word.value.to_bits() };
                 self.count(word.address, value);
             }
         }

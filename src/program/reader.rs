@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, LineRead, apt, csv, detect, heidenhain, iso};
+use super::dialect::{Dialect, LineRead, apt, csv, detect, heidenhain, iso, siemens};
 use super::line::{line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -205,9 +205,7 @@ impl Reader {
                     Dialect::Apt => {
                         apt::read_line(text, start, shift, line, self.finished, &mut self.current)
                     }
-                    dialect @ Dialect::Siemens => {
-                        return Err(ReadFault::NotReadYet { line, dialect });
-                    }
+                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
                 };
                 // A statement that runs on needs its last line.
                 let Some(read) = read else {

@@ -135,6 +135,15 @@ pub(super) enum Statement {
     GoHome,
 }
 
+/// A part of the programmable frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ProgramFrame {
+    Offset,
+    Rotation,
+    Scaling,
+    Mirror,
+}
+
 /// The meaning of a G code.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Code {
@@ -171,6 +180,30 @@ pub(super) enum Code {
     EndModalCall,
     /// A statement word with a meaning of its own.
     Statement(Statement),
+    /// TRANS, ROT, SCALE, MIRROR; true: added to the programmable frame, not in place of it.
+    ProgramFrame(ProgramFrame, bool),
+    /// MCALL of a standard cycle, which leaves modes as they are.
+    ModalCycle,
+    /// A standard cycle, once.
+    Cycle,
+    /// CYCLE800: a plane is swivelled, perhaps with the axes that do it, or no more.
+    Swivel(bool),
+    /// MEAS.
+    Probing,
+    /// The end is given in polar words.
+    PolarEnd,
+    /// An orientation in a form that is not followed.
+    OrientationWord,
+    /// Another axis moves, perhaps one of the machine's five under another name.
+    OtherAxis,
+    /// A name that nothing is known of stands in the block.
+    ForeignWord,
+    /// Changes the motion of its block.
+    BlockWord,
+    /// Another tool length.
+    ToolOffset,
+    RoundsCorners(bool),
+    VectorsInMachine(bool),
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,

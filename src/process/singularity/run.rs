@@ -283,7 +283,8 @@ impl<'a> Run<'a> {
                     self.blocks_inserted += parts as u64 - 1;
                     self.inventory.inserted += parts as u64 - 1;
                     let (checked, division) = (divided.checked, divided.division);
-                    let group = Rc::new(Group { source: divided.source, checked, division });
+                    let group =
+                        Rc::new(Group { source: divided.source, checked, division, correction_mm: 0.0 });
                     for index in 0..parts {
                         let group = Rc::clone(&group);
                         self.verifier.await_next(Expected::Part { group, index, region });

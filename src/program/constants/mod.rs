@@ -6,6 +6,8 @@ mod heidenhain;
 mod rs274;
 mod siemens;
 
+pub(super) use siemens::{Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent};
+
 use super::{Batch, Dialect};
 
 /// What a program's own parameters stand at.

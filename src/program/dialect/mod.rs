@@ -6,6 +6,7 @@ pub(super) mod detect;
 pub(super) mod heidenhain;
 pub(super) mod iso;
 mod scan;
+pub(super) mod siemens;
 mod statement;
 
 use std::fmt;
