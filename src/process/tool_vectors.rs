@@ -193,8 +193,15 @@ mod tests {
     #[test]
     fn vectors_become_the_words_next_to_those_before() {
         let machine = tables(None);
-        let angles =
-            [[30.0, 10.0], [31.0, 11.0], [20.0, 40.0], [20.5, 100.0], [21.0, 175.0], [21.5, 185.0], [22.0, 186.0]];
+        let angles = [
+            [30.0, 10.0],
+            [31.0, 11.0],
+            [20.0, 40.0],
+            [20.5, 100.0],
+            [21.0, 175.0],
+            [21.5, 185.0],
+            [22.0, 186.0],
+        ];
         let mut text = "G43.5 H1\nG1 F500\n".to_owned();
         for (index, [a, c]) in angles.into_iter().enumerate() {
             text.push_str(&format!("X{index} Y1. Z2. {}\n", vector(a, c)));
