@@ -6,7 +6,7 @@ use trunnion::units::Length;
 use crate::compensation::{parameters, run};
 use crate::models::finishing::{FeedForm, Form, ac_machine, blade, impeller_flank, tool};
 
-const OPENING: &str = "#1=0.5 #<s>=[#1*2]\n";
+const OPENING: &str = "#1=0.5\n#<s>=[#1*2]\n";
 
 /// The program with every coordinate as a product with a parameter that is one.
 fn with_parameters(text: &str) -> String {
@@ -43,7 +43,7 @@ fn expressions_are_compensated_as_their_values_are() {
             assert_eq!(without_parameters(&text), plain);
             let (expected, by_values) = run(&part, &parameters, &plain).expect("compensated");
             let (output, by_expressions) = run(&part, &parameters, &text).expect("compensated");
-            assert_eq!(without_parameters(&output), expected, "{} {form:?}", part.name);
+            assert!(without_parameters(&output) == expected, "{} {form:?}", part.name);
             assert!(by_values.motions_over_tolerance > 0);
             let after = [by_expressions, by_values].map(|report| report.after.max_mm.to_bits());
             assert_eq!(after[0], after[1]);

@@ -72,6 +72,7 @@ fn with_angles(text: &str) -> String {
 
 #[test]
 fn programs_with_vectors_keep_the_tolerance_seen_by_the_witness() {
+    let mut divided = 0;
     for part in
         [blade(ac_machine(), tool(5.0, 5.0), 25, 3), impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3)]
     {
