@@ -221,7 +221,8 @@ impl<'a> Verifier<'a> {
             match next {
                 Expected::Same { motion: source, checked } => {
                     self.same(&motion, &source, checked)?;
-                    self.judged.push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
+                    self.judged
+                        .push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
                 }
                 Expected::Part { group, index } => {
                     if let Some(after) = self.part(&motion, &group, index)? {
