@@ -135,6 +135,7 @@ impl Modal {
         self.compensation = None;
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
+        self.transformations[Transformation::Tilt as usize] = None;
         self.work_offset = None;
         self.feed = ModalFeed::Unknown;
     }
@@ -237,6 +238,9 @@ impl Modal {
         let unknown = |group| Some(Unfollowable::ModeUnknown { group });
         if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
+        }
+        if self.transformations[Transformation::Tilt as usize] == Some(true) {
+            return Some(Unfollowable::TiltedPlane);
         }
         if self.transformations.contains(&Some(true)) {
             return Some(Unfollowable::Transformation);

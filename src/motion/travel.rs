@@ -74,6 +74,7 @@ impl Interpreter {
             self.obstacle,
             Some(
                 Unfollowable::Transformation
+                    | Unfollowable::TiltedPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );

@@ -21,7 +21,7 @@ pub enum ModalGroup {
     CutterCompensation,
     /// G43 G43.4 G49.
     ToolLength,
-    /// G69, G50, G50.1, G15, G13.1: rotation, scaling, mirror, polar words, polar interpolation.
+    /// G69, G50, G50.1, G15, G13.1: rotation, tilted plane, scaling, mirror, polar words, polar interpolation.
     Transformation,
 }
 
@@ -75,7 +75,10 @@ pub enum Unfollowable {
     /// Cutter radius compensation.
     #[error("cutter radius compensation is active")]
     CutterCompensation,
-    /// Rotation, tilted plane, scaling, mirror, polar words, cylinder or diameter mode.
+    /// G68.2 to G68.4, PLANE: the words are those of a tilted plane.
+    #[error("a tilted working plane is active")]
+    TiltedPlane,
+    /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
     /// G43.5: the tool axis is given as a vector.

@@ -193,7 +193,15 @@ mod tests {
     #[test]
     fn vectors_become_the_words_next_to_those_before() {
         let machine = tables(None);
-        let angles = [[30.0, 10.0], [31.0, 11.0], [20.0, 40.0], [20.5, 175.0], [21.0, 185.0], [22.0, 186.0]];
+        let angles = [
+            [30.0, 10.0],
+            [31.0, 11.0],
+            [20.0, 40.0],
+            [20.5, 100.0],
+            [21.0, 175.0],
+            [21.5, 185.0],
+            [22.0, 186.0],
+        ];
         let mut text = "G43.5 H1\nG1 F500\n".to_owned();
         for (index, [a, c]) in angles.into_iter().enumerate() {
             text.push_str(&format!("X{index} Y1. Z2. {}\n", vector(a, c)));
@@ -205,15 +213,15 @@ mod tests {
         }
         assert_eq!((motions[0].start, motions[0].unfollowable), (None, None));
         assert_eq!((motions[1].start, motions[1].unfollowable), (motions[0].end, None));
-        // 135° about C at 20°: what the axis does on the way is the control's choice.
+        // 60° about C at 20°: what the axis does on the way is the control's choice.
         assert_eq!(motions[3].unfollowable, Some(Unfollowable::ToolVector));
-        assert_eq!(motions[5].unfollowable, None);
+        assert_eq!(motions[6].unfollowable, None);
         // The vector stands.
-        assert_words(&motions[6], [22.0, 186.0]);
-        assert_eq!((motions[6].start, motions[6].unfollowable), (motions[5].end, None));
+        assert_words(&motions[7], [22.0, 186.0]);
+        assert_eq!((motions[7].start, motions[7].unfollowable), (motions[6].end, None));
         // No vector any more.
-        assert_eq!(motions[7].end, None);
-        assert!(motions[7].unfollowable.is_some());
+        assert_eq!(motions[8].end, None);
+        assert!(motions[8].unfollowable.is_some());
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod models;
 mod calibration;
 mod compensation;
 mod conversational;
+mod constants;
 mod example;
 mod inverse;
 mod machines;
