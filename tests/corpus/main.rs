@@ -6,6 +6,7 @@ mod kinematics;
 mod linuxcnc;
 mod program;
 mod rotary_sphere;
+mod singularity;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;

@@ -16,6 +16,7 @@ mod program;
 mod programs;
 mod servo;
 mod side_by_side;
+mod singularity;
 mod surface_contact;
 mod tool_vectors;
 mod virtual_cutting;
