@@ -1,6 +1,7 @@
 //! Laws and oracles over real programs. They run where `TRUNNION_SHARED` names the folder that holds them.
 
 mod compensation;
+mod conversational;
 mod kinematics;
 mod linuxcnc;
 mod program;

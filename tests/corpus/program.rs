@@ -139,14 +139,6 @@ fn every_program_is_read_in_its_own_dialect_without_loss() {
         ("5axis/elmoe_achskreuz_840d_bc_3plus2.mpf", Dialect::Siemens),
         ("5axis/nx_huron_kx20_840d_g41.mpf", Dialect::Siemens),
         ("other/gcws_sinumerik840d.nc", Dialect::Siemens),
-        ("5axis/nx_dmc100_heidenhain_m128.h", Dialect::Heidenhain),
-        ("cl/aamorim_boss_posted_11.h", Dialect::Heidenhain),
-        ("cl/aamorim_boss_posted_12.h", Dialect::Heidenhain),
-        ("other/aamorim_machine_cirstud.h", Dialect::Heidenhain),
-        ("other/aamorim_machine_printr1.h", Dialect::Heidenhain),
-        ("cl/aamorim_boss.apt", Dialect::Apt),
-        ("cl/aamorim_tilt_support.apt", Dialect::Apt),
-        ("cl/aamorim_interface_glue.clt", Dialect::Apt),
     ] {
         let text = std::fs::read(folder.join(name)).unwrap();
         match read(&text, None, 1000) {

@@ -5,6 +5,7 @@ mod models;
 
 mod calibration;
 mod compensation;
+mod conversational;
 mod constants;
 mod example;
 mod inverse;

@@ -40,7 +40,7 @@ fn with_vectors(part: &Finishing) -> String {
 }
 
 /// The same with A and C for the witness, by the closed form of an AC table: `t = (sin A sin C, −sin A cos C, cos A)`.
-fn with_angles(text: &str) -> String {
+pub(crate) fn with_angles(text: &str) -> String {
     let mut near = [0.0; 2];
     let mut out = String::new();
     for line in text.lines() {
