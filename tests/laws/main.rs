@@ -8,6 +8,7 @@ mod compensation;
 mod example;
 mod inverse;
 mod machines;
+mod one_pass;
 mod path;
 mod program;
 mod programs;
