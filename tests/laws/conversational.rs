@@ -94,7 +94,7 @@ fn from_heidenhain(text: &str) -> String {
     out
 }
 
-fn apt(part: &Finishing) -> (String, String) {
+pub(crate) fn apt(part: &Finishing) -> (String, String) {
     let (mut text, mut source) =
         ("PARTNO/PART\nUNITS/MM\nMULTAX/ON\nFEDRAT/1200.,MMPM\n".to_owned(), String::new());
     for point in written(part) {

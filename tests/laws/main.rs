@@ -5,13 +5,14 @@ mod models;
 
 mod calibration;
 mod compensation;
-mod conversational;
 mod constants;
+mod conversational;
 mod example;
 mod inverse;
 mod machines;
 mod numbering;
 mod path;
+mod post;
 mod program;
 mod programs;
 mod servo;
