@@ -11,6 +11,7 @@ mod example;
 mod inverse;
 mod machines;
 mod numbering;
+mod one_pass;
 mod path;
 mod post;
 mod program;
