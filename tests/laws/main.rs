@@ -5,12 +5,13 @@ mod models;
 
 mod calibration;
 mod compensation;
-mod conversational;
 mod constants;
+mod conversational;
 mod example;
 mod inverse;
 mod machines;
 mod numbering;
+mod one_pass;
 mod path;
 mod program;
 mod programs;
