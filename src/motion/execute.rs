@@ -2,7 +2,7 @@
 
 use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
-use super::modal::{ModalFeed, MotionMode, Transformation};
+use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
@@ -10,7 +10,7 @@ use crate::program::{
 
 /// What a block does with its axis words besides moving.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Action {
+pub(super) enum Action {
     /// Axis words are no motion.
     Consume,
     /// They set an offset.
@@ -47,24 +47,40 @@ impl Interpreter {
             self.forget_all();
         }
         let mut reason = self.block_reason(batch, block, diagnostics);
-        let (mut action, one_shot) = self.apply_g_codes(&mut reason);
+        let (mut action, mut one_shot) = self.apply_g_codes(&mut reason);
         let (ends, called) = self.apply_m_codes();
+        let ends = ends || self.this_block.ends;
+        one_shot |= self.this_block.machine_coordinates;
+        if self.this_block.runs_cycle {
+            action = action.or(Some(Action::Odd(Unfollowable::CannedCycle)));
+        } else if self.this_block.moves_elsewhere {
+            action = action.or(Some(Action::Elsewhere));
+        }
+        if self.sections.is_called_text {
+            reason = reason.or(Some(Unfollowable::CalledText));
+        }
         if self.block.odd_code {
             action = Some(Action::Unknown);
         } else if called {
             action = Some(Action::Call);
         }
         self.obstacle = self.modal.obstacle();
-        if self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P) {
+        if self.this_block.flow
+            || (self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P))
+        {
             let text = Excerpt::new(batch.block_text(block).trim_ascii());
             let code = DiagnosticCode::ControlFlow { text };
             diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
         }
         let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        if let Some(section) = self.this_block.section {
+            self.apply_section(section);
+        }
         if self.block.has_m(self.dialect, MCode::Return) {
             self.go_back(index, block, before, motions);
         }
+        self.finish_block();
         if ends {
             self.end(block.line);
         }
@@ -244,6 +260,9 @@ impl Interpreter {
                 // TRAORI again, or TRAFOOF again: nothing new.
                 Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
                 Code::ToolLength(length) => {
+                    if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+                        self.position.tool_axis = [None; 3];
+                    }
                     if self.modal.tool_length == Some(length) {
                         // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
                         self.position.axes[2] = None;
@@ -314,7 +333,7 @@ impl Interpreter {
                 }
                 Code::OrientationWord => {
                     self.position.forget_rotary();
-                    also(&mut action, Action::Odd(Unfollowable::ToolVector));
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
                 }
                 Code::OtherAxis => {
                     self.position.forget_axes();
@@ -328,6 +347,11 @@ impl Interpreter {
                 }
                 Code::RoundsCorners(on) => self.modal.rounds_corners = on,
                 Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
+                Code::Statement(statement) => {
+                    if let Some(new) = self.apply_statement(statement, reason) {
+                        also(&mut action, new);
+                    }
+                }
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }
@@ -369,6 +393,10 @@ impl Interpreter {
             _ if has_p => None,
             _ => Some(code << 16),
         };
+        self.set_work_offset(offset);
+    }
+
+    pub(super) fn set_work_offset(&mut self, offset: Option<u32>) {
         if offset.is_none() || offset != self.modal.work_offset {
             self.position.forget_axes();
         }
@@ -406,6 +434,34 @@ impl Interpreter {
                     self.position.forget_linear();
                     self.modal.kinematics_switched |= !self.options.interpolation_stated;
                 }
+                MCode::MachineCoordinates => self.this_block.machine_coordinates = true,
+                MCode::CycleCall => {
+                    self.this_block.runs_cycle = true;
+                    self.modal.macro_call = Some(false);
+                }
+                MCode::CycleModal => {
+                    self.this_block.runs_cycle = true;
+                    self.modal.macro_call = Some(true);
+                }
+                MCode::Tcp(true) => self.set_tcp(true),
+                MCode::Tcp(false) => self.this_block.tcp_off_behind = true,
+                MCode::TcpOther => {
+                    self.modal.tool_length = None;
+                    self.position.forget_linear();
+                }
+                MCode::ShortestPath(true) => self.modal.shortest_path = true,
+                MCode::ShortestPath(false) => self.this_block.shortest_off_behind = true,
+                MCode::Feed(mode) => {
+                    if self.modal.feed_mode != Some(mode) {
+                        self.modal.void_feed();
+                        self.modal.feed_mode = Some(mode);
+                    }
+                }
+                MCode::ForgetRotary => {
+                    self.position.axes[3..].fill(None);
+                    self.position.foreign_deg = None;
+                }
+                MCode::Elsewhere => self.this_block.moves_elsewhere = true,
                 MCode::ExtruderAbsolute => self.modal.relative_extruder = false,
                 MCode::ExtruderRelative => self.modal.relative_extruder = true,
             }
@@ -442,6 +498,9 @@ impl Interpreter {
             if named & bit(address) != 0 {
                 self.position.axes[slot] = None;
             }
+        }
+        if named & (bit(first) | bit(second)) != 0 {
+            self.position.tool_axis = [None; 3];
         }
         if named & bit(self.foreign_address) != 0 {
             self.position.foreign_deg = None;

@@ -1,5 +1,6 @@
 //! The modal state of a control. `None` is a value that is not known.
 
+use super::sections::behind;
 use super::{FeedMode, ModalGroup, Unfollowable};
 
 /// The motion group.
@@ -46,10 +47,14 @@ pub(super) enum Transformation {
     Orientation,
     /// DIAMON.
     Diameter,
+    /// A tilted working plane of a conversational program.
+    Tilt,
+    /// The tool stands along another axis than Z.
+    ToolAxis,
 }
 
 /// How many transformations there are.
-const TRANSFORMATIONS: usize = 12;
+const TRANSFORMATIONS: usize = 14;
 
 /// What F stands at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +65,14 @@ pub(super) enum ModalFeed {
     Unknown,
     /// As written, and its decimals.
     Given(f64, u8),
+}
+
+/// Where the program's zero is, as far as the text says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Offset {
+    code: u32,
+    shifts: u32,
+    datum_mm: [f64; 3],
 }
 
 /// All that is modal but for positions.
@@ -92,6 +105,18 @@ pub(super) struct Modal {
     /// M83.
     pub(super) relative_extruder: bool,
     pub(super) feed: ModalFeed,
+    /// The datum shift of a conversational program \[mm\].
+    pub(super) datum_mm: [Option<f64>; 3],
+    /// M126: rotary axes take the shorter way.
+    pub(super) shortest_path: bool,
+    /// How the next point of a cutter location program is reached.
+    pub(super) next_motion: Option<MotionMode>,
+    /// Its points are those of a cycle.
+    pub(super) in_cycle: bool,
+    /// MULTAX/ON: an axis that is left out stays as it is.
+    pub(super) multax: bool,
+    /// A point stated the tool axis since TLAXIS.
+    pub(super) axis_stated: bool,
 }
 
 /// G54.
@@ -118,6 +143,12 @@ impl Modal {
         vectors_in_machine: false,
         relative_extruder: false,
         feed: ModalFeed::NeverGiven,
+        datum_mm: [Some(0.0); 3],
+        shortest_path: false,
+        next_motion: None,
+        in_cycle: false,
+        multax: false,
+        axis_stated: false,
     };
 
     /// Behind a call. Rotation and tilted planes are what subprograms leave behind, so G69 has to say that there is
@@ -137,11 +168,72 @@ impl Modal {
         self.feed = ModalFeed::Unknown;
     }
 
+    /// Behind a call in a conversational program: units, the sense of words and feeds are those of the program; radius
+    /// compensation, TCP, tilted planes, rotations and datum shifts may be others.
+    pub(super) fn forget_conversational(&mut self) {
+        let before = *self;
+        self.forget();
+        self.mm_per_unit = before.mm_per_unit;
+        self.incremental = before.incremental;
+        self.feed_mode = before.feed_mode;
+        self.transformations[Transformation::Tilt as usize] = None;
+        self.datum_mm = [None; 3];
+    }
+
+    /// The work offset with its shifts, if all of it is known.
+    pub(super) fn offset(&self) -> Option<Offset> {
+        let [Some(x), Some(y), Some(z)] = self.datum_mm else { return None };
+        Some(Offset { code: self.work_offset?, shifts: self.shifts, datum_mm: [x, y, z] })
+    }
+
     /// Another unit or sense of F: the number that stands means nothing any more.
     pub(super) fn void_feed(&mut self) {
         if self.feed != ModalFeed::NeverGiven {
             self.feed = ModalFeed::Unknown;
         }
+    }
+
+    /// The state behind a section of the program that is called in this one, by what it does to the program's and to
+    /// another state.
+    pub(super) fn behind(&self, program: [&Self; 2], stranger: [&Self; 2]) -> Self {
+        macro_rules! each {
+            ($($field:ident),*) => {
+                Self { $($field: behind(
+                    self.$field,
+                    program.map(|state| state.$field),
+                    stranger.map(|state| state.$field),
+                ),)* transformations: std::array::from_fn(|i| behind(
+                    self.transformations[i],
+                    program.map(|state| state.transformations[i]),
+                    stranger.map(|state| state.transformations[i]),
+                )) }
+            };
+        }
+        each!(
+            motion,
+            plane,
+            incremental,
+            mm_per_unit,
+            feed_mode,
+            compensation,
+            tool_length,
+            kinematics_switched,
+            macro_call,
+            work_offset,
+            shifts,
+            relative_extruder,
+            feed,
+            datum_mm,
+            shortest_path,
+            next_motion,
+            in_cycle,
+            multax,
+            axis_stated,
+            program_offset_mm,
+            edge,
+            rounds_corners,
+            vectors_in_machine
+        )
     }
 
     /// What is the same whether a block was executed or skipped.
@@ -171,6 +263,9 @@ impl Modal {
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
+            datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
+            shortest_path: self.shortest_path || skipped.shortest_path,
+            ..*self
         }
     }
 

@@ -47,6 +47,8 @@ pub struct Motion {
     /// What TRANS and ATRANS add to X Y Z of this motion to give the place in the work offset \[mm\]; `None` where
     /// that is not known. Where it is not zero, `offset_changed` is set.
     pub program_offset_mm: Option<[f64; 3]>,
+    /// X Y Z \[mm\] and the tool axis at the start, where it was stated as a vector before.
+    pub vector_start: Option<([f64; 3], [f64; 3])>,
     /// Contact words of the block.
     pub contact: ContactWords,
     /// Feed, after the block's own words.

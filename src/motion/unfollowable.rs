@@ -132,6 +132,15 @@ pub enum Unfollowable {
     /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
     #[error("a word of the block changes the motion in a way that is not followed")]
     ControlWord,
+    /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
+    #[error("the control works out where this motion ends")]
+    ContourElement,
+    /// The text is a section that is called from elsewhere as well.
+    #[error("the block stands in a section that is called from elsewhere")]
+    CalledText,
+    /// M126 and a turn by half a turn or more.
+    #[error("a rotary axis takes the shorter way around, not the one its words say")]
+    ShortestPath,
     /// Two codes of the motion group, or codes that use the same words, in one block.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,

@@ -1,10 +1,12 @@
 //! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
 
 mod compensate;
+mod compensation;
 mod emit;
 mod fault;
 mod inventory;
 mod judge;
+mod numbering;
 mod parameters;
 mod plan;
 mod read_back;
@@ -15,18 +17,24 @@ mod simulate;
 mod spindle;
 mod stream;
 mod survey;
+mod tool_vectors;
 mod verification;
 mod verify;
 mod warnings;
 mod wear;
 
-pub use compensate::compensate;
+pub use compensate::{compensate, compensate_side_by_side};
+pub use compensation::{
+    BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
+    ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
+    MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
+};
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
-pub use stream::ProgramSource;
+pub use stream::{ProgramSource, Stop};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,

@@ -76,7 +76,7 @@ keywords! {
     /// `BSPLINE`, `POLY` and their kin.
     Spline,
     /// `CIP`, `CT`: a circle.
-    Circle,
+    CircleThrough,
     /// A standard cycle, executed once.
     Cycle,
     /// `MCALL CYCLE81(…)`: a standard cycle at every motion.
@@ -110,21 +110,135 @@ keywords! {
     /// `RNDM=0`.
     CornerRoundingOff,
     /// `PRESETON`: axes are given other positions.
-    Preset,
+    AxisPreset,
     /// `REPOSA` and its kin.
     Reposition,
-    /// A statement whose meaning for the path is not known.
-    UnknownStatement,
     // --- Heidenhain
     /// `L`: a straight line.
     L,
+    /// `LN`: a straight line with a contact normal or a tool axis.
+    Ln,
+    /// `C`: an arc about the pole, or a full circle.
+    ArcAboutCentre,
+    /// `CR`: an arc of a radius.
+    ArcOfRadius,
+    /// `CT`: an arc that goes on where the element before ends.
+    TangentArc,
+    /// `CC`: the pole; no motion.
+    CircleCentre,
+    /// `LP`, `CP`, `CTP`, `RND`, `CHF`, `APPR`, `DEP`, free contours: the control works out where it goes.
+    ContourElement,
+    /// `DR+`, `DR-`: the sense of an arc.
+    Sense,
+    /// A rounding or a chamfer cuts the end of this motion.
+    CornerFollows,
     /// `FMAX`: at rapid traverse, in this block.
     Fmax,
+    /// `FAUTO`, `FU`, `FZ`, and feeds in other measures: the feed is not stated as a path feed.
+    FeedElsewhere,
+    /// `R0`, `CUTCOM/OFF`: no radius compensation.
+    R0,
+    /// `RL`, `RR`, `CUTCOM/…`: radius compensation.
+    RadiusCompensation,
+    /// `BEGIN PGM … MM`, `UNITS/MM`.
+    BeginMm,
+    /// `BEGIN PGM … INCH`, `UNITS/INCHES`.
+    BeginInch,
+    /// `END PGM`, `FINI`.
+    EndPgm,
+    /// `TOOL CALL` of a tool, `LOADTL/`.
+    ToolCall,
+    /// A tool axis other than Z.
+    OtherToolAxis,
+    /// Cycle 7, `TRANS DATUM AXIS`: the datum along the axes named.
+    DatumShift,
+    /// `TRANS DATUM RESET`: no datum shift.
+    DatumReset,
+    /// A datum shift from a table.
+    DatumTable,
+    /// Cycle 247: another preset.
+    Preset,
+    /// `PLANE …` but for RESET, cycle 19.
+    TiltOn,
+    /// `PLANE RESET`, cycle 19 with no angle.
+    TiltOff,
+    /// Cycle 10.
+    RotationOn,
+    /// Cycle 10 by nothing.
+    RotationOff,
+    /// Cycle 8 with axes.
+    MirrorOn,
+    /// Cycle 8 without axes.
+    MirrorOff,
+    /// Cycles 11 and 26.
+    ScalingOn,
+    /// Cycles 11 and 26 with factor 1.
+    ScalingOff,
+    /// `FUNCTION TCPM F TCP AXIS POS`.
+    TcpmOn,
+    /// `FUNCTION RESET TCPM`.
+    TcpmOff,
+    /// `FUNCTION TCPM` in other senses.
+    TcpmOther,
+    /// `LBL 5`
+    Label,
+    /// `LBL 0`: the end of a section that is called.
+    LabelEnd,
+    /// `CALL LBL 5`
+    CallLabel,
+    /// `CALL LBL 5 REP 2`
+    RepeatLabel,
+    /// `CYCL CALL`, and cycles that act where they stand.
+    CycleCall,
+    /// `TCH PROBE`
+    Probe,
+    /// A statement that changes nothing the path depends on.
+    Statement,
+    /// A statement that is not known.
+    UnknownStatement,
     // --- APT
-    /// `GOTO/`: a straight motion to a point.
+    /// `GOTO/`: a straight motion to a point; an arc behind `CIRCLE/`.
     Goto,
+    /// `FROM/`: where the tool is.
+    From,
     /// `RAPID`: the next motion is one at rapid traverse.
     Rapid,
+    /// `FEDRAT/`
+    Fedrat,
+    /// `MMPM`
+    MmPerMinute,
+    /// `IPM`
+    InchPerMinute,
+    /// `PERMIN`, `UPM`: in the unit of the program.
+    UnitPerMinute,
+    /// `MMPR`
+    MmPerRevolution,
+    /// `IPR`
+    InchPerRevolution,
+    /// `PERREV`, `UPR`: in the unit of the program.
+    UnitPerRevolution,
+    /// `CIRCLE/`: the next point is the end of an arc.
+    Circle,
+    /// `CYCLE/…`: the points behind it are those of a cycle.
+    CycleOn,
+    /// `CYCLE/OFF`
+    CycleOff,
+    /// `MULTAX/ON`
+    MultaxOn,
+    /// `MULTAX/OFF`
+    MultaxOff,
+    /// `TLAXIS/`: the tool axis of points with three values.
+    ToolAxis,
+    /// `CSYS/`, `TRNTYP/`: the coordinate system of a set-up.
+    CoordinateSystem,
+    /// `TRACUT/`, `ROTABL/` by an angle and others: the points behind it are moved, or count otherwise.
+    PointsMoved,
+    /// `GOHOME`
+    GoHome,
+    /// `GOFWD/` and others: a motion along surfaces, its end not stated.
+    SurfaceMotion,
+    /// A word for the post-processor that does not move the points.
+    PostWord,
 }
 
 impl Keyword {

@@ -2,6 +2,7 @@
 
 mod compensation;
 mod kinematics;
+mod linuxcnc;
 mod program;
 mod rotary_sphere;
 mod siemens;

@@ -43,6 +43,11 @@ pub(super) fn meaning(dialect: Dialect, code: u32) -> Code {
     }
 }
 
+/// The meaning of a G code of ISO programs.
+pub(super) fn iso_meaning(tenths: u32) -> Code {
+    iso::meaning(tenths)
+}
+
 /// The meaning of an M code of so many tenths.
 pub(super) fn m_meaning(dialect: Dialect, tenths: u32) -> MCode {
     match dialect {
@@ -68,6 +73,66 @@ pub(super) enum MCode {
     KinematicsSwitch,
     ExtruderAbsolute,
     ExtruderRelative,
+    /// Axis words of the block count from another place.
+    MachineCoordinates,
+    /// A cycle runs at the block's end; modal ones at every motion from here on.
+    CycleCall,
+    CycleModal,
+    /// Tool-centre-point control; off behind the motion.
+    Tcp(bool),
+    /// Another state of the control's compensation of rotary motions.
+    TcpOther,
+    /// Rotary axes take the shorter way; off behind the motion.
+    ShortestPath(bool),
+    Feed(FeedMode),
+    /// Displays of rotary axes are reduced.
+    ForgetRotary,
+    /// Axes move that are not named.
+    Elsewhere,
+}
+
+/// What a statement word means beyond what codes mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Statement {
+    /// An arc; a full circle where no axis word says where it ends.
+    ArcAboutCentre,
+    /// At rapid traverse, in this block.
+    RapidHere,
+    /// The end of this motion is cut off.
+    Corner,
+    /// The feed is not a path feed in the program's unit.
+    OtherFeed,
+    /// What F is counted in, and its unit where that is not the program's.
+    FeedUnit(FeedMode, Option<f64>),
+    End,
+    ToolCall,
+    OtherToolAxis,
+    DatumShift,
+    DatumReset,
+    DatumTable,
+    Preset,
+    TiltOff,
+    Tcp(bool),
+    TcpOther,
+    Label,
+    LabelEnd,
+    CallLabel,
+    RepeatLabel,
+    CycleCall,
+    /// A motion whose end is not stated.
+    Contour,
+    Probe,
+    /// A point to go to.
+    Point,
+    /// A point where the tool is.
+    From,
+    /// How the next point is reached.
+    Next(MotionMode),
+    InCycle(bool),
+    Multax(bool),
+    ToolAxis,
+    CoordinateSystem,
+    GoHome,
 }
 
 /// A part of the programmable frame.
@@ -137,6 +202,8 @@ pub(super) enum Code {
     ToolOffset,
     RoundsCorners(bool),
     VectorsInMachine(bool),
+    /// A statement word with a meaning of its own.
+    Statement(Statement),
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,

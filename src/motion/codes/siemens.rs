@@ -87,7 +87,7 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         Keyword::Diameter => Code::Transform(Diameter, true),
         Keyword::DiameterOff => Code::Transform(Diameter, false),
         Keyword::Spline => Code::Motion(MotionMode::Spline),
-        Keyword::Circle => Code::Motion(MotionMode::Arc),
+        Keyword::CircleThrough => Code::Motion(MotionMode::Arc),
         Keyword::Cycle => Code::Cycle,
         Keyword::ModalCycle => Code::ModalCycle,
         Keyword::ModalCall | Keyword::ContourTable => Code::ModalCall,
@@ -102,7 +102,7 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         Keyword::ToolOffset => Code::ToolOffset,
         Keyword::CornerRounding => Code::RoundsCorners(true),
         Keyword::CornerRoundingOff => Code::RoundsCorners(false),
-        Keyword::Preset => Code::OtherShift,
+        Keyword::AxisPreset => Code::OtherShift,
         Keyword::Reposition => Code::Elsewhere,
         _ => Code::Unknown,
     }

@@ -79,7 +79,7 @@ fn mark(line: &[u8]) -> Option<Dialect> {
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
         return Some(Dialect::Siemens);
     }
-    if APT.iter().any(|mark| starts(line, mark)) {
+    if APT.iter().any(|mark| starts(line, mark)) || is_statement_with_slash(line) {
         return Some(Dialect::Apt);
     }
     let without_number = line.trim_ascii_start();
@@ -125,6 +125,14 @@ fn assigns_a_word(statement: &[u8]) -> bool {
             && digits.iter().all(u8::is_ascii_digit));
         is_parameter || ASSIGNED.iter().any(|known| name.eq_ignore_ascii_case(known))
     })
+}
+
+/// `GOTO / …`: an APT statement with blanks before its slash.
+fn is_statement_with_slash(line: &[u8]) -> bool {
+    let letters = line.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let (word, rest) = line.split_at(letters);
+    rest.trim_ascii_start().first() == Some(&b'/')
+        && APT.iter().any(|mark| mark.strip_suffix(b"/").is_some_and(|mark| word.eq_ignore_ascii_case(mark)))
 }
 
 fn starts(line: &[u8], mark: &[u8]) -> bool {
