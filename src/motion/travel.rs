@@ -124,6 +124,10 @@ impl Interpreter {
             });
             self.corner_open |= block.present & R != 0;
         }
+        if kind == MotionKind::Arc && block.absolute & (I | J | K) != 0 {
+            // `I=AC(…)`: a centre that does not move with the ends.
+            reason = Some(Unfollowable::ControlWord);
+        }
         if block.present & bit(self.foreign_address) != 0
             && (block.value(self.foreign_address).is_none()
                 || block.value(self.foreign_address) != self.position.foreign_deg

@@ -73,10 +73,10 @@ keywords! {
     Diameter,
     /// `DIAMOF`.
     DiameterOff,
-    /// `BSPLINE`, `POLY` and their kin.
+    /// `BSPLINE`, `POLY` and their kin, and circles by other points than their centre (`CIP`, `CT`).
     Spline,
-    /// `CIP`, `CT`: a circle.
-    CircleThrough,
+    /// `TURN=`, `FB=`: the motion ends where it says, but takes another course or time there.
+    OtherCourse,
     /// A standard cycle, executed once.
     Cycle,
     /// `MCALL CYCLE81(…)`: a standard cycle at every motion.
@@ -101,7 +101,7 @@ keywords! {
     Assigned,
     /// `DEF …`.
     Declaration,
-    /// `FB=`, `PO[X]=`, `FLIN`: a word that changes its block in a way that is not followed.
+    /// `PO[X]=`, `FLIN`: a word that changes its block in a way that is not followed.
     BlockWord,
     /// `TOFFL=`, `TCARR=`: another tool length.
     ToolOffset,

@@ -14,6 +14,7 @@ mod program;
 mod programs;
 mod servo;
 mod side_by_side;
+mod siemens;
 mod surface_contact;
 mod tool_vectors;
 mod virtual_cutting;

@@ -377,7 +377,14 @@ fn arcs_end_where_they_say_and_nowhere_else() {
     let (arc, opaque) = (MotionKind::Arc, MotionKind::Opaque);
     assert_eq!(
         kinds,
-        [(arc, true), (arc, true), (arc, true), (opaque, false), (MotionKind::Rapid, true), (opaque, false)]
+        [
+            (arc, true),
+            (arc, true),
+            (opaque, false),
+            (opaque, false),
+            (MotionKind::Rapid, true),
+            (opaque, false)
+        ]
     );
 }
 
