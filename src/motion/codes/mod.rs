@@ -178,8 +178,6 @@ pub(super) enum Code {
     Call,
     ModalCall,
     EndModalCall,
-    /// A statement word with a meaning of its own.
-    Statement(Statement),
     /// TRANS, ROT, SCALE, MIRROR; true: added to the programmable frame, not in place of it.
     ProgramFrame(ProgramFrame, bool),
     /// MCALL of a standard cycle, which leaves modes as they are.
@@ -196,7 +194,7 @@ pub(super) enum Code {
     OrientationWord,
     /// Another axis moves, perhaps one of the machine's five under another name.
     OtherAxis,
-    /// A name that nothing is known of stands in the block.
+    /// A word that nothing is known of, or that changes the course of the motion and not its end.
     ForeignWord,
     /// Changes the motion of its block.
     BlockWord,
@@ -204,6 +202,8 @@ pub(super) enum Code {
     ToolOffset,
     RoundsCorners(bool),
     VectorsInMachine(bool),
+    /// A statement word with a meaning of its own.
+    Statement(Statement),
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,
