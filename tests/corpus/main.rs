@@ -1,7 +1,10 @@
 //! Laws and oracles over real programs. They run where `TRUNNION_SHARED` names the folder that holds them.
 
 mod compensation;
+#[path = "../models/displaced.rs"]
+mod displaced;
 mod kinematics;
+mod one_pass;
 mod program;
 mod rotary_sphere;
 #[path = "../models/tables.rs"]

@@ -2,6 +2,7 @@
 //! Included by the test binaries and benches that need them.
 #![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 
+pub mod displaced;
 pub mod finishing;
 pub mod surface_passes;
 pub mod tessellation;
