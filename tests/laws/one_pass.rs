@@ -1,7 +1,13 @@
 //! Laws of compensation in one pass, seen by an independent witness: rotation matrices, axes displaced by hand, the
 //! cutters written out.
-#![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
+#![expect(
+    clippy::panic,
+    clippy::float_cmp,
+    reason = "a test may stop at what it did not expect; what nobody added to is zero to the bit"
+)]
 
+use std::cell::Cell;
+use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use proptest::prelude::*;
@@ -465,6 +471,38 @@ fn a_table_that_turns_with_the_tool_upright_still_turns() {
     assert!(report.max_axis_left.rad() <= cone && report.max_axis_left.rad() > TURNED_RAD);
 }
 
+#[test]
+fn the_stop_signal_is_heard_in_every_step() {
+    let part = blade(ac_machine(), tool(5.0, 5.0), 15, 2);
+    let machine = with_errors(&part.machine, errors());
+    let text = part.program(Form::ContactWords, FeedForm::PerMinute).into_bytes();
+    let parameters = CompensationParameters {
+        wear: Some(wear_step(&part, tool(4.8, 4.8))),
+        location_errors: true,
+        cc: Some(cc_step(&part, 5.0)),
+        servo: Some(ServoStep::new(drives())),
+        ..with_setup(part.setup)
+    };
+    let stopped_after = |calls: u64| {
+        let asked = Cell::new(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            if asked.get() > calls { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let spool = MemorySpool::default();
+        let result =
+            compensate_program(&machine, &parameters, &text, &spool, &mut Vec::new(), &mut (), &stop);
+        (result.map(|_| ()), asked.get())
+    };
+    let (done, asked) = stopped_after(u64::MAX);
+    assert!(done.is_ok() && asked > 20, "{done:?} {asked}");
+    for calls in 0..asked {
+        let (stopped, asked) = stopped_after(calls);
+        assert!(matches!(stopped, Err(Fault::Cancelled)), "{calls}: {stopped:?}");
+        assert_eq!(asked, calls + 1);
+    }
+}
+
 fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
     let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
     match run(machine, &parameters, text) {
@@ -558,7 +596,8 @@ proptest! {
         let mut text = String::from("G90 G21 G94 T1 M6\n");
         for (k, ([x, y, z], [first, second])) in points.iter().enumerate() {
             let code = if k == 0 { "G0" } else { "G1" };
-            text += &format!("{code} X{x:.4} Y{y:.4} Z{z:.4} {}{first:.4} {}{second:.4} F900\n", letters[0], letters[1]);
+            let [a, b] = letters;
+            writeln!(text, "{code} X{x:.4} Y{y:.4} Z{z:.4} {a}{first:.4} {b}{second:.4} F900").expect("text");
         }
         let parameters = CompensationParameters { location_errors: true, ..with_setup(setup) };
         let outcome = run(&free, &parameters, &text);
