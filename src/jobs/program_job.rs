@@ -1,12 +1,11 @@
 //! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
 //! nothing is stored.
 
-use std::ops::ControlFlow;
-
 use thiserror::Error;
 
 use super::part_surface::facets_of;
 use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
+use crate::process::Stop;
 use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
 use crate::wire::{JobDocument, JobOperation, JobState};
 
@@ -43,7 +42,7 @@ pub(super) struct Workplace<'a> {
     /// Threads for work in parts.
     pub(super) threads: &'a Threads,
     /// Breaks when nobody waits for the result any more.
-    pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
+    pub(super) stop: &'a Stop<'a>,
 }
 
 /// What the work has made.
@@ -53,6 +52,8 @@ pub(super) struct Finished {
     pub(super) report: String,
     /// A program or a table, where the operation makes one.
     pub(super) output: Option<Draft>,
+    /// The table of changes, where it makes one.
+    pub(super) changes: Option<Draft>,
 }
 
 /// Why there is no job.
@@ -111,13 +112,13 @@ where
         }
         None => None,
     };
-    let worked = move |threads: &Threads, stop: &dyn Fn() -> ControlFlow<()>| -> Result<_, JobFault> {
+    let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
         // Held by the work, not by the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();
         let surface = job.surface.as_ref();
         let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };
-        let Finished { report, output } = work(place)?;
+        let Finished { report, output, changes } = work(place)?;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -132,6 +133,7 @@ where
             input_sha256: job.program.sha256(),
             surface_sha256: job.surface.as_ref().map(Draft::sha256),
             output_sha256: output.as_ref().map(Draft::sha256),
+            changes_sha256: changes.as_ref().map(Draft::sha256),
             external_id: None,
             problem: None,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -139,7 +141,7 @@ where
             started_at: Some(started_at),
             finished_at: Some(sources.timestamp()),
         };
-        for draft in [Some(job.program), job.surface, output].into_iter().flatten() {
+        for draft in [Some(job.program), job.surface, output, changes].into_iter().flatten() {
             spool.blobs().keep(draft)?;
         }
         let report_sha256 = sha256_hex(report.as_bytes());

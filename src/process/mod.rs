@@ -6,22 +6,26 @@ mod emit;
 mod fault;
 mod inventory;
 mod judge;
+mod numbering;
 mod parameters;
 mod plan;
+mod post;
 mod read_back;
 mod report;
 mod sampler;
 mod series;
 mod simulate;
+mod singularity;
 mod spindle;
 mod stream;
 mod survey;
+mod tool_vectors;
 mod verification;
 mod verify;
 mod warnings;
 mod wear;
 
-pub use compensate::compensate;
+pub use compensate::{compensate, compensate_side_by_side};
 pub use compensation::{
     BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
     ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
@@ -29,10 +33,15 @@ pub use compensation::{
 };
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
+pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
-pub use stream::ProgramSource;
+pub use singularity::{
+    LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
+    SingularityParameters, SingularityReport, treat_singular_regions,
+};
+pub use stream::{ProgramSource, Stop};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,

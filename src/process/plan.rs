@@ -105,13 +105,15 @@ fn divided(
     })
 }
 
-fn resolution(
+pub(super) fn resolution(
     checked: &Checked<'_>,
     motion: &Motion,
     linear_decimals: u8,
     rotary_decimals: u8,
 ) -> Resolution {
+    let axis_decimals = motion.tool_axis.map(|_| rotary_decimals);
     let absolute = Resolution::absolute(linear_decimals, rotary_decimals, motion.mm_per_unit);
+    let absolute = Resolution { axis_decimals, ..absolute };
     if motion.incremental { Resolution { origin: checked.block.ends[0].words, ..absolute } } else { absolute }
 }
 
@@ -139,7 +141,11 @@ fn count(parts: f64) -> Result<u32, LineFaultKind> {
 }
 
 /// Every part must get an F that can be written.
-fn check_feeds(checked: &Checked<'_>, motion: &Motion, nodes: &[Node]) -> Result<(), LineFaultKind> {
+pub(super) fn check_feeds(
+    checked: &Checked<'_>,
+    motion: &Motion,
+    nodes: &[Node],
+) -> Result<(), LineFaultKind> {
     let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
     for segment in segments(&checked.block, nodes) {
         let share = segment.fraction[1] - segment.fraction[0];

@@ -3,7 +3,7 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::inventory::Inventory;
 use super::judge::Checked;
@@ -45,7 +45,7 @@ pub(super) enum Expected<'a> {
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
-    Part { group: Rc<Group<'a>>, index: usize },
+    Part { group: Arc<Group<'a>>, index: usize },
 }
 
 /// What of a motion must not change in a block that is left alone.
@@ -172,6 +172,8 @@ pub(super) struct Verifier<'a> {
     read_back: ReadBack<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
     pub(super) found: BeforeAfter,
+    /// What became of the motions read back, to be taken away.
+    pub(super) judged: Vec<Judged>,
     pub(super) evaluations: u64,
 }
 
@@ -185,33 +187,27 @@ impl<'a> Verifier<'a> {
         Self {
             machine,
             parameters,
-            read_back: ReadBack::new(machine, dialect, options),
+            read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &parameters.setup),
             parts: Vec::new(),
             found: BeforeAfter::default(),
+            judged: Vec::new(),
             evaluations: 0,
         }
     }
 
-    /// What has to come next, in the order written.
-    pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.read_back.await_next(next);
-    }
-
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.read_back.abandon();
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8], note: Note<'_>) -> Result<(), Fault> {
+    /// Reads these bytes of the output, in which the motions expected come next.
+    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut Vec<Expected<'a>>) -> Result<(), Fault> {
+        for next in expected.drain(..) {
+            self.read_back.await_next(next);
+        }
         self.read_back.feed(bytes);
-        self.read(note)
+        self.read()
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory, note: Note<'_>) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.read_back.end();
-        self.read(note)?;
+        self.read()?;
         self.read_back.is_whole(source)
     }
 
@@ -220,16 +216,17 @@ impl<'a> Verifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self, note: Note<'_>) -> Result<(), Fault> {
+    fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             match next {
                 Expected::Same { motion: source, checked } => {
                     self.same(&motion, &source, checked)?;
-                    note(&Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)))?;
+                    self.judged
+                        .push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
                 }
                 Expected::Part { group, index } => {
                     if let Some(after) = self.part(&motion, &group, index)? {
-                        note(&Judged::divided(&group, &after))?;
+                        self.judged.push(Judged::divided(&group, &after));
                     }
                 }
             }
@@ -312,7 +309,7 @@ impl<'a> Verifier<'a> {
 
     /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
     /// block ends them, the extruder never running back.
-    fn carried_along(read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+    pub(super) fn carried_along(read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
         let (line, source) = (group.source.line, &group.source);
         let last = index + 1 == group.division.nodes.len();
         let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
@@ -342,7 +339,7 @@ impl<'a> Verifier<'a> {
     }
 
     /// Every part must take its share of the source block's time.
-    fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
+    pub(super) fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
         let (source, block) = (&group.source, &group.checked.block);
         let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
         let time_s = |feed, segment: &Segment| {
@@ -368,7 +365,7 @@ fn same_contact(a: ContactWords, b: ContactWords) -> bool {
     }
 }
 
-fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
+pub(super) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_POSITION);
     match (a, b) {
         (None, None) => true,

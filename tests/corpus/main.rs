@@ -1,12 +1,16 @@
 //! Laws and oracles over real programs. They run where `TRUNNION_SHARED` names the folder that holds them.
 
 mod compensation;
+mod conversational;
 #[path = "../models/displaced.rs"]
 mod displaced;
 mod kinematics;
+mod linuxcnc;
 mod one_pass;
 mod program;
 mod rotary_sphere;
+mod siemens;
+mod singularity;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;

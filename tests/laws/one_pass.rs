@@ -22,6 +22,7 @@ use trunnion::process::{
 };
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
 use trunnion::units::Length;
+use trunnion::wear::OneAfterAnother;
 
 use super::compensation::witness;
 use super::machines::{any_machine, preset_machine, setup};
@@ -75,7 +76,16 @@ fn run(machine: &Machine, parameters: &CompensationParameters, text: &str) -> Re
     let (mut output, mut changes) = (Vec::new(), Vec::new());
     let (source, spool) = (text.as_bytes().to_vec(), MemorySpool::default());
     let go_on = || ControlFlow::Continue(());
-    let report = compensate_program(machine, parameters, &source, &spool, &mut output, &mut changes, &go_on)?;
+    let report = compensate_program(
+        machine,
+        parameters,
+        &source,
+        &spool,
+        &mut output,
+        &mut changes,
+        &OneAfterAnother,
+        &go_on,
+    )?;
     Ok((String::from_utf8(output).expect("text"), report, changes))
 }
 

@@ -1,14 +1,13 @@
 //! The course of a compensation in one pass: move, compensate the contact's path, run through the drives, sum up.
 
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::ops::ControlFlow;
 
-use super::super::compensate::compensate_from;
+use super::super::compensate::{Upstream, compensate_from};
 use super::super::simulate::simulate_lines;
 use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
-use super::super::{CcReport, Fault, LeftOut, ProgramSource, SimulationParameters};
+use super::super::{CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, Stop};
 use super::budget::{NotModelled, Tally};
 use super::changes::{BlockChange, ChangeSink, ChangeTotals};
 use super::parameters::{CcStep, CompensationParameters, ServoStep};
@@ -20,6 +19,7 @@ use super::{LineCursor, LineMap};
 use crate::kinematics::Setup;
 use crate::machine::{LocationError, Machine, Squareness, Tool};
 use crate::units::{Angle, Length};
+use crate::wear::SideBySide;
 
 /// Compensates a program for everything its parameters name, in one pass over the upload and one more over each step's
 /// text, which rests in `spool`.
@@ -40,12 +40,13 @@ pub fn compensate_program(
     spool: &dyn Spool,
     output: &mut dyn Write,
     changes: &mut dyn ChangeSink,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
 ) -> Result<CompensationReport, Fault> {
     if !parameters.moves() && parameters.cc.is_none() {
         return Err(Fault::NothingAsked);
     }
-    let course = Course { machine, parameters, spool, stop, setup: parameters.real_setup() };
+    let course = Course { machine, parameters, spool, parts, stop, setup: parameters.real_setup() };
     let mut sum = Sum {
         sink: changes,
         totals: ChangeTotals::default(),
@@ -77,7 +78,8 @@ struct Course<'a> {
     machine: &'a Machine,
     parameters: &'a CompensationParameters,
     spool: &'a dyn Spool,
-    stop: &'a dyn Fn() -> ControlFlow<()>,
+    parts: &'a dyn SideBySide,
+    stop: &'a Stop<'a>,
     /// Of the written program.
     setup: Setup,
 }
@@ -109,7 +111,8 @@ impl Course<'_> {
             let bare =
                 &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
             let cc = self.parameters.contact_path(step, self.setup);
-            let path = compensate_from(self.machine, &cc, source, Vec::new(), output, bare, self.stop)?;
+            let source = Upstream { source, lines: Vec::new() };
+            let path = compensate_from(self.machine, &cc, source, output, bare, self.parts, self.stop)?;
             return Ok(Done { moved: None, path: Some(path), has_errors, setup: self.setup });
         }
         let mut text = BufWriter::new(self.spool.create(Place::Moved)?);
@@ -168,8 +171,8 @@ impl Course<'_> {
         };
         let cc = self.parameters.contact_path(step, setup);
         let text = Resting { spool: self.spool, place: Place::Moved };
-        let lines = vec![LineCursor::new(&moved.lines)];
-        compensate_from(self.machine, &cc, &text, lines, output, join, self.stop)
+        let source = Upstream { source: &text, lines: vec![LineCursor::new(&moved.lines)] };
+        compensate_from(self.machine, &cc, source, output, join, self.parts, self.stop)
     }
 
     /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
@@ -218,7 +221,7 @@ impl Course<'_> {
     /// Puts servo lag to what became of the motions.
     fn join(&self, has_lags: bool, note: Note<'_>) -> Result<(), Fault> {
         let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
-        let mut lags: Option<BufReader<Box<dyn Read + '_>>> =
+        let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
             if has_lags { Some(BufReader::new(self.spool.open(Place::Lags)?)) } else { None };
         let mut lag = lags.as_mut().map_or(Ok(None), |lags| record::take_lag(lags))?;
         let mut motions = 0_u64;

@@ -1,6 +1,7 @@
 //! Where a program rests between two steps: places that the caller gives, a file each, say.
 
 use std::io::{self, Read, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::super::ProgramSource;
 
@@ -25,7 +26,7 @@ impl Place {
 }
 
 /// Places to put text in and read it from again; what is put there is of no use once the compensation is done.
-pub trait Spool {
+pub trait Spool: Sync {
     /// An empty place to be written, in place of what was there.
     ///
     /// # Errors
@@ -36,7 +37,7 @@ pub trait Spool {
     ///
     /// # Errors
     /// It cannot be opened.
-    fn open(&self, place: Place) -> io::Result<Box<dyn Read + '_>>;
+    fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>>;
 }
 
 /// A program that rests in a spool.
@@ -46,20 +47,25 @@ pub(super) struct Resting<'a> {
 }
 
 impl ProgramSource for Resting<'_> {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         self.spool.open(self.place)
     }
 }
 
 /// Places in memory: for short programs.
 #[derive(Debug, Default)]
-pub struct MemorySpool([std::cell::RefCell<Vec<u8>>; 5]);
+pub struct MemorySpool([Mutex<Vec<u8>>; 5]);
 
-struct MemoryWriter<'a>(&'a std::cell::RefCell<Vec<u8>>);
+struct MemoryWriter<'a>(&'a Mutex<Vec<u8>>);
+
+/// Nobody panics while holding one, and text that was half written is thrown away anyway.
+fn held(place: &Mutex<Vec<u8>>) -> MutexGuard<'_, Vec<u8>> {
+    place.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 impl Write for MemoryWriter<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().extend_from_slice(bytes);
+        held(self.0).extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
@@ -71,11 +77,11 @@ impl Write for MemoryWriter<'_> {
 impl Spool for MemorySpool {
     fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
         let cell = &self.0[place as usize];
-        cell.borrow_mut().clear();
+        held(cell).clear();
         Ok(Box::new(MemoryWriter(cell)))
     }
 
-    fn open(&self, place: Place) -> io::Result<Box<dyn Read + '_>> {
-        Ok(Box::new(io::Cursor::new(self.0[place as usize].borrow().clone())))
+    fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>> {
+        Ok(Box::new(io::Cursor::new(held(&self.0[place as usize]).clone())))
     }
 }
