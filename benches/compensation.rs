@@ -14,9 +14,11 @@ use trunnion::kinematics::{JointLanes, Kinematics, PoseLanes, Setup, ToolPose};
 use trunnion::machine::Tool;
 use trunnion::motion::{AxisWords, Interpolation};
 use trunnion::process::{
-    CcParameters, ContactSource, ProgramSource, WearParameters, WornCutter, compensate, compensate_wear,
+    CcParameters, ContactSource, ProgramSource, WearParameters, WornCutter, compensate_side_by_side,
+    compensate_wear,
 };
 use trunnion::units::Length;
+use trunnion::wear::{OneAfterAnother, SideBySide};
 
 #[path = "../tests/models/mod.rs"]
 mod models;
@@ -24,8 +26,30 @@ mod models;
 struct OnDisk(PathBuf);
 
 impl ProgramSource for OnDisk {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         Ok(Box::new(File::open(&self.0)?))
+    }
+}
+
+/// Every part but the first in a thread of its own.
+struct Threads(usize);
+
+impl SideBySide for Threads {
+    fn parts(&self) -> usize {
+        self.0
+    }
+
+    fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
+        std::thread::scope(|scope| {
+            let mut parts = parts.into_iter();
+            let own = parts.next();
+            for part in parts {
+                scope.spawn(part);
+            }
+            if let Some(part) = own {
+                part();
+            }
+        });
     }
 }
 
@@ -87,28 +111,30 @@ fn main() -> io::Result<()> {
         let path = folder.path().join("program.nc");
         let bytes = write_program(&path, contact_words)?;
         let parameters = CcParameters { contact, ..CcParameters::new(tool) };
-        let mut seconds = Vec::new();
-        let mut report = None;
-        for _ in 0..3 {
-            let mut output = File::create(folder.path().join("output.nc"))?;
-            let start = Instant::now();
-            let done = compensate(&machine, &parameters, &OnDisk(path.clone()), &mut output, &|| {
-                ControlFlow::Continue(())
-            });
-            seconds.push(start.elapsed().as_secs_f64());
-            report = Some(done.expect("compensated"));
+        for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
+            let mut seconds = Vec::new();
+            let mut report = None;
+            for _ in 0..3 {
+                let mut output = File::create(folder.path().join("output.nc"))?;
+                let start = Instant::now();
+                let source = OnDisk(path.clone());
+                let stop = || ControlFlow::Continue(());
+                let done = compensate_side_by_side(&machine, &parameters, &source, &mut output, parts, &stop);
+                seconds.push(start.elapsed().as_secs_f64());
+                report = Some(done.expect("compensated"));
+            }
+            let report = report.expect("three runs");
+            let seconds = median(seconds);
+            println!(
+                "whole pipeline, contact {name}, {cores}: {:.2} M blocks/s, {:.0} MB/s; {} of {} motions over tolerance, {} blocks out; peak {:.0} MiB",
+                f64::from(BLOCKS) / seconds / 1e6,
+                bytes as f64 / seconds / 1e6,
+                report.motions_over_tolerance,
+                report.motions_checked,
+                report.blocks_out,
+                peak_memory_mib(),
+            );
         }
-        let report = report.expect("three runs");
-        let seconds = median(seconds);
-        println!(
-            "whole pipeline, contact {name}: {:.2} M blocks/s, {:.0} MB/s; {} of {} motions over tolerance, {} blocks out; peak {:.0} MiB",
-            f64::from(BLOCKS) / seconds / 1e6,
-            bytes as f64 / seconds / 1e6,
-            report.motions_over_tolerance,
-            report.motions_checked,
-            report.blocks_out,
-            peak_memory_mib(),
-        );
     }
     worn(&machine, tool, &folder.path().join("worn.nc"))?;
     one_by_one(&machine, tool);

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::{BufWriter, Write};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -13,7 +12,9 @@ use super::program_job::{Finished, Workplace, run_program_job};
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
+use crate::process::Stop;
 use crate::store::{JobRow, Store};
+use crate::wear::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport, Fault, Provenance};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
@@ -22,6 +23,10 @@ pub trait Compensator: Send + Sync + fmt::Debug {
     ///
     /// # Errors
     /// Why there is no program; what was written so far is then dropped.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what is compensated, into what, and under which conditions"
+    )]
     fn compensate(
         &self,
         machine: &Machine,
@@ -29,7 +34,8 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        parts: &dyn SideBySide,
+        stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault>;
 
     /// The figure of a report, as SVG text.
@@ -134,13 +140,20 @@ pub async fn compensate(
         spool,
         sources,
         job,
-        move |Workplace { program, surface, spool, stop, .. }| {
+        move |Workplace { program, surface, spool, threads, stop }| {
             let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
             let CompensationRequest { machine, parameters, tool, .. } = &request;
             let part = part_surface(surface, &parameters.surface_reading(), stop)?;
             let contact = ToolAndPart { tool: *tool, part };
-            let findings =
-                compensator.compensate(machine, parameters, contact, program.path(), &mut output, stop)?;
+            let findings = compensator.compensate(
+                machine,
+                parameters,
+                contact,
+                program.path(),
+                &mut output,
+                threads,
+                stop,
+            )?;
             let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
             let provenance = Provenance {
                 machine_revision,

@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use super::PartSurfaceFault;
+use crate::process::Stop;
 use crate::surface::Mesh;
 use crate::wear::SideBySide;
 
@@ -117,7 +118,7 @@ impl Compute {
     pub async fn run<T, F>(&self, work: F) -> Result<T, ComputeFault>
     where
         T: Send + 'static,
-        F: FnOnce(&dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+        F: FnOnce(&Stop<'_>) -> T + Send + 'static,
     {
         self.run_with(|_threads, stop| work(stop)).await
     }
@@ -129,7 +130,7 @@ impl Compute {
     pub async fn run_in_parts<T, F>(&self, work: F) -> Result<T, ComputeFault>
     where
         T: Send + 'static,
-        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+        F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
         self.run_with(work).await
     }
@@ -137,7 +138,7 @@ impl Compute {
     async fn run_with<T, F>(&self, work: F) -> Result<T, ComputeFault>
     where
         T: Send + 'static,
-        F: FnOnce(&Threads, &dyn Fn() -> ControlFlow<()>) -> T + Send + 'static,
+        F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;

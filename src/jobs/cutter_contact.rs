@@ -1,7 +1,6 @@
 //! The service's compensator: the core's compensation and its report in the words of the wire.
 
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::program_file::FileSource;
@@ -12,8 +11,9 @@ use crate::geometry::Vec3;
 use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process;
+use crate::process::{self, Stop};
 use crate::units::{Feedrate, Length, UM_PER_MM};
+use crate::wear::SideBySide;
 use crate::wire::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault,
     Interpolation, Output,
@@ -31,10 +31,12 @@ impl Compensator for CutterContactCompensator {
         ToolAndPart { tool, part }: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        parts: &dyn SideBySide,
+        stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
         let parameters = process::CcParameters { part, ..core_parameters(parameters, tool)? };
-        let report = process::compensate(machine, &parameters, &FileSource(source), output, stop)
+        let source = FileSource(source);
+        let report = process::compensate_side_by_side(machine, &parameters, &source, output, parts, stop)
             .map_err(in_words_of_the_wire)?;
         Ok(findings(&report))
     }

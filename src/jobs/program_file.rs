@@ -10,7 +10,7 @@ use crate::process::ProgramSource;
 pub(super) struct FileSource<'a>(pub(super) &'a Path);
 
 impl ProgramSource for FileSource<'_> {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         Ok(Box::new(File::open(self.0)?))
     }
 }

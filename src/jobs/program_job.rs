@@ -1,12 +1,11 @@
 //! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
 //! nothing is stored.
 
-use std::ops::ControlFlow;
-
 use thiserror::Error;
 
 use super::part_surface::facets_of;
 use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
+use crate::process::Stop;
 use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
 use crate::wire::{JobDocument, JobOperation, JobState};
 
@@ -43,7 +42,7 @@ pub(super) struct Workplace<'a> {
     /// Threads for work in parts.
     pub(super) threads: &'a Threads,
     /// Breaks when nobody waits for the result any more.
-    pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
+    pub(super) stop: &'a Stop<'a>,
 }
 
 /// What the work has made.
@@ -111,7 +110,7 @@ where
         }
         None => None,
     };
-    let worked = move |threads: &Threads, stop: &dyn Fn() -> ControlFlow<()>| -> Result<_, JobFault> {
+    let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
         // Held by the work, not by the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();

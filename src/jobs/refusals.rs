@@ -30,6 +30,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
+        process::Fault::NothingAsked => plain(RefusalClass::Parameter, None, Vec::new()),
         process::Fault::NoSuchTool { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/tool_number", detail.clone())])
         }

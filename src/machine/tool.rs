@@ -40,6 +40,9 @@ impl Tool {
     /// The largest cutter radius taken for real \[mm\].
     pub const MAX_RADIUS_MM: f64 = 1000.0;
 
+    /// A ball of radius 1 mm, where no number depends on the cutter.
+    pub const UNIT_BALL: Self = Self { radius: Length::from_mm(1.0), corner_radius: Length::from_mm(1.0) };
+
     /// A tool of cutter radius R and corner radius r.
     ///
     /// # Errors

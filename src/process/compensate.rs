@@ -1,22 +1,40 @@
 //! Cutter-contact compensation of a whole program, streamed: read, judge, divide, write, read back.
+//!
+//! Two hands work side by side where there are two: one judges and writes a stretch of the program while the other reads
+//! back what was written of the stretch before and reads the next one. What comes out does not depend on it.
 
 use std::io::Write;
-use std::ops::ControlFlow;
-use std::rc::Rc;
+use std::sync::Arc;
 
+use super::compensation::{LineCursor, LineMap, line_ends};
 use super::emit::Emitter;
 use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
-use super::stream::{Passage, Passages};
+use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::verify::{Expected, Group, Meaning, Verifier};
-use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, WarningKind};
-use crate::contact::Correction;
+use super::verify::{Expected, Group, Meaning, Note, Verifier};
+use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
+use crate::contact::{Correction, Node, SourceBlock};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
 use crate::program::{Batch, Dialect};
+use crate::wear::{OneAfterAnother, SideBySide};
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
+///
+/// # Errors
+/// Those of [`compensate_side_by_side`].
+pub fn compensate(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<CcReport, Fault> {
+    compensate_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
+}
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0).
 ///
@@ -28,13 +46,39 @@ use crate::program::{Batch, Dialect};
 ///
 /// # Errors
 /// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
-pub fn compensate(
+pub fn compensate_side_by_side(
     machine: &Machine,
     parameters: &CcParameters,
     source: &dyn ProgramSource,
     output: &mut dyn Write,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
+    let source = Upstream { source, lines: Vec::new() };
+    Ok(compensate_from(machine, parameters, source, output, &mut |_| Ok(()), parts, stop)?.0)
+}
+
+/// A program that was itself written from the upload.
+pub(super) struct Upstream<'a> {
+    pub(super) source: &'a dyn ProgramSource,
+    /// Lead from its lines to those of the upload, one after the other.
+    pub(super) lines: Vec<LineCursor<'a>>,
+}
+
+/// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
+/// Beside the report the lines of blocks that came in.
+///
+/// # Errors
+/// As [`compensate_side_by_side`].
+pub(super) fn compensate_from(
+    machine: &Machine,
+    parameters: &CcParameters,
+    Upstream { source, lines }: Upstream<'_>,
+    output: &mut dyn Write,
+    note: Note<'_>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<(CcReport, LineMap), Fault> {
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let kinematics = Kinematics::new(machine, &parameters.setup);
@@ -42,53 +86,126 @@ pub fn compensate(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
-    let mut run: Option<Run<'_>> = None;
-    passages.work(stop, |passage, following, dialect| {
-        let run = run.get_or_insert_with(|| {
-            Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
-        });
-        run.passage(passage, following, output, stop)
-    })?;
-    let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
-    if run.judge.faults.total > 0 {
-        return Err(Fault::Lines(run.judge.faults));
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
+    let (mut present, mut next) = (Stretch::default(), Stretch::default());
+    passages.fill(&mut present)?;
+    let dialect = passages.dialect();
+    let mut work = Work::new(machine, &kinematics, parameters, survey, contact);
+    let mut verifier = Verifier::new(machine, parameters, dialect, options);
+    let (mut writing, mut written) = (Written::default(), Written::default());
+    while !present.passages.is_empty() || !written.text.is_empty() {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let is_refused = passages.is_refused();
+        work.largest_after_mm = verifier.found.after.max_mm();
+        let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
+        parts.run(vec![
+            Box::new(|| {
+                if !is_refused {
+                    worked = work.stretch(&present, &mut writing, stop);
+                }
+            }),
+            Box::new(|| {
+                checked = verifier.take(&written.text, &mut written.expected);
+                if next.passages.is_empty() {
+                    filled = passages.fill(&mut next);
+                }
+            }),
+        ]);
+        checked?;
+        output.write_all(&written.text)?;
+        verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
+        worked.and(filled)?;
+        work.check_budget(verifier.evaluations)?;
+        written.clear();
+        if is_refused || work.faults() {
+            // A faulty program is looked at to its end, so that every fault is named, but no longer written.
+            writing.clear();
+        }
+        std::mem::swap(&mut writing, &mut written);
+        if is_refused || work.is_done(&present) {
+            work.at = Place::default();
+            passages.recycle_all(&mut present);
+            std::mem::swap(&mut present, &mut next);
+        }
     }
-    run.inventory.inserted += run.emitter.feed_blocks;
-    run.verifier.finish(&run.inventory)?;
+    passages.refusals()?;
+    if passages.motions == 0 {
+        return Err(Fault::NoMotion);
+    }
+    if work.faults() {
+        return Err(Fault::Lines(work.judge.faults));
+    }
+    work.inventory.inserted += work.emitter.feed_blocks;
+    verifier.finish(&work.inventory)?;
+    verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
-    passages.warn(&mut run.judge.warnings);
-    Ok(run.report(passages.dialect(), passages.blocks))
+    passages.warn(&mut work.judge.warnings);
+    let lines = std::mem::take(&mut work.lines);
+    Ok((work.report(verifier, dialect, passages.blocks), lines))
 }
 
-/// What was written is read back and handed on when it has come to this \[bytes\], or with its batch.
-const FLUSH_BYTES: usize = 1 << 18;
+/// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
+const HAND_OVER_BYTES: usize = 4 << 20;
+
+/// How far the ends of the parts are from where the block has them at most \[mm\].
+fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
+    let inner = nodes.split_last().map_or(&[][..], |(_, inner)| inner);
+    let off =
+        |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
+    inner.iter().map(off).fold(0.0, f64::max)
+}
+
+/// Text of the output, and what it has to mean.
+#[derive(Debug, Default)]
+struct Written<'a> {
+    text: Vec<u8>,
+    expected: Vec<Expected<'a>>,
+}
+
+impl Written<'_> {
+    fn clear(&mut self) {
+        self.text.clear();
+        self.expected.clear();
+    }
+}
+
+/// How far a stretch has been worked off.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    passage: usize,
+    motion: usize,
+    /// Blocks of the passage that are written.
+    copied: usize,
+}
 
 /// The work in progress.
-struct Run<'a> {
+struct Work<'a> {
     parameters: &'a CcParameters,
     machine: &'a Machine,
     survey: Survey,
     contact: ContactSource,
     judge: Judge<'a>,
     emitter: Emitter,
-    verifier: Verifier<'a>,
-    out: Vec<u8>,
+    at: Place,
+    /// The largest deviation found in the written text so far \[mm\].
+    largest_after_mm: f64,
     checked: u64,
     over: u64,
     inventory: Inventory,
     uses_tcp: bool,
+    /// Of inserted blocks, in the lines of what is read.
+    lines: LineMap,
 }
 
-impl<'a> Run<'a> {
+impl<'a> Work<'a> {
     fn new(
         machine: &'a Machine,
         kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
         survey: Survey,
         contact: ContactSource,
-        dialect: Dialect,
-        options: InterpreterOptions,
     ) -> Self {
         Self {
             parameters,
@@ -97,35 +214,62 @@ impl<'a> Run<'a> {
             contact,
             judge: Judge::new(machine, kinematics, parameters, contact),
             emitter: Emitter::default(),
-            verifier: Verifier::new(machine, parameters, dialect, options),
-            out: Vec::new(),
+            at: Place::default(),
+            largest_after_mm: 0.0,
             checked: 0,
             over: 0,
             inventory: Inventory::default(),
             uses_tcp: false,
+            lines: LineMap::default(),
         }
     }
 
-    /// Compensates one batch, reads it back and writes it.
+    fn faults(&self) -> bool {
+        self.judge.faults.total > 0
+    }
+
+    fn is_done(&self, stretch: &Stretch) -> bool {
+        self.at.passage >= stretch.passages.len()
+    }
+
+    /// Goes on with a stretch, to its end or until enough is written to be handed over.
+    fn stretch(&mut self, stretch: &Stretch, out: &mut Written<'a>, stop: &Stop<'_>) -> Result<(), Fault> {
+        while let Some(passage) = stretch.passages.get(self.at.passage) {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            if self.at.motion == 0 && self.at.copied == 0 {
+                self.inventory.see(&passage.batch);
+                self.judge.prepare(&passage.motions);
+            }
+            if !self.passage(passage, stretch.following(self.at.passage), out, stop)? {
+                return Ok(());
+            }
+            self.at = Place { passage: self.at.passage + 1, ..Place::default() };
+            if self.faults() {
+                out.clear();
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes on with a batch: true at its end, false where enough is written.
     fn passage(
         &mut self,
         passage: &Passage,
         following: Option<&Motion>,
-        output: &mut dyn Write,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<(), Fault> {
+        out: &mut Written<'a>,
+        stop: &Stop<'_>,
+    ) -> Result<bool, Fault> {
         let Passage { batch, motions } = passage;
-        self.inventory.see(batch);
-        let mut copied = 0;
-        self.judge.prepare(motions);
-        for (index, motion) in motions.iter().enumerate() {
+        while let Some(motion) = motions.get(self.at.motion) {
             let text =
                 batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
-            let largest = self.verifier.found.after.max_mm();
-            let verdict = self.judge.judge(motions, index, following, text, largest);
+            let verdict = self.judge.judge(motions, self.at.motion, following, text, self.largest_after_mm);
+            self.at.motion += 1;
             self.checked += u64::from(verdict.is_some());
             let changed = match verdict {
                 Some(Verdict::Over(checked)) => {
@@ -133,43 +277,28 @@ impl<'a> Run<'a> {
                     if stop().is_break() {
                         return Err(Fault::Cancelled);
                     }
-                    let changed = self.divide(batch, motion, text, checked, &mut copied)?;
-                    if changed && self.out.len() > FLUSH_BYTES {
-                        self.flush(output)?;
-                    }
-                    changed
+                    self.divide(batch, motion, text, checked, out)?
                 }
                 verdict => {
                     let checked = match verdict {
                         Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
                         _ => None,
                     };
-                    if self.judge.faults.total == 0 {
-                        self.verifier.await_next(Expected::Same { motion: Meaning::of(motion), checked });
+                    if !self.faults() {
+                        out.expected.push(Expected::Same { motion: Meaning::of(motion), checked });
                     }
-                    self.restore_feed(batch, motion, &mut copied)?
+                    self.restore_feed(batch, motion, out)?
                 }
             };
             if changed {
-                copied = motion.block as usize + 1;
+                self.at.copied = motion.block as usize + 1;
+                if out.text.len() > HAND_OVER_BYTES {
+                    return Ok(false);
+                }
             }
         }
-        self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
-        self.flush(output)
-    }
-
-    /// Reads back what was written so far, and hands it on. A faulty program is judged to its end, so that every
-    /// fault is named, but no longer written.
-    fn flush(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
-        self.check_budget()?;
-        if self.judge.faults.total == 0 {
-            self.verifier.take(&self.out)?;
-            output.write_all(&self.out)?;
-        } else {
-            self.verifier.abandon();
-        }
-        self.out.clear();
-        Ok(())
+        out.text.extend_from_slice(batch.blocks_text(self.at.copied, batch.blocks().len()));
+        Ok(true)
     }
 
     /// Copies the blocks before this motion's, then writes its parts.
@@ -179,7 +308,7 @@ impl<'a> Run<'a> {
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
-        copied: &mut usize,
+        out: &mut Written<'a>,
     ) -> Result<bool, Fault> {
         let spent = &mut self.judge.evaluations;
         let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, spent);
@@ -202,36 +331,50 @@ impl<'a> Run<'a> {
         if !division.carries_feed {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
-        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+        out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
+        let written_from = out.text.len();
         self.emitter
-            .write_division(batch, &checked, motion, &division, &mut self.out)
+            .write_division(batch, &checked, motion, &division, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
         self.inventory.inserted += division.nodes.len() as u64 - 1;
-        let group = Rc::new(Group { source: *motion, checked, division });
-        for index in 0..group.division.nodes.len() {
-            if self.judge.faults.total > 0 {
-                break;
-            }
-            self.verifier.await_next(Expected::Part { group: Rc::clone(&group), index });
+        let correction_mm = correction_mm(&checked.block, &division.nodes);
+        let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
+        if !self.faults() {
+            let parts = 0..group.division.nodes.len();
+            out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
         }
         Ok(true)
     }
 
     /// Gives a block left alone its feed back, where divided blocks before it took it.
-    fn restore_feed(&mut self, batch: &Batch, motion: &Motion, copied: &mut usize) -> Result<bool, Fault> {
+    fn restore_feed(&mut self, batch: &Batch, motion: &Motion, out: &mut Written<'a>) -> Result<bool, Fault> {
         if !self.emitter.owes_feed() {
             return Ok(false);
         }
-        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-        *copied = motion.block as usize;
-        self.emitter
-            .restore_feed(batch, motion, &mut self.out)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })
+        out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
+        self.at.copied = motion.block as usize;
+        let (blocks, written_from) = (self.emitter.feed_blocks, out.text.len());
+        let changed = self
+            .emitter
+            .restore_feed(batch, motion, &mut out.text)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        if self.emitter.feed_blocks > blocks {
+            self.note_lines(batch, motion, &out.text[written_from..], 0)?;
+        }
+        Ok(changed)
     }
 
-    fn check_budget(&self) -> Result<(), Fault> {
+    /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.
+    fn note_lines(&mut self, batch: &Batch, motion: &Motion, written: &[u8], own: u64) -> Result<(), Fault> {
+        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+        self.lines.insert(line.saturating_sub(u64::from(own == 0)), line_ends(written).saturating_sub(own))
+    }
+
+    /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
+    fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
         let budget = &self.parameters.budget;
-        if self.judge.evaluations + self.verifier.evaluations > budget.max_evaluations {
+        if self.judge.evaluations + verifying > budget.max_evaluations {
             return Err(Fault::TooCostly {
                 what: "evaluations of the deviation",
                 limit: budget.max_evaluations,
@@ -243,14 +386,14 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn report(mut self, dialect: Dialect, blocks_in: u64) -> CcReport {
+    fn report(mut self, verifier: Verifier<'_>, dialect: Dialect, blocks_in: u64) -> CcReport {
         let warnings = &mut self.judge.warnings;
         if self.checked == 0 {
             warnings.add(WarningKind::NothingChecked, None);
         } else if self.contact == ContactSource::FeedPlane {
             warnings.add(WarningKind::ContactAssumed, None).count = self.checked;
         }
-        let after = self.verifier.found.after.summary();
+        let after = verifier.found.after.summary();
         if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {
             warnings.add_distance(
                 WarningKind::ToleranceNotReached,
@@ -264,14 +407,14 @@ impl<'a> Run<'a> {
             interpolation,
             contact: self.contact,
             blocks_in,
-            blocks_out: self.verifier.blocks(),
+            blocks_out: verifier.blocks(),
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
             feeds_restored: self.emitter.feeds_restored,
-            before: self.verifier.found.before.summary(),
+            before: verifier.found.before.summary(),
             after,
-            cc_path_length_mm: self.verifier.found.before.path_mm(),
-            series: self.verifier.found.series,
+            cc_path_length_mm: verifier.found.before.path_mm(),
+            series: verifier.found.series,
             warnings: self.judge.warnings.into_list(),
         }
     }

@@ -66,21 +66,36 @@ pub enum LineFaultKind {
     #[error(transparent)]
     Shift(#[from] ShiftFault),
     /// An arc whose ends would move by different vectors, or whose course the contact does not follow.
-    #[error("the worn cutter's arc would be no arc: {why}; post it as lines")]
+    #[error("the moved arc would be no arc: {why}; post it as lines")]
     ArcShift {
         /// What differs.
         why: &'static str,
     },
     /// A motion that has to move for the worn cutter and cannot be followed.
-    #[error("the motion has to be moved for the worn cutter, but {0}")]
+    #[error("the motion has to be moved, but {0}")]
     NotMovable(Unfollowable),
-    /// The same under another work offset.
+    /// A motion of another tool on a machine whose words depend on the tool's length.
     #[error(
-        "the motion has to be moved for the worn cutter, but another work offset than the first is active"
+        "another tool than that of the first cut is in the spindle, and on a machine with head axes linear words depend on its length"
     )]
+    OtherToolLength,
+    /// A tool axis that the machine as it is does not reach.
+    #[error(
+        "the machine as it is does not reach this tool axis: it stands {tilt_deg}° from the rotary axis next to the workpiece, within reach are {min_deg}° to {max_deg}°"
+    )]
+    OutOfReach {
+        /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
+        tilt_deg: f64,
+        /// Smallest angle within reach \[deg\].
+        min_deg: f64,
+        /// Largest angle within reach \[deg\].
+        max_deg: f64,
+    },
+    /// The same under another work offset.
+    #[error("the motion has to be moved, but another work offset than the first is active")]
     OtherWorkOffset,
     /// The same where not all five axes are known.
-    #[error("the motion has to be moved for the worn cutter, but not all five axes are known here")]
+    #[error("the motion has to be moved, but not all five axes are known here")]
     PositionUnknown,
     /// A cut by another tool than the first, while none was named.
     #[error(
@@ -196,6 +211,9 @@ pub enum Fault {
         /// `end` or `side`.
         milling: &'static str,
     },
+    /// A compensation without a step.
+    #[error("no step was asked for: name one of `wear`, `location_errors` and `cc`")]
+    NothingAsked,
     /// A tool was named that no motion is made with.
     #[error("no motion is made with tool T{number}: it is never put in by M6")]
     NoSuchTool {

@@ -1,6 +1,7 @@
 //! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
 
 mod compensate;
+mod compensation;
 mod emit;
 mod fault;
 mod inventory;
@@ -21,7 +22,12 @@ mod verify;
 mod warnings;
 mod wear;
 
-pub use compensate::compensate;
+pub use compensate::{compensate, compensate_side_by_side};
+pub use compensation::{
+    BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
+    ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
+    MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
+};
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
@@ -29,9 +35,9 @@ pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
 pub use singularity::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
-    SingularityParameters, SingularityReport, treat_singular_regions,
+    SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
-pub use stream::ProgramSource;
+pub use stream::{ProgramSource, Stop};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,

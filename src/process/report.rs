@@ -115,6 +115,10 @@ pub enum WarningKind {
     Uncut,
     /// A cutter that reaches beyond the nominal one.
     LargerCutter,
+    /// Posted anew inside the pole cone.
+    HeldAtPole,
+    /// Posted anew under tool-centre-point control.
+    ControlCalibrated,
 }
 
 impl WarningKind {
@@ -142,6 +146,8 @@ impl WarningKind {
             Self::CutWithOneTool => "several_tools",
             Self::Uncut => "uncut",
             Self::LargerCutter => "larger_cutter",
+            Self::HeldAtPole => "pole_hold",
+            Self::ControlCalibrated => "control_calibrated",
         }
     }
 
@@ -201,6 +207,12 @@ impl WarningKind {
             }
             Self::LargerCutter => {
                 "the cutter reaches beyond the nominal one: motions without a contact of their own keep the shift of the last contact, and whether approaches and links are clear is not looked at; verify the program"
+            }
+            Self::HeldAtPole => {
+                "the tool stands nearly along the rotary axis next to the workpiece: that axis keeps its last correction, the other fits best, the tip stays exact"
+            }
+            Self::ControlCalibrated => {
+                "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are places of the workpiece, and only rotary words were posted anew"
             }
             Self::CutWithOneTool => {
                 "the tool was changed before; every motion is cut with the one cutter all the same"

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 use super::Fault;
-use super::simulate::{LeftOutReason, SimulationParameters};
+use super::simulate::{LeftOutReason, LinePeaks, SimulationParameters};
 use crate::contact::{BlockTime, block_time_s, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{JointLanes, Kinematics};
@@ -97,6 +97,10 @@ pub(super) struct Sampler<'a> {
     /// Lengths of the averages, with a profile.
     average_lengths: Option<[usize; 2]>,
     stop: &'a dyn Fn() -> ControlFlow<()>,
+    /// Who gets the largest contour error of every line.
+    pub(super) peaks: Option<LinePeaks<'a>>,
+    /// The line whose samples are coming in, and its largest so far \[mm\].
+    peak: Option<(u64, f64)>,
     /// Distance of the end of the last piece.
     reached: f64,
     /// Time from the end of the last piece to the next sample \[s\].
@@ -130,6 +134,8 @@ impl<'a> Sampler<'a> {
             averages: None,
             average_lengths: parameters.profile.map(|profile| profile.averages(fastest, *period_s)),
             stop,
+            peaks: None,
+            peak: None,
             reached: 0.0,
             wait_s: 0.0,
             lanes: JointLanes::default(),
@@ -188,6 +194,7 @@ impl<'a> Sampler<'a> {
         }
         self.flush()?;
         self.run.lift();
+        self.tell_peaks(false)?;
         self.pieces.clear();
         self.averages = None;
         (self.reached, self.wait_s) = (0.0, 0.0);
@@ -276,6 +283,25 @@ impl<'a> Sampler<'a> {
         self.run.follow(&self.lanes, &self.lines)?;
         self.lanes.clear();
         self.lines.clear();
-        Ok(())
+        self.tell_peaks(false)
+    }
+
+    /// Hands on the lines that were judged to their end; at the end of the program the last one too.
+    pub(super) fn tell_peaks(&mut self, all: bool) -> Result<(), Fault> {
+        let Some(peaks) = &mut self.peaks else { return Ok(()) };
+        for (line, peak_mm) in self.run.take_line_peaks() {
+            match &mut self.peak {
+                Some((same, largest_mm)) if *same == line => *largest_mm = largest_mm.max(peak_mm),
+                held => {
+                    if let Some((line, largest_mm)) = held.replace((line, peak_mm)) {
+                        peaks(line, largest_mm)?;
+                    }
+                }
+            }
+        }
+        match self.peak.filter(|_| all) {
+            Some((line, largest_mm)) => peaks(line, largest_mm),
+            None => Ok(()),
+        }
     }
 }

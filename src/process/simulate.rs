@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::compensation::LineCursor;
 use super::sampler::{Piece, Sampler};
 use super::stream::Passages;
 use super::{Fault, ProgramSource, UnknownArc};
@@ -155,27 +156,53 @@ pub fn simulate(
     source: &dyn ProgramSource,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ProgramSimulation, Fault> {
+    simulate_lines(machine, parameters, source, Vec::new(), None, stop)
+}
+
+/// Takes the largest contour error of a line \[mm\], line after line.
+pub(super) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
+
+/// [`simulate`] for a program that was written from the upload: `lines` lead to the upload's, `peaks` gets the largest
+/// contour error of every line.
+///
+/// # Errors
+/// As [`simulate`].
+pub(super) fn simulate_lines(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    source: &dyn ProgramSource,
+    lines: Vec<LineCursor<'_>>,
+    peaks: Option<LinePeaks<'_>>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ProgramSimulation, Fault> {
     let kinematics = Kinematics::new(machine, &parameters.setup);
     let options = InterpreterOptions {
         feed_mm_per_min: parameters.feed.map(Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
     let mut outlook = Outlook::default();
-    for_each_motion(machine, parameters, options, source, stop, &mut |piece| {
+    for_each_motion(machine, parameters, options, source, Vec::new(), stop, &mut |piece| {
         outlook.see(piece);
         Ok(())
     })?;
     outlook.check(parameters)?;
     let mut sampler = Sampler::new(machine, &kinematics, parameters, outlook.fastest, stop);
+    sampler.peaks = match peaks {
+        Some(peaks) => Some(peaks),
+        None => None,
+    };
+    sampler.tell_peaks(false)?;
     let mut left_out = LeftOuts::default();
-    let read = for_each_motion(machine, parameters, options, source, stop, &mut |piece| match piece {
-        Seen::Piece(piece) => sampler.add(*piece),
-        Seen::LeftOut(reason, line) => {
-            left_out.add(reason, line);
-            sampler.lift()
-        }
-    })?;
+    let read =
+        for_each_motion(machine, parameters, options, source, lines, stop, &mut |piece| match piece {
+            Seen::Piece(piece) => sampler.add(*piece),
+            Seen::LeftOut(reason, line) => {
+                left_out.add(reason, line);
+                sampler.lift()
+            }
+        })?;
     sampler.lift()?;
+    sampler.tell_peaks(true)?;
     let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
     Ok(ProgramSimulation {
         dialect: read.dialect,
@@ -208,10 +235,11 @@ fn for_each_motion(
     parameters: &SimulationParameters,
     options: InterpreterOptions,
     source: &dyn ProgramSource,
+    lines: Vec<LineCursor<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
     take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
     passages.work(stop, |passage, _, _| {
         for motion in &passage.motions {
             match Piece::of(parameters, motion) {

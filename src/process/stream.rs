@@ -4,29 +4,33 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
 
+use super::compensation::LineCursor;
 use super::warnings::Warnings;
 use super::{Fault, WarningKind};
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
+/// Asked now and then whether the work is still wanted.
+pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
+
 /// A program that can be read more than once.
-pub trait ProgramSource {
+pub trait ProgramSource: Sync {
     /// The program from its first byte.
     ///
     /// # Errors
     /// The text cannot be opened.
-    fn open(&self) -> io::Result<Box<dyn Read + '_>>;
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>>;
 }
 
 impl ProgramSource for [u8] {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         Ok(Box::new(self))
     }
 }
 
 impl ProgramSource for Vec<u8> {
-    fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         Ok(Box::new(self.as_slice()))
     }
 }
@@ -38,6 +42,24 @@ pub(super) struct Passage {
     pub(super) motions: Vec<Motion>,
 }
 
+/// Consecutive passages that are worked on at a time.
+#[derive(Debug, Default)]
+pub(super) struct Stretch {
+    pub(super) passages: Vec<Passage>,
+    /// The first motion behind it.
+    following: Option<Motion>,
+}
+
+impl Stretch {
+    /// The first motion behind the passage of this index.
+    pub(super) fn following(&self, index: usize) -> Option<&Motion> {
+        let later = self.passages.get(index + 1..).unwrap_or_default();
+        later.iter().find_map(|passage| passage.motions.first()).or(self.following.as_ref())
+    }
+}
+
+/// Passages of a stretch: some milliseconds of work, so that handing over costs nothing beside it.
+const STRETCH_PASSAGES: usize = 16;
 /// How much is read at once \[bytes\].
 pub(super) const CHUNK_BYTES: usize = 64 * 1024;
 /// How many batches without a motion are read ahead in search of the next one.
@@ -45,7 +67,7 @@ const MAX_LOOKAHEAD: usize = 64;
 
 /// Reads a source into passages; one motion of look-ahead is there for rules that need a neighbour.
 pub(super) struct Passages<'a> {
-    input: Box<dyn Read + 'a>,
+    input: Box<dyn Read + Send + 'a>,
     chunk: Vec<u8>,
     ended: bool,
     reader: Reader,
@@ -56,6 +78,8 @@ pub(super) struct Passages<'a> {
     pub(super) diagnostics: Diagnostics,
     pub(super) blocks: u64,
     pub(super) motions: u64,
+    /// From the lines read to those of the upload, where what is read was written from it.
+    lines: Vec<LineCursor<'a>>,
 }
 
 impl<'a> Passages<'a> {
@@ -76,7 +100,14 @@ impl<'a> Passages<'a> {
             diagnostics: Diagnostics::new(),
             blocks: 0,
             motions: 0,
+            lines: Vec::new(),
         })
+    }
+
+    /// Motions get the lines that these lead to, one after the other.
+    pub(super) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
+        self.lines = lines;
+        self
     }
 
     pub(super) fn dialect(&self) -> Dialect {
@@ -98,6 +129,17 @@ impl<'a> Passages<'a> {
         }
         let following = self.ahead.iter().find_map(|later| later.motions.first().copied());
         Ok(Some((passage, following)))
+    }
+
+    /// Fills a stretch with the next passages; it stays empty where there are none.
+    pub(super) fn fill(&mut self, stretch: &mut Stretch) -> Result<(), Fault> {
+        self.spare.append(&mut stretch.passages);
+        while stretch.passages.len() < STRETCH_PASSAGES {
+            let Some((passage, following)) = self.next()? else { break };
+            stretch.passages.push(passage);
+            stretch.following = following;
+        }
+        Ok(())
     }
 
     /// Hands every passage to `work`, with the first motion after it and the dialect, until the program is refused; a
@@ -135,9 +177,19 @@ impl<'a> Passages<'a> {
             }
         }
         self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
+        for cursor in &mut self.lines {
+            for motion in &mut passage.motions {
+                motion.line = cursor.source_line(motion.line);
+            }
+        }
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
         Ok(Some(passage))
+    }
+
+    /// Gives back a stretch that was worked off.
+    pub(super) fn recycle_all(&mut self, stretch: &mut Stretch) {
+        self.spare.append(&mut stretch.passages);
     }
 
     /// Gives back a passage that was worked off.
@@ -163,12 +215,12 @@ impl<'a> Passages<'a> {
     }
 
     /// Whether something was found that refuses the program as a whole.
-    fn is_refused(&self) -> bool {
+    pub(super) fn is_refused(&self) -> bool {
         self.diagnostics.count(Severity::Refusal) > 0
     }
 
     /// The program's refusals, if any, as a fault.
-    fn refusals(&mut self) -> Result<(), Fault> {
+    pub(super) fn refusals(&mut self) -> Result<(), Fault> {
         if self.is_refused() {
             return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
         }

@@ -3,7 +3,7 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::inventory::Inventory;
 use super::judge::Checked;
@@ -45,7 +45,7 @@ pub(super) enum Expected<'a> {
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
-    Part { group: Rc<Group<'a>>, index: usize },
+    Part { group: Arc<Group<'a>>, index: usize },
 }
 
 /// What of a motion must not change in a block that is left alone.
@@ -107,6 +107,8 @@ pub(super) struct Group<'a> {
     pub(super) source: Motion,
     pub(super) checked: Checked<'a>,
     pub(super) division: Division,
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(super) correction_mm: f64,
 }
 
 impl Awaited for Expected<'_> {
@@ -125,6 +127,44 @@ impl Awaited for Expected<'_> {
     }
 }
 
+/// What became of one motion of the source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Judged {
+    pub(super) line: u64,
+    pub(super) kind: MotionKind,
+    /// Largest deviation before and after \[mm\]; 0 where it was not checked.
+    pub(super) deviation_mm: [f64; 2],
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(super) correction_mm: f64,
+    /// How many blocks it is now.
+    pub(super) parts: u32,
+}
+
+impl Judged {
+    fn undivided(source: &Meaning, deviation_mm: f64) -> Self {
+        Self {
+            line: source.line,
+            kind: source.kind,
+            deviation_mm: [deviation_mm; 2],
+            correction_mm: 0.0,
+            parts: 1,
+        }
+    }
+
+    fn divided(group: &Group<'_>, after: &Sampled) -> Self {
+        Self {
+            line: group.source.line,
+            kind: group.source.kind,
+            deviation_mm: [group.checked.before.max_mm, after.max_mm],
+            correction_mm: group.correction_mm,
+            parts: u32::try_from(group.division.nodes.len()).unwrap_or(u32::MAX),
+        }
+    }
+}
+
+/// Takes what became of a motion, in the order of the program.
+pub(super) type Note<'n> = &'n mut dyn FnMut(&Judged) -> Result<(), Fault>;
+
 /// Reads the output back and sums up what it leaves.
 pub(super) struct Verifier<'a> {
     machine: &'a Machine,
@@ -132,6 +172,8 @@ pub(super) struct Verifier<'a> {
     read_back: ReadBack<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
     pub(super) found: BeforeAfter,
+    /// What became of the motions read back, to be taken away.
+    pub(super) judged: Vec<Judged>,
     pub(super) evaluations: u64,
 }
 
@@ -148,22 +190,16 @@ impl<'a> Verifier<'a> {
             read_back: ReadBack::new(machine, dialect, options),
             parts: Vec::new(),
             found: BeforeAfter::default(),
+            judged: Vec::new(),
             evaluations: 0,
         }
     }
 
-    /// What has to come next, in the order written.
-    pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.read_back.await_next(next);
-    }
-
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.read_back.abandon();
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+    /// Reads these bytes of the output, in which the motions expected come next.
+    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut Vec<Expected<'a>>) -> Result<(), Fault> {
+        for next in expected.drain(..) {
+            self.read_back.await_next(next);
+        }
         self.read_back.feed(bytes);
         self.read()
     }
@@ -183,8 +219,16 @@ impl<'a> Verifier<'a> {
     fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             match next {
-                Expected::Same { motion: source, checked } => self.same(&motion, &source, checked)?,
-                Expected::Part { group, index } => self.part(&motion, &group, index)?,
+                Expected::Same { motion: source, checked } => {
+                    self.same(&motion, &source, checked)?;
+                    self.judged
+                        .push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
+                }
+                Expected::Part { group, index } => {
+                    if let Some(after) = self.part(&motion, &group, index)? {
+                        self.judged.push(Judged::divided(&group, &after));
+                    }
+                }
             }
         }
         Ok(())
@@ -204,7 +248,8 @@ impl<'a> Verifier<'a> {
         Ok(())
     }
 
-    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+    /// The last part of a block gives what all of them leave.
+    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<Option<Sampled>, Fault> {
         let line = group.source.line;
         let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
         let block = &group.checked.block;
@@ -254,11 +299,12 @@ impl<'a> Verifier<'a> {
         };
         self.parts.push((node.fraction - from, found));
         Self::time(read, group, &segment)?;
-        if index + 1 == group.division.nodes.len() {
-            let after = Sampled::join(self.parts.drain(..));
-            self.found.record(line, block.line.length_mm, &group.checked.before, &after);
+        if index + 1 < group.division.nodes.len() {
+            return Ok(None);
         }
-        Ok(())
+        let after = Sampled::join(self.parts.drain(..));
+        self.found.record(line, block.line.length_mm, &group.checked.before, &after);
+        Ok(Some(after))
     }
 
     /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source

@@ -54,6 +54,8 @@ pub struct ToolRun<'a> {
     following: [FollowingErrorStatistics; 5],
     contour: ContourErrorStatistics,
     trace: Trace,
+    /// Largest contour error of lines one after the other \[mm\], until they are taken; none kept unless asked for.
+    line_peaks: Option<Vec<(u64, f64)>>,
     commanded_poses: PoseLanes,
     actual: JointLanes,
     actual_poses: PoseLanes,
@@ -119,6 +121,7 @@ impl<'a> ToolRun<'a> {
             following: Default::default(),
             contour: ContourErrorStatistics::default(),
             trace: Trace::new(),
+            line_peaks: None,
             commanded_poses: PoseLanes::default(),
             actual: JointLanes::default(),
             actual_poses: PoseLanes::default(),
@@ -167,6 +170,12 @@ impl<'a> ToolRun<'a> {
         self.judge(LOOK_AHEAD);
         self.tracker.trim();
         self.check_foot()
+    }
+
+    /// The largest contour errors \[mm\] of the lines judged since the last call, in their order; from the first call on
+    /// they are kept. A line may come again at the start of the next call's.
+    pub fn take_line_peaks(&mut self) -> Vec<(u64, f64)> {
+        self.line_peaks.replace(Vec::new()).unwrap_or_default()
     }
 
     fn check_foot(&self) -> Result<(), ServoFault> {
@@ -232,6 +241,12 @@ impl<'a> ToolRun<'a> {
             }
             if sample >= self.judged_from {
                 self.contour.take(error.tip_mm, error.axis_rad, time_s, line);
+                if let Some(peaks) = &mut self.line_peaks {
+                    match peaks.last_mut() {
+                        Some((same, peak_mm)) if *same == line => *peak_mm = peak_mm.max(error.tip_mm.abs()),
+                        _ => peaks.push((line, error.tip_mm.abs())),
+                    }
+                }
             }
             self.trace.take(TracePoint {
                 time_s,

@@ -1,7 +1,6 @@
 //! A running service, and short ways to ask it something.
 
 use std::io::{Read, Write};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,6 +14,8 @@ use trunnion::jobs::{
     Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
 };
 use trunnion::machine::Machine;
+use trunnion::process::Stop;
+use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
     Interpolation,
@@ -203,7 +204,8 @@ impl Compensator for Upper {
         _contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        _parts: &dyn SideBySide,
+        stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
         let mut text = Vec::new();
         std::fs::File::open(source)?.read_to_end(&mut text)?;

@@ -12,6 +12,7 @@ mod path;
 mod program;
 mod programs;
 mod servo;
+mod side_by_side;
 mod singularity;
 mod surface_contact;
 mod virtual_cutting;

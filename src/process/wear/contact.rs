@@ -50,7 +50,8 @@ impl Hold {
         }
     }
 
-    /// How far the worn cutter's contact is from the nominal one's \[mm\], from both tips: `c′ − c`.
+    /// How far the worn cutter's contact is from the nominal one's \[mm\], from both tips: `c′ − c`. Where the tool axes
+    /// differ (posted anew, rounded), the contact is the one along the normal.
     pub(super) fn residual_mm(
         &self,
         nominal: &Tool,
@@ -58,12 +59,35 @@ impl Hold {
         source: &ToolPose,
         written: &ToolPose,
     ) -> Vec3 {
+        let turned_mm = self.turn_mm([nominal, actual], source.axis, written.axis);
         if let Self::Table { shift_mm, .. } | Self::Carried { shift_mm } = self {
-            return written.tip_mm - source.tip_mm - shift_mm;
+            return written.tip_mm - source.tip_mm - shift_mm - turned_mm;
         }
-        written.tip_mm + self.offset_mm(actual, written.axis)
+        written.tip_mm + self.offset_mm(actual, source.axis)
             - source.tip_mm
             - self.offset_mm(nominal, source.axis)
+            - turned_mm
+    }
+
+    /// How far the tip has to move along the normal so that a tool turned from one axis to another keeps its height at
+    /// the contact \[mm\]. Sliding over the surface by the turn is left: it is the turn times the cutter's radius, and
+    /// next to a flat contact it has no use.
+    pub(super) fn turn_mm(&self, [nominal, actual]: [&Tool; 2], from: Vec3, to: Vec3) -> Vec3 {
+        match self {
+            Self::Corner { normal } => {
+                normal * (depth_mm(actual, to, *normal) - depth_mm(actual, from, *normal))
+            }
+            Self::Table { normal, .. } => {
+                normal * (depth_mm(nominal, to, *normal) - depth_mm(nominal, from, *normal))
+            }
+            Self::Side { .. } | Self::Flat | Self::Carried { .. } => Vec3::zeros(),
+        }
+    }
+
+    /// How far the contact of the nominal cutter is from where it is meant \[mm\], for a tool that stands elsewhere than
+    /// meant.
+    pub(super) fn miss_mm(&self, nominal: &Tool, meant: &ToolPose, real: &ToolPose) -> Vec3 {
+        real.tip_mm - meant.tip_mm - self.turn_mm([nominal; 2], meant.axis, real.axis)
     }
 
     /// The direction out of the part.
@@ -74,6 +98,12 @@ impl Hold {
             Self::Flat | Self::Carried { .. } => axis,
         }
     }
+}
+
+/// How far the cutter reaches from its tip along −n: `r(1 − n·t) + (R − r)|n × t|` \[mm\].
+fn depth_mm(tool: &Tool, axis: Vec3, normal: Vec3) -> f64 {
+    let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
+    corner * (1.0 - normal.dot(&axis)) + core * normal.cross(&axis).norm()
 }
 
 /// The contact that a stated point in W gives.
@@ -143,6 +173,10 @@ pub(super) fn flat(parameters: &WearParameters, pose: &ToolPose, off_tool_mm: f6
         off_tool_mm,
     }
 }
+
+/// Another tool, or no wear at all: the tip itself.
+pub(super) const TIP: WornContact =
+    WornContact { hold: Hold::Flat, shift_mm: Vec3::new(0.0, 0.0, 0.0), note: None, off_tool_mm: 0.0 };
 
 /// No contact of its own: the length counts, and the shift of the last contact is kept.
 pub(super) fn carried(parameters: &WearParameters, pose: &ToolPose, carried_mm: Vec3) -> WornContact {

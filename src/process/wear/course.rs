@@ -1,18 +1,19 @@
-//! Where a motion of the source has to end for the worn cutter, or why it cannot be moved there.
+//! Where a motion of the source has to end for the worn cutter and the machine as it is, or why it cannot be moved there.
 
 use super::super::fault::LineFaultKind;
 use super::super::warnings::Warnings;
 use super::super::{ContactSource, WarningKind};
-use super::contact::{WornContact, by_normal, by_point, carried, flat};
-use super::parameters::WearParameters;
+use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
+use super::parameters::{Moves, WearParameters};
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
-use super::written::Written;
+use super::written::{Axes, Resolution};
 use crate::contact::{SurfaceContact, Touch, contact_on_surface, feed_plane_normal, rotary_rad};
 use crate::geometry::Vec3;
-use crate::kinematics::{Kinematics, ToolPose};
-use crate::machine::Machine;
+use crate::kinematics::{InverseError, Kinematics, NearWords, ToolPose};
+use crate::machine::{Machine, Side};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::units::Length;
 use crate::wear::{FlatContact, ShiftFault};
 
 /// A chord shorter than this has no direction but that of rounding \[mm\].
@@ -22,29 +23,48 @@ const ACROSS: f64 = 1e-6;
 
 /// What becomes of a motion.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "lives for one motion")]
 pub(super) enum Course {
     /// It is copied.
     Leave,
-    /// Its linear axes end here.
+    /// It ends elsewhere.
     Move {
-        target_mm: [f64; 3],
+        goal: Goal,
         /// The source's pose, and the contact kept; none where the point was looked at before.
         point: Option<Point>,
     },
 }
 
+/// Where a motion has to end.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Goal {
+    /// At these words.
+    Words(AxisWords),
+    /// At these rotary words, and at the linear words that put its point's tip where it has to be for the rotary words
+    /// as they are written.
+    Point { rotary_deg: [f64; 2] },
+}
+
 /// A point looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
+    /// As meant.
     pub(super) pose: ToolPose,
+    /// As the machine would take the words of the source.
+    pub(super) real: ToolPose,
     /// The contact, or the tip itself where none is known.
     pub(super) contact: WornContact,
     pub(super) has_contact: bool,
+    /// What the control's length is too long by \[mm\].
+    pub(super) behind_mm: f64,
+    /// Inside the pole cone.
+    pub(super) held: bool,
 }
 
 /// Finds the course of motion after motion, in the order of the program.
 pub(super) struct Pilot<'a> {
     pub(super) machine: &'a Machine,
+    pub(super) moves: Moves<'a>,
     pub(super) parameters: &'a WearParameters,
     /// The machine under which the written program runs.
     pub(super) written: &'a Kinematics,
@@ -57,7 +77,9 @@ pub(super) struct Pilot<'a> {
     pub(super) is_its_tool: bool,
     /// The shift of the last contact, ΔL apart \[mm\].
     pub(super) carried_mm: Vec3,
-    /// Whether the length alone moves every point.
+    /// The correction of the axis next to the workpiece outside the pole cone, last \[deg\].
+    pub(super) held_deg: f64,
+    /// Whether the words of every point mean another place.
     pub(super) moves_everything: bool,
     pub(super) warnings: Warnings,
     /// Of the part across the feed, at the contacts.
@@ -66,19 +88,21 @@ pub(super) struct Pilot<'a> {
 
 impl Pilot<'_> {
     /// The course of the motion of this index; `following` is the first motion behind the batch, `axes` say where the
-    /// written program stands, `half_mm` is half a unit of the last decimal.
+    /// written program stands, `resolutions` how linear and rotary words are written.
     pub(super) fn course(
         &mut self,
         motions: &[Motion],
         index: usize,
         following: Option<&Motion>,
-        axes: &Written,
-        half_mm: f64,
+        axes: &Axes,
+        resolutions: [Resolution; 2],
     ) -> Result<Course, LineFaultKind> {
         let motion = &motions[index];
         if !self.is_its_tool {
             self.carried_mm = Vec3::zeros();
-            return as_in_the_source(motion, axes);
+            if !self.moves.posts {
+                return as_in_the_source(motion, axes);
+            }
         }
         if let Some(reason) = motion.unfollowable {
             self.carried_mm = Vec3::zeros();
@@ -101,11 +125,16 @@ impl Pilot<'_> {
             return Ok(Course::Leave);
         };
         let pose = self.points.pose(motion, index, &end);
+        let mut real = self.points.real_pose(motion, index, &end);
+        if motion.tool_axis.is_some() {
+            real.axis = pose.axis;
+        }
         let touched = match self.contact {
-            ContactSource::Surface if !rests(motion) => self.on_surface(&pose),
+            ContactSource::Surface if !rests(motion) && self.is_its_tool => self.on_surface(&pose),
             _ => None,
         };
         let stated = match (self.contact, &touched) {
+            _ if !self.is_its_tool => None,
             (ContactSource::Surface, None) => None,
             (ContactSource::Surface, Some(touched)) => {
                 Some(by_normal(self.parameters, &pose, touched.normal)?)
@@ -113,56 +142,105 @@ impl Pilot<'_> {
             _ => self.stated(motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {
-            return Ok(Course::Move { target_mm: axes.standing_mm(&end.linear_mm), point: None });
+            return Ok(Course::Move { goal: Goal::Words(axes.standing(&end)), point: None });
         }
+        let near = self.near(motion, &pose, &end)?;
         if motion.kind == MotionKind::Arc {
-            return self.arc(motion, &end, &pose, stated, axes, half_mm);
+            return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
         }
         let contact = match stated {
             Some(contact) => Some(contact),
             None => self.feed_plane(motions, index, following, &pose)?,
         };
-        if contact.is_none() && motion.kind == MotionKind::Linear {
+        if contact.is_none() && motion.kind == MotionKind::Linear && self.wears() {
             self.warnings.add(WarningKind::NoContactAtEnd, Some(motion.line));
         }
         if contact.is_some() {
             self.note_curvature(motion, &pose, touched);
         }
-        Ok(self.moved(motion, &end, pose, contact))
+        let point = self.point(motion, [pose, real], near, contact);
+        Ok(Course::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
     }
 
-    fn moved(
+    /// Whether the tool in the spindle is worn.
+    fn wears(&self) -> bool {
+        self.moves.has_wear && self.is_its_tool
+    }
+
+    /// Whether linear words depend on the length of the tool.
+    pub(super) fn needs_length(&self, motion: &Motion) -> bool {
+        self.points.mode(motion) == Interpolation::Machine
+            && self.machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
+    }
+
+    /// Rotary words that point the tool as meant on the machine that runs the program.
+    fn near(
         &mut self,
         motion: &Motion,
+        pose: &ToolPose,
         end: &AxisWords,
-        pose: ToolPose,
+    ) -> Result<NearWords, LineFaultKind> {
+        let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
+        // A vector says where the axis points in W, whatever the machine.
+        if !self.moves.posts || motion.tool_axis.is_some() {
+            return Ok(as_they_are);
+        }
+        let near =
+            self.written.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
+                |fault| match fault {
+                    InverseError::OutOfReach { tilt_deg, min_deg, max_deg, .. } => {
+                        LineFaultKind::OutOfReach { tilt_deg, min_deg, max_deg }
+                    }
+                    _ => LineFaultKind::PositionUnknown,
+                },
+            )?;
+        if !near.held {
+            self.held_deg = self.written.turn_next_to_workpiece(end.rotary_deg, near.words_deg);
+        }
+        Ok(near)
+    }
+
+    fn point(
+        &mut self,
+        motion: &Motion,
+        [pose, real]: [ToolPose; 2],
+        near: NearWords,
         contact: Option<WornContact>,
-    ) -> Course {
+    ) -> Point {
+        let behind = if self.is_its_tool { self.parameters.unknown_to_control() } else { Length::ZERO };
+        let behind_mm = behind.mm();
         if let Some(found) = &contact {
             self.note(motion.line, found);
-            self.carried_mm = found.shift_mm + pose.axis * self.parameters.unknown_to_control().mm();
+            self.carried_mm = found.shift_mm + pose.axis * behind_mm;
         }
         let has_contact = contact.is_some();
         // A larger cutter that went back to the nominal tip would cut into what it has just left.
         let contact = contact.unwrap_or_else(|| {
-            if self.parameters.is_larger() {
+            if !self.is_its_tool {
+                TIP
+            } else if self.parameters.is_larger() {
                 carried(self.parameters, &pose, self.carried_mm)
             } else {
                 flat(self.parameters, &pose, 0.0)
             }
         });
-        let target_mm = self.target_mm(motion, end, &pose, contact.shift_mm);
-        Course::Move { target_mm, point: Some(Point { pose, contact, has_contact }) }
+        Point { pose, real, contact, has_contact, behind_mm, held: near.held }
     }
 
-    /// The linear words that put the written program's tip at the shifted place.
-    fn target_mm(&self, motion: &Motion, end: &AxisWords, pose: &ToolPose, shift_mm: Vec3) -> [f64; 3] {
-        let tip_mm = pose.tip_mm + shift_mm;
+    /// The linear words that put the written program's tip at the place a point asks for, with rotary words as written.
+    pub(super) fn linear_mm(&self, motion: &Motion, rotary_deg: [f64; 2], point: &Point) -> [f64; 3] {
+        let rotary_rad = rotary_rad(self.machine, rotary_deg);
+        let Point { pose, contact, behind_mm, .. } = point;
+        let mut tip_mm = pose.tip_mm + contact.shift_mm;
+        if self.moves.posts {
+            let by_vector = motion.tool_axis.is_some();
+            let axis = if by_vector { pose.axis } else { self.written.axis(rotary_rad) };
+            let tools = [&self.parameters.nominal, &self.parameters.cutter_wear().actual];
+            tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
+        }
         match self.points.mode(motion) {
             Interpolation::Tcp => tip_mm.into(),
-            Interpolation::Machine => {
-                self.written.linear_mm(tip_mm, rotary_rad(self.machine, end.rotary_deg)).into()
-            }
+            Interpolation::Machine => self.written.linear_mm(tip_mm, rotary_rad).into(),
         }
     }
 
@@ -204,7 +282,7 @@ impl Pilot<'_> {
         following: Option<&Motion>,
         pose: &ToolPose,
     ) -> Result<Option<WornContact>, ShiftFault> {
-        if self.contact != ContactSource::FeedPlane {
+        if self.contact != ContactSource::FeedPlane || !self.is_its_tool {
             return Ok(None);
         }
         let motion = &motions[index];
@@ -220,43 +298,57 @@ impl Pilot<'_> {
     }
 
     /// An arc stays one where both ends move alike.
+    #[expect(clippy::too_many_arguments, reason = "what was found of one motion, used here only")]
     fn arc(
         &mut self,
         motion: &Motion,
         end: &AxisWords,
-        pose: &ToolPose,
+        poses: [ToolPose; 2],
+        near: NearWords,
         stated: Option<WornContact>,
-        axes: &Written,
-        half_mm: f64,
+        axes: &Axes,
+        [linear, rotary]: [Resolution; 2],
     ) -> Result<Course, LineFaultKind> {
-        let contact = match stated {
-            None if self.contact == ContactSource::FeedPlane && !self.parameters.has_nominal_shape() => {
-                if !self.runs_across_the_axis(motion, end, pose) {
-                    let why = "it does not run across the tool axis, and where it touches between its ends is not known";
-                    return Err(LineFaultKind::ArcShift { why });
-                }
-                Some(by_normal(self.parameters, pose, pose.axis)?)
+        let pose = &poses[0];
+        let assumed = stated.is_none()
+            && self.contact == ContactSource::FeedPlane
+            && self.is_its_tool
+            && !self.parameters.has_nominal_shape();
+        let contact = if assumed {
+            if !self.runs_across_the_axis(motion, end, pose) {
+                let why = "it does not run across the tool axis, and where it touches between its ends is not known";
+                return Err(LineFaultKind::ArcShift { why });
             }
-            stated => stated,
+            Some(by_normal(self.parameters, pose, pose.axis)?)
+        } else {
+            stated
         };
-        let course = self.moved(motion, end, *pose, contact);
-        let Course::Move { target_mm, point } = course else { return Ok(course) };
-        let together_mm = axes.standing_mm(&end.linear_mm);
-        if target_mm.iter().zip(&together_mm).any(|(wanted, kept)| (wanted - kept).abs() > half_mm) {
+        let point = self.point(motion, poses, near, contact);
+        let together = axes.standing(end);
+        let far = |wanted: &[f64], kept: &[f64], half: f64| {
+            wanted.iter().zip(kept).any(|(wanted, kept)| (wanted - kept).abs() > half)
+        };
+        if far(&near.words_deg, &together.rotary_deg, rotary.half()) {
+            return Err(LineFaultKind::ArcShift { why: "the rotary axes have to turn along it" });
+        }
+        let target_mm = self.linear_mm(motion, together.rotary_deg, &point);
+        if far(&target_mm, &together.linear_mm, linear.half()) {
             return Err(LineFaultKind::ArcShift { why: "its ends move by different vectors" });
         }
         if axes.is_off() {
             let why = match motion.start {
                 None => Some("where it starts is not known"),
                 Some(start) if turns(&start, end) => Some("rotary axes turn along it"),
-                Some(_) if self.absolute_centres => Some("its centre is an absolute point (G90.1)"),
+                Some(_) if self.absolute_centres && axes.linear.is_off() => {
+                    Some("its centre is an absolute point (G90.1)")
+                }
                 Some(_) => None,
             };
             if let Some(why) = why {
                 return Err(LineFaultKind::ArcShift { why });
             }
         }
-        Ok(Course::Move { target_mm: together_mm, point })
+        Ok(Course::Move { goal: Goal::Words(together), point: Some(point) })
     }
 
     fn runs_across_the_axis(&self, motion: &Motion, end: &AxisWords, pose: &ToolPose) -> bool {
@@ -278,7 +370,7 @@ impl Pilot<'_> {
         &mut self,
         motion: &Motion,
         reason: Unfollowable,
-        axes: &Written,
+        axes: &Axes,
     ) -> Result<Course, LineFaultKind> {
         let has_to_move = match reason {
             // These go to places of the machine, or nowhere.
@@ -297,7 +389,7 @@ impl Pilot<'_> {
     }
 
     /// Whether this motion could not stay as it is, were it to be followed.
-    fn would_move(&self, motion: &Motion, axes: &Written) -> bool {
+    fn would_move(&self, motion: &Motion, axes: &Axes) -> bool {
         let touches = match (self.contact, motion.contact) {
             (ContactSource::Program, ContactWords::Point(_))
             | (ContactSource::Normals, ContactWords::Normal(_)) => true,
@@ -306,7 +398,8 @@ impl Pilot<'_> {
             }
             _ => false,
         };
-        axes.is_off() || self.moves_everything || (touches && !self.parameters.has_nominal_shape())
+        let touches = touches && self.is_its_tool && !self.parameters.has_nominal_shape();
+        axes.is_off() || self.moves_everything || touches
     }
 
     /// How the part is curved across the feed where the nominal cutter touches it, by the contact `touched` if that was
@@ -343,7 +436,7 @@ impl Pilot<'_> {
 }
 
 /// The course of a motion of another tool: where the source leads, so that what stands elsewhere comes back.
-fn as_in_the_source(motion: &Motion, axes: &Written) -> Result<Course, LineFaultKind> {
+fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKind> {
     let goes_to_the_machine = matches!(
         motion.unfollowable,
         Some(Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return)
@@ -363,7 +456,7 @@ fn as_in_the_source(motion: &Motion, axes: &Written) -> Result<Course, LineFault
         (None, Some(_)) if motion.start.is_none() && motion.kind != MotionKind::Rapid => {
             Err(LineFaultKind::PositionUnknown)
         }
-        (None, Some(end)) => Ok(Course::Move { target_mm: end.linear_mm, point: None }),
+        (None, Some(end)) => Ok(Course::Move { goal: Goal::Words(end), point: None }),
     }
 }
 

@@ -1,16 +1,20 @@
 //! A whole program for a worn cutter: every block's end is moved so that the contact stays, written, read back.
-//! Blocks are never divided; tool axis and rotary words never change.
+//! Blocks are never divided. Tool axis and rotary words never change, but where the program is posted anew for the machine
+//! as it is: then every end keeps its tool pose in W, and rotary words change with the rest.
 
 mod contact;
 mod course;
 mod feed;
 mod parameters;
 mod points;
+mod posting;
 mod report;
 mod run;
 mod verify;
 mod written;
 
+pub(super) use parameters::Moves;
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 pub use report::{CurvatureAcross, WearReport};
 pub use run::compensate_wear;
+pub(super) use run::{Moved, move_program};

@@ -78,6 +78,45 @@ pub struct WearParameters {
     pub part: Option<PartSurface>,
 }
 
+/// Everything that decides where ends of motions go: a wear compensation, posting for another machine, or both.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct Moves<'a> {
+    /// The worn cutter; without wear a cutter of nominal shape, whose tip is kept.
+    pub(in crate::process) parameters: &'a WearParameters,
+    /// The machine that the program was made for.
+    pub(in crate::process) source_setup: Setup,
+    /// The machine that runs it.
+    pub(in crate::process) written_setup: Setup,
+    /// The two differ in more than the tool's length: every end is posted anew, rotary words too.
+    pub(in crate::process) posts: bool,
+    /// A worn cutter was named.
+    pub(in crate::process) has_wear: bool,
+}
+
+impl<'a> Moves<'a> {
+    /// Those of a wear compensation.
+    pub(super) fn of_wear(parameters: &'a WearParameters) -> Self {
+        Self {
+            parameters,
+            source_setup: parameters.setup,
+            written_setup: parameters.written_setup(),
+            posts: false,
+            has_wear: true,
+        }
+    }
+
+    /// Whether the words of every point mean another place, rapids too.
+    pub(super) fn moves_everything(&self, machine: &Machine) -> bool {
+        self.posts || self.parameters.moves_everything(machine)
+    }
+
+    /// Whether U V W have to be written anew because the words of every point mean another place.
+    pub(super) fn moves_points(&self, machine: &Machine) -> bool {
+        let measured = self.parameters.length_in_control == LengthInControl::Measured;
+        self.posts || (measured && self.parameters.moves_everything(machine))
+    }
+}
+
 impl WearParameters {
     /// End milling with the worn cutter's own length in the control, contact found by itself.
     #[must_use]
@@ -107,7 +146,7 @@ impl WearParameters {
     }
 
     /// The set-up under which the written program runs.
-    pub(super) fn written_setup(&self) -> Setup {
+    pub(in crate::process) fn written_setup(&self) -> Setup {
         let shorter_mm = (self.shorter_by - self.unknown_to_control()).mm();
         Setup { tool_length_mm: self.setup.tool_length_mm - shorter_mm, ..self.setup }
     }

@@ -1,4 +1,4 @@
-//! The poses of a batch's ends, many at a time.
+//! The poses of a batch's ends, many at a time: as meant, and as the machine would take them.
 
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::Vec3;
@@ -14,6 +14,9 @@ pub(super) struct Points<'a> {
     interpolation: Option<Interpolation>,
     joints: JointLanes,
     ends: PoseLanes,
+    /// The machine as it is, where the program was not made for it.
+    real: Option<&'a Kinematics>,
+    real_ends: PoseLanes,
 }
 
 impl<'a> Points<'a> {
@@ -21,9 +24,10 @@ impl<'a> Points<'a> {
         machine: &'a Machine,
         kinematics: &'a Kinematics,
         interpolation: Option<Interpolation>,
+        real: Option<&'a Kinematics>,
     ) -> Self {
-        let (joints, ends) = (JointLanes::default(), PoseLanes::default());
-        Self { machine, kinematics, interpolation, joints, ends }
+        let (joints, ends, real_ends) = (JointLanes::default(), PoseLanes::default(), PoseLanes::default());
+        Self { machine, kinematics, interpolation, joints, ends, real, real_ends }
     }
 
     /// Computes the poses at the ends of these motions.
@@ -35,6 +39,9 @@ impl<'a> Points<'a> {
             self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
         }
         self.kinematics.forward_lanes(&self.joints, &mut self.ends);
+        if let Some(real) = self.real {
+            real.forward_lanes(&self.joints, &mut self.real_ends);
+        }
     }
 
     /// The mode of a motion: the parameter wins over the program's own switches.
@@ -44,14 +51,13 @@ impl<'a> Points<'a> {
 
     /// The pose at the end of the motion of this index.
     pub(super) fn pose(&self, motion: &Motion, index: usize, words: &AxisWords) -> ToolPose {
-        let (i, j, k) = (self.ends.i[index], self.ends.j[index], self.ends.k[index]);
-        let tip_mm = match self.mode(motion) {
-            Interpolation::Machine => {
-                Vec3::new(self.ends.x_mm[index], self.ends.y_mm[index], self.ends.z_mm[index])
-            }
-            Interpolation::Tcp => Vec3::from(words.linear_mm),
-        };
-        ToolPose { tip_mm, axis: Vec3::new(i, j, k) }
+        lane(&self.ends, self.mode(motion), index, words)
+    }
+
+    /// The pose that the machine as it is takes for the words of the source.
+    pub(super) fn real_pose(&self, motion: &Motion, index: usize, words: &AxisWords) -> ToolPose {
+        let lanes = if self.real.is_some() { &self.real_ends } else { &self.ends };
+        lane(lanes, self.mode(motion), index, words)
     }
 
     /// The tip at these words in this mode \[mm\].
@@ -74,6 +80,15 @@ impl<'a> Points<'a> {
         let goes_on = is_cutting(next) && next.start == motion.end && self.mode(next) == mode;
         next.end.filter(|_| goes_on).map(|words| self.tip_mm(mode, words))
     }
+}
+
+/// One pose; with TCP the linear words are the tip themselves.
+fn lane(lanes: &PoseLanes, mode: Interpolation, index: usize, words: &AxisWords) -> ToolPose {
+    let tip_mm = match mode {
+        Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
+        Interpolation::Tcp => Vec3::from(words.linear_mm),
+    };
+    ToolPose { tip_mm, axis: Vec3::new(lanes.i[index], lanes.j[index], lanes.k[index]) }
 }
 
 /// Whether a straight motion goes nowhere.

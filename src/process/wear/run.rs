@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::ops::ControlFlow;
 
-use super::super::emit::Emitter;
+use super::super::compensation::{BlockChange, LineMap, line_ends};
+use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults};
 use super::super::inventory::Inventory;
 use super::super::spindle::Spindle;
@@ -12,13 +13,14 @@ use super::super::survey::Survey;
 use super::super::warnings::Warnings;
 use super::super::{ContactSource, Fault, ProgramSource, WarningKind};
 use super::contact::contact_angle;
-use super::course::{Course, Pilot, Point};
+use super::course::{Course, Goal, Pilot, Point};
 use super::feed::lowered_feed;
-use super::parameters::{LengthInControl, Milling, WearParameters};
+use super::parameters::{Milling, Moves, WearParameters};
 use super::points::Points;
+use super::posting::Posting;
 use super::report::{CurvatureAcross, WearReport};
 use super::verify::{Expected, WearVerifier};
-use super::written::Written;
+use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, TRAVEL_SLACK};
@@ -31,6 +33,8 @@ use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
+/// Fewest decimals of a rotary word that was turned.
+const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
@@ -50,14 +54,41 @@ pub fn compensate_wear(
     output: &mut dyn Write,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<WearReport, Fault> {
+    let moves = Moves::of_wear(parameters);
+    Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), stop)?.wear)
+}
+
+/// What moving the ends of a program's motions comes to.
+#[derive(Debug)]
+pub(in crate::process) struct Moved {
+    /// The report of the worn cutter; without one its numbers are those of a cutter of nominal shape.
+    pub(in crate::process) wear: WearReport,
+    /// Of posting for another machine.
+    pub(in crate::process) posting: Posting,
+    /// Lines of blocks that hold F alone.
+    pub(in crate::process) lines: LineMap,
+}
+
+/// Moves every end of a program's motions; `note` gets what that did to each, in their order, once it was read back.
+///
+/// # Errors
+/// Why the program is refused.
+pub(in crate::process) fn move_program(
+    machine: &Machine,
+    moves: &Moves<'_>,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Moved, Fault> {
+    let parameters = moves.parameters;
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
-    if contact == ContactSource::Tip || side_by_feed {
+    if moves.has_wear && (contact == ContactSource::Tip || side_by_feed) {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
     }
-    let kinematics =
-        [parameters.setup, parameters.written_setup()].map(|setup| Kinematics::new(machine, &setup));
+    let kinematics = [moves.source_setup, moves.written_setup].map(|setup| Kinematics::new(machine, &setup));
     let options = InterpreterOptions {
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
@@ -65,10 +96,9 @@ pub fn compensate_wear(
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, following, dialect| {
-        let run = run.get_or_insert_with(|| {
-            Run::new(machine, &kinematics, parameters, survey, contact, dialect, options)
-        });
-        run.passage(passage, following, output)
+        let run = run
+            .get_or_insert_with(|| Run::new(machine, &kinematics, moves, survey, contact, dialect, options));
+        run.passage(passage, following, output, note)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.faults.total > 0 {
@@ -78,19 +108,19 @@ pub fn compensate_wear(
         return Err(Fault::NoSuchTool { number });
     }
     run.inventory.inserted += run.emitter.feed_blocks;
-    run.verifier.finish(&run.inventory)?;
+    run.verifier.finish(&run.inventory, note)?;
     output.flush()?;
     passages.warn(&mut run.pilot.warnings);
-    Ok(run.report(passages.dialect(), passages.blocks))
+    Ok(run.moved(passages.dialect(), passages.blocks))
 }
 
 /// The work in progress.
 struct Run<'a> {
     survey: Survey,
     pilot: Pilot<'a>,
-    /// X Y Z and U V W of the written program.
-    axes: Written,
-    points: Written,
+    /// The five axes and U V W of the written program.
+    axes: Axes,
+    points: Written<3>,
     /// U V W have to be written anew, because the words of every point mean another place.
     moves_points: bool,
     emitter: Emitter,
@@ -110,42 +140,47 @@ struct Run<'a> {
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
     contact_angles: Option<[Angle; 2]>,
+    posting: Posting,
+    lines: LineMap,
 }
 
 impl<'a> Run<'a> {
     fn new(
         machine: &'a Machine,
         kinematics: &'a [Kinematics; 2],
-        parameters: &'a WearParameters,
+        moves: &Moves<'a>,
         survey: Survey,
         contact: ContactSource,
         dialect: Dialect,
         options: InterpreterOptions,
     ) -> Self {
         let [source, written] = kinematics;
-        let moves_everything = parameters.moves_everything(machine);
+        let parameters = moves.parameters;
+        let real = Some(written).filter(|_| moves.posts);
         let pilot = Pilot {
             machine,
+            moves: *moves,
             parameters,
             written,
             source,
             contact,
-            points: Points::new(machine, source, parameters.interpolation),
+            points: Points::new(machine, source, parameters.interpolation, real),
             absolute_centres: false,
             is_its_tool: true,
             carried_mm: Vec3::zeros(),
-            moves_everything,
+            held_deg: 0.0,
+            moves_everything: moves.moves_everything(machine),
             warnings: Warnings::default(),
             curvature: CurvatureAcross::default(),
         };
         Self {
             survey,
             pilot,
-            axes: Written::new([Address::X, Address::Y, Address::Z]),
+            axes: Axes::new(machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()))),
             points: Written::new([Address::U, Address::V, Address::W]),
-            moves_points: moves_everything && parameters.length_in_control == LengthInControl::Measured,
+            moves_points: moves.moves_points(machine),
             emitter: Emitter::default(),
-            verifier: WearVerifier::new(machine, parameters, written, dialect, options),
+            verifier: WearVerifier::new(machine, moves, written, dialect, options),
             faults: LineFaults::default(),
             inventory: Inventory::default(),
             out: Vec::new(),
@@ -159,6 +194,8 @@ impl<'a> Run<'a> {
             feeds_lowered: 0,
             max_shift: (0.0, None),
             contact_angles: None,
+            posting: Posting::default(),
+            lines: LineMap::default(),
         }
     }
 
@@ -168,6 +205,7 @@ impl<'a> Run<'a> {
         passage: &Passage,
         following: Option<&Motion>,
         output: &mut dyn Write,
+        note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         self.inventory.see(batch);
@@ -177,18 +215,14 @@ impl<'a> Run<'a> {
         for (index, motion) in motions.iter().enumerate() {
             self.scan(batch, motion.block as usize);
             self.pilot.is_its_tool = self.spindle.holds(self.pilot.parameters.tool_number);
-            let half_mm = self.half_mm(motion);
-            let course = self.pilot.course(motions, index, following, &self.axes, half_mm);
+            let resolutions = self.resolutions(motion);
+            let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
             let done = match course {
                 Ok(Course::Leave) => Ok(self.leave(batch, motion, &mut copied)?),
-                Ok(Course::Move { point: Some(_), .. })
-                    if motion.kind != MotionKind::Rapid && self.spindle.cuts_with_another() =>
-                {
-                    Err(LineFaultKind::AnotherTool)
-                }
-                Ok(Course::Move { target_mm, point }) => {
-                    self.shift(batch, motion, &target_mm, point, &mut copied)?
-                }
+                Ok(Course::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
+                    Some(kind) => Err(kind),
+                    None => self.shift(batch, motion, &goal, point, &mut copied)?,
+                },
                 Err(kind) => Err(kind),
             };
             if let Err(kind) = done {
@@ -202,13 +236,30 @@ impl<'a> Run<'a> {
         self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
         // A faulty program is looked at to its end, so that every fault is named, but no longer written.
         if self.faults.total == 0 {
-            self.verifier.take(&self.out)?;
+            self.verifier.take(&self.out, note)?;
             output.write_all(&self.out)?;
         } else {
             self.verifier.abandon();
         }
         self.out.clear();
         Ok(())
+    }
+
+    /// Why the tool in the spindle cannot be moved for.
+    fn foreign_tool(&mut self, motion: &Motion, is_looked_at: bool) -> Option<LineFaultKind> {
+        let Pilot { moves, is_its_tool, .. } = &self.pilot;
+        let length_counts = moves.posts && self.pilot.needs_length(motion);
+        if !is_looked_at || motion.kind == MotionKind::Rapid {
+            return None;
+        }
+        if !is_its_tool {
+            return length_counts.then_some(LineFaultKind::OtherToolLength);
+        }
+        if !moves.has_wear && !length_counts {
+            return None;
+        }
+        let kind = if moves.has_wear { LineFaultKind::AnotherTool } else { LineFaultKind::OtherToolLength };
+        self.spindle.cuts_with_another().then_some(kind)
     }
 
     /// Looks for codes that make no motion in the blocks up to and with this one.
@@ -231,42 +282,44 @@ impl<'a> Run<'a> {
         self.scanned = (last + 1).min(batch.blocks().len());
     }
 
-    /// Decimals of words that move: the finest of the program, at least what a control's increments want.
-    fn decimals(&self, motion: &Motion) -> u8 {
+    /// How linear and rotary words that move are written: as the finest of the program, and no coarser than a control's
+    /// increments.
+    fn resolutions(&self, motion: &Motion) -> [Resolution; 2] {
         let inches = (motion.mm_per_unit - MM_PER_INCH).abs() < 1e-9;
-        self.survey.linear_decimals.max(LEAST_DECIMALS[usize::from(inches)])
-    }
-
-    fn half_mm(&self, motion: &Motion) -> f64 {
-        0.5 * 0.1_f64.powi(i32::from(self.decimals(motion))) * motion.mm_per_unit + 1e-9
+        let linear = self.survey.linear_decimals.max(LEAST_DECIMALS[usize::from(inches)]);
+        let rotary = self.survey.rotary_decimals.max(LEAST_ROTARY_DECIMALS);
+        [
+            Resolution { decimals: linear, unit: motion.mm_per_unit },
+            Resolution { decimals: rotary, unit: 1.0 },
+        ]
     }
 
     /// Copies a block, but gives it its feed back.
     fn leave(&mut self, batch: &Batch, motion: &Motion, copied: &mut usize) -> Result<(), Fault> {
-        let start = motion.start.map(|words| self.standing(&words));
+        let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
         match motion.unfollowable {
             Some(Unfollowable::Reference | Unfollowable::MachineCoordinates) => self.axes.meet(&stated),
             _ => self.axes.leave(&stated, motion.incremental),
         }
-        let end = motion.end.map(|words| self.standing(&words));
+        let end = motion.end.map(|words| self.axes.standing(&words));
         self.foresee(motion, start, end, motion.contact, None, None);
         if self.emitter.owes_feed() {
             self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
             *copied = motion.block as usize;
+            let before = (self.emitter.feed_blocks, self.out.len());
             let changed = self
                 .emitter
                 .restore_feed(batch, motion, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+            if self.emitter.feed_blocks > before.0 {
+                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default());
+                self.lines.insert(motion.line.saturating_sub(1), inserted)?;
+            }
             *copied += usize::from(changed);
             self.blocks_changed += u64::from(changed);
         }
         Ok(())
-    }
-
-    /// Where the written program stands when the source stands at `words`.
-    fn standing(&self, words: &AxisWords) -> AxisWords {
-        AxisWords { linear_mm: self.axes.standing_mm(&words.linear_mm), ..*words }
     }
 
     /// Writes a block with its moved end.
@@ -274,22 +327,35 @@ impl<'a> Run<'a> {
         &mut self,
         batch: &Batch,
         motion: &Motion,
-        target_mm: &[f64; 3],
+        goal: &Goal,
         point: Option<Point>,
         copied: &mut usize,
     ) -> Result<Result<(), LineFaultKind>, Fault> {
         let Some(source_end) = motion.end else { return Ok(Ok(())) };
-        let decimals = self.decimals(motion);
-        let start = motion.start.map(|words| self.standing(&words));
+        let [linear, rotary] = self.resolutions(motion);
+        let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
-        let from = motion.start.map_or(source_end.linear_mm, |words| words.linear_mm);
-        let plan = self.axes.plan(motion, &stated, [&from, &source_end.linear_mm], target_mm, decimals);
-        let end = AxisWords { linear_mm: plan.end_mm, ..source_end };
+        let from = motion.start.unwrap_or(source_end);
+        let rotary_goal = match goal {
+            Goal::Words(words) => words.rotary_deg,
+            Goal::Point { rotary_deg } => *rotary_deg,
+        };
+        let incremental = motion.incremental;
+        let source_deg = [&from.rotary_deg, &source_end.rotary_deg];
+        let turned = self.axes.rotary.plan(incremental, &stated.rotary, source_deg, &rotary_goal, rotary);
+        let target_mm = match (goal, &point) {
+            (Goal::Point { .. }, Some(point)) => self.pilot.linear_mm(motion, turned.end, point),
+            (Goal::Words(words), _) => words.linear_mm,
+            (Goal::Point { .. }, None) => self.axes.linear.standing(&source_end.linear_mm),
+        };
+        let source_mm = [&from.linear_mm, &source_end.linear_mm];
+        let plan = self.axes.linear.plan(incremental, &stated.linear, source_mm, &target_mm, linear);
+        let end = AxisWords { linear_mm: plan.end, rotary_deg: turned.end };
         if let Err(kind) = self.check_travel(motion, &end) {
             return Ok(Err(kind));
         }
-        let mut words: Vec<NewWord> = plan.words.into_iter().flatten().collect();
-        let contact = self.move_points(batch, motion, &source_end, decimals, &mut words);
+        let mut words: Vec<NewWord> = plan.words.into_iter().chain(turned.words).flatten().collect();
+        let contact = self.move_points(batch, motion, [&source_end, &end], linear, &mut words);
         let lowered =
             match start.map(|start| lowered_feed(motion, [&start, &end], self.survey.has_feed_column)) {
                 Some(Err(kind)) => return Ok(Err(kind)),
@@ -309,6 +375,9 @@ impl<'a> Run<'a> {
         }
         self.feeds_lowered += u64::from(lowered.is_some());
         self.count(motion, point.as_ref());
+        if let Some(point) = &point {
+            self.posting.take(self.pilot.machine, motion, point, [&source_end, &end], self.pilot.moves.posts);
+        }
         self.foresee(motion, start, Some(end), contact, lowered, point);
         Ok(Ok(()))
     }
@@ -326,26 +395,29 @@ impl<'a> Run<'a> {
         lowered
     }
 
-    /// U V W where the control's length makes every word mean another place.
+    /// U V W where the words of every point mean another place.
     fn move_points(
         &mut self,
         batch: &Batch,
         motion: &Motion,
-        end: &AxisWords,
-        decimals: u8,
+        [source_end, end]: [&AxisWords; 2],
+        resolution: Resolution,
         words: &mut Vec<NewWord>,
     ) -> ContactWords {
         let ContactWords::Point(point_mm) = motion.contact else { return motion.contact };
         if !self.moves_points || self.pilot.points.mode(motion) == Interpolation::Tcp {
             return motion.contact;
         }
-        let rotary_rad = rotary_rad(self.pilot.machine, end.rotary_deg);
-        let place_mm = self.pilot.source.tip_mm(Vec3::from(point_mm), rotary_rad);
-        let target_mm: [f64; 3] = self.pilot.written.linear_mm(place_mm, rotary_rad).into();
+        let machine = self.pilot.machine;
+        let place_mm =
+            self.pilot.source.tip_mm(Vec3::from(point_mm), rotary_rad(machine, source_end.rotary_deg));
+        let target_mm: [f64; 3] =
+            self.pilot.written.linear_mm(place_mm, rotary_rad(machine, end.rotary_deg)).into();
         let stated = self.points.stated(batch, motion);
-        let plan = self.points.plan(motion, &stated, [&point_mm, &point_mm], &target_mm, decimals);
+        let standing = [&point_mm, &point_mm];
+        let plan = self.points.plan(motion.incremental, &stated, standing, &target_mm, resolution);
         words.extend(plan.words.into_iter().flatten());
-        ContactWords::Point(plan.end_mm)
+        ContactWords::Point(plan.end)
     }
 
     fn count(&mut self, motion: &Motion, point: Option<&Point>) {
@@ -384,8 +456,8 @@ impl<'a> Run<'a> {
         if let Some(feed) = lowered {
             planned.feed.raw = feed.value;
         }
-        let half_mm = self.half_mm(motion);
-        self.verifier.await_next(Expected { motion: planned, point, half_mm });
+        let resolutions = self.resolutions(motion);
+        self.verifier.await_next(Expected { motion: planned, point, resolutions });
     }
 
     /// The axes' travel, at the place the block leads to.
@@ -414,19 +486,27 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn report(mut self, dialect: Dialect, blocks_in: u64) -> WearReport {
+    fn moved(mut self, dialect: Dialect, blocks_in: u64) -> Moved {
+        let moves = self.pilot.moves;
         let is_larger = self.pilot.parameters.is_larger();
         let warnings = &mut self.pilot.warnings;
         if is_larger && self.contacts_kept > 0 {
             warnings.add(WarningKind::LargerCutter, None);
         }
-        if self.contacts_kept == 0 {
+        if !moves.has_wear {
+            // No contact was looked for.
+        } else if self.contacts_kept == 0 {
             warnings.add(WarningKind::NoContactKept, None);
         } else if self.pilot.contact == ContactSource::FeedPlane {
             warnings.add(WarningKind::ContactAssumed, None).count = self.contacts_kept;
         }
+        if moves.posts && self.uses_tcp {
+            warnings.add(WarningKind::ControlCalibrated, None);
+        }
+        self.posting.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
-        WearReport {
+        self.posting.left = self.verifier.axis_left;
+        let wear = WearReport {
             dialect,
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
             contact: self.pilot.contact,
@@ -446,6 +526,7 @@ impl<'a> Run<'a> {
             cc_path_length_mm: self.verifier.found.before.path_mm(),
             series: self.verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
-        }
+        };
+        Moved { wear, posting: self.posting, lines: self.lines }
     }
 }

@@ -2,13 +2,16 @@
 //! cutter's contact against the nominal one's, from the words that were read.
 
 use super::super::Fault;
+use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
 use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::super::verify::Meaning;
 use super::course::Point;
-use super::parameters::WearParameters;
+use super::parameters::{Moves, WearParameters};
+use super::posting::Largest;
+use super::written::Resolution;
 use crate::contact::{Sampled, Station};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
 use crate::motion::{InterpreterOptions, Motion, MotionKind};
@@ -16,6 +19,8 @@ use crate::program::Dialect;
 
 /// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
+/// Half a unit of the last decimal on two rotary axes.
+const TURNED: f64 = 1.414_213_562 * 1.1;
 /// Arithmetic of inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
 
@@ -24,10 +29,10 @@ const ARITHMETIC_MM: f64 = 1e-7;
 pub(super) struct Expected {
     /// The source's motion with the ends, the contact words and the F that were planned.
     pub(super) motion: Motion,
-    /// Its rotary words are the source's to the bit.
+    /// Its rotary words are the source's to the bit, unless it was posted anew.
     pub(super) point: Option<Point>,
-    /// Half a unit of the last decimal \[mm\].
-    pub(super) half_mm: f64,
+    /// How linear and rotary words were written.
+    pub(super) resolutions: [Resolution; 2],
 }
 
 impl Awaited for Expected {
@@ -45,29 +50,37 @@ pub(super) struct WearVerifier<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
     written: &'a Kinematics,
+    posts: bool,
+    has_wear: bool,
     actual: Tool,
     read_back: ReadBack<Expected>,
     /// The last contact of the source, where a motion at feed may go on from it.
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
+    /// Angle between the tool axis read and the one meant \[rad\].
+    pub(super) axis_left: Largest,
 }
 
 impl<'a> WearVerifier<'a> {
     pub(super) fn new(
         machine: &'a Machine,
-        parameters: &'a WearParameters,
+        moves: &Moves<'a>,
         written: &'a Kinematics,
         dialect: Dialect,
         options: InterpreterOptions,
     ) -> Self {
+        let parameters = moves.parameters;
         Self {
             machine,
             parameters,
             written,
+            posts: moves.posts,
+            has_wear: moves.has_wear,
             actual: parameters.cutter_wear().actual,
             read_back: ReadBack::new(machine, dialect, options),
             contact_mm: None,
             found: BeforeAfter::default(),
+            axis_left: Largest::default(),
         }
     }
 
@@ -82,15 +95,15 @@ impl<'a> WearVerifier<'a> {
     }
 
     /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+    pub(super) fn take(&mut self, bytes: &[u8], note: Note<'_>) -> Result<(), Fault> {
         self.read_back.feed(bytes);
-        self.read()
+        self.read(note)
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory, note: Note<'_>) -> Result<(), Fault> {
         self.read_back.end();
-        self.read()?;
+        self.read(note)?;
         self.read_back.is_whole(source)
     }
 
@@ -99,18 +112,20 @@ impl<'a> WearVerifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self) -> Result<(), Fault> {
+    fn read(&mut self, note: Note<'_>) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
-            self.check(&motion, &next)?;
+            let mut change = BlockChange::none(next.motion.line, next.motion.kind);
+            self.check(&motion, &next, &mut change)?;
+            note(&change)?;
         }
         Ok(())
     }
 
-    fn check(&mut self, read: &Motion, next: &Expected) -> Result<(), Fault> {
+    fn check(&mut self, read: &Motion, next: &Expected, change: &mut BlockChange) -> Result<(), Fault> {
         let line = next.motion.line;
         Meaning::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
-        if rotary(read) != rotary(&next.motion) {
+        if !self.posts && rotary(read) != rotary(&next.motion) {
             return Err(failed(line, "a rotary word changed"));
         }
         let (Some(point), Some(words)) = (&next.point, read.end) else {
@@ -119,19 +134,32 @@ impl<'a> WearVerifier<'a> {
         };
         let mode = self.parameters.interpolation.unwrap_or(read.interpolation);
         let mut pose = Station::new(self.machine, self.written, mode, words).pose;
+        if read.tool_axis.is_some() {
+            pose.axis = point.pose.axis;
+        }
         // Where the control believes in the nominal length, the worn tip stands ΔL behind.
-        pose.tip_mm += pose.axis * self.parameters.unknown_to_control().mm();
+        pose.tip_mm += pose.axis * point.behind_mm;
         let hold = &point.contact.hold;
-        let off_mm = hold.residual_mm(&self.parameters.nominal, &self.actual, &point.pose, &pose);
-        let limit_mm = ROUNDING * next.half_mm + ARITHMETIC_MM;
+        let nominal = &self.parameters.nominal;
+        let off_mm = hold.residual_mm(nominal, &self.actual, &point.pose, &pose);
+        let [linear, turned] = next.resolutions;
+        let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
             return Err(failed(line, "the worn cutter's contact is elsewhere"));
         }
+        let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
+        // Near the pole the axis is not reached, by no more than the cone.
+        let cone_rad = if point.held { self.written.pole_cone_rad() } else { self.written.tilt_rad() };
+        if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
+            return Err(failed(line, "the tool axis is elsewhere"));
+        }
+        self.axis_left.take(axis_rad, line);
+        self.tell(point, axis_rad, off_mm.norm(), change);
         if !point.has_contact {
             self.contact_mm = None;
             return Ok(());
         }
-        let contact_mm = point.pose.tip_mm + hold.offset_mm(&self.parameters.nominal, point.pose.axis);
+        let contact_mm = point.pose.tip_mm + hold.offset_mm(nominal, point.pose.axis);
         let from_mm = self.contact_mm.filter(|_| read.kind != MotionKind::Rapid).unwrap_or(contact_mm);
         let normal = hold.normal(point.pose.axis);
         let left_mm = -point.contact.shift_mm.dot(&normal);
@@ -145,7 +173,32 @@ impl<'a> WearVerifier<'a> {
         );
         Ok(())
     }
+
+    /// What moving did to a motion, and what of its errors.
+    fn tell(&self, point: &Point, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
+        let contact = &point.contact;
+        let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
+        after.rounding_mm = rounding_mm;
+        if self.has_wear {
+            change.wear_mm = contact.shift_mm.norm();
+            if point.has_contact {
+                before.wear_mm = contact.shift_mm.dot(&contact.hold.normal(point.pose.axis)).abs();
+            }
+        }
+        let mut axis_before_rad = 0.0;
+        if self.posts {
+            change.location_errors_mm = (point.real.tip_mm - point.pose.tip_mm).norm();
+            axis_before_rad = angle_between(point.real.axis, point.pose.axis);
+            change.axis_rad = axis_before_rad;
+            before.location_errors_mm =
+                contact.hold.miss_mm(&self.parameters.nominal, &point.pose, &point.real).norm();
+        }
+        change.error = BlockError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
+    }
 }
+
+/// Takes what became of a motion.
+type Note<'n> = &'n mut dyn FnMut(&BlockChange) -> Result<(), Fault>;
 
 /// One place's distance, and its part along the normal.
 fn sampled(distance_mm: f64, along_mm: f64) -> Sampled {

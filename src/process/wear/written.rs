@@ -1,52 +1,68 @@
 //! Where the axes of the written program stand against those of the source, and the words that take them elsewhere.
 
-use crate::motion::Motion;
+use crate::motion::{AxisWords, Motion};
 use crate::program::{Address, Batch, NewWord, Word, WordForm, round_to_decimals};
 
 /// Places closer than this are the same [program units].
 const SAME_WORD: f64 = 1e-9;
 
-/// Three coordinates that are written together: X Y Z, or U V W.
+/// Coordinates that are written together: X Y Z, U V W, or the two rotary axes. Lengths are mm, angles degrees.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Written {
-    addresses: [Address; 3],
-    /// Written minus source, of the values that stand \[mm\].
-    offset_mm: [f64; 3],
-    /// The values written last, to the bit \[mm\].
-    last_mm: [Option<f64>; 3],
+pub(super) struct Written<const N: usize> {
+    addresses: [Address; N],
+    /// Written minus source, of the values that stand [mm or deg].
+    offset: [f64; N],
+    /// The values written last, to the bit [mm or deg].
+    last: [Option<f64>; N],
 }
 
 /// A block's words and where they lead.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plan {
+pub(super) struct Plan<const N: usize> {
     /// Words that change or come in.
-    pub(super) words: [Option<NewWord>; 3],
-    /// Where the coordinates stand behind the block \[mm\].
-    pub(super) end_mm: [f64; 3],
+    pub(super) words: [Option<NewWord>; N],
+    /// Where the coordinates stand behind the block [mm or deg].
+    pub(super) end: [f64; N],
 }
 
-/// The values of three addresses that a block states.
-pub(super) type Stated = [Option<f64>; 3];
+/// How words are written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Resolution {
+    /// Digits behind the point.
+    pub(super) decimals: u8,
+    /// Millimetres, or degrees, of a program unit.
+    pub(super) unit: f64,
+}
 
-impl Written {
-    pub(super) fn new(addresses: [Address; 3]) -> Self {
-        Self { addresses, offset_mm: [0.0; 3], last_mm: [None; 3] }
+impl Resolution {
+    /// Half a unit of the last decimal [mm or deg].
+    pub(super) fn half(self) -> f64 {
+        0.5 * 0.1_f64.powi(i32::from(self.decimals)) * self.unit + SAME_WORD
+    }
+}
+
+/// The values of these addresses that a block states.
+pub(super) type Stated<const N: usize> = [Option<f64>; N];
+
+impl<const N: usize> Written<N> {
+    pub(super) fn new(addresses: [Address; N]) -> Self {
+        Self { addresses, offset: [0.0; N], last: [None; N] }
     }
 
     /// Whether a value stands elsewhere than in the source.
     pub(super) fn is_off(&self) -> bool {
-        self.offset_mm.iter().any(|offset_mm| offset_mm.abs() > SAME_WORD)
+        self.offset.iter().any(|offset| offset.abs() > SAME_WORD)
     }
 
     /// The values the block of this motion states.
-    pub(super) fn stated(&self, batch: &Batch, motion: &Motion) -> Stated {
+    pub(super) fn stated(&self, batch: &Batch, motion: &Motion) -> Stated<N> {
         let block = batch.blocks().get(motion.block as usize);
         self.stated_in(block.map_or(&[][..], |block| batch.words(block)))
     }
 
     /// The values among these words.
-    pub(super) fn stated_in(&self, words: &[Word]) -> Stated {
-        let mut stated = [None; 3];
+    pub(super) fn stated_in(&self, words: &[Word]) -> Stated<N> {
+        let mut stated = [None; N];
         for word in words.iter().filter(|word| word.is_known() && word.form != WordForm::Incremental) {
             for (address, value) in self.addresses.iter().zip(&mut stated) {
                 if word.address == *address {
@@ -58,67 +74,110 @@ impl Written {
     }
 
     /// A block that is left alone, from and to where is not known: its absolute words stand in both programs.
-    pub(super) fn leave(&mut self, stated: &Stated, incremental: bool) {
-        let values = self.offset_mm.iter_mut().zip(&mut self.last_mm);
-        for ((offset_mm, last_mm), _) in values.zip(stated).filter(|(_, stated)| stated.is_some()) {
-            *offset_mm = if incremental { *offset_mm } else { 0.0 };
-            *last_mm = None;
+    pub(super) fn leave(&mut self, stated: &Stated<N>, incremental: bool) {
+        let values = self.offset.iter_mut().zip(&mut self.last);
+        for ((offset, last), _) in values.zip(stated).filter(|(_, stated)| stated.is_some()) {
+            *offset = if incremental { *offset } else { 0.0 };
+            *last = None;
         }
     }
 
-    /// Axes that go to a place of the machine, all of them where none is named: both programs stand there.
-    pub(super) fn meet(&mut self, named: &Stated) {
-        let all = named.iter().all(Option::is_none);
-        self.leave(&named.map(|value| if all { Some(0.0) } else { value }), false);
+    /// The place where these coordinates stand, if the source's are here [mm or deg].
+    pub(super) fn standing(&self, source: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|k| source[k] + self.offset[k])
     }
 
-    /// The place where these coordinates stand, if the source's are here \[mm\].
-    pub(super) fn standing_mm(&self, source_mm: &[f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|k| source_mm[k] + self.offset_mm[k])
-    }
-
-    /// The words that bring the coordinates from where they stand to `target_mm`, with so many decimals. A word that
-    /// stands within half a unit of the last decimal of what is wanted is left as it is, and so is an absent one.
+    /// The words that bring the coordinates from where they stand to `target`. A word that stands within half a unit of
+    /// the last decimal of what is wanted is left as it is, and so is an absent one. `source`: where the source's
+    /// motion starts and ends.
     pub(super) fn plan(
         &mut self,
-        motion: &Motion,
-        stated: &Stated,
-        source_mm: [&[f64; 3]; 2],
-        target_mm: &[f64; 3],
-        decimals: u8,
-    ) -> Plan {
-        let unit = motion.mm_per_unit;
+        incremental: bool,
+        stated: &Stated<N>,
+        source: [&[f64; N]; 2],
+        target: &[f64; N],
+        resolution: Resolution,
+    ) -> Plan<N> {
+        let Resolution { decimals, unit } = resolution;
         let half = 0.5 * 0.1_f64.powi(i32::from(decimals)) + SAME_WORD;
-        let mut plan = Plan { words: [None; 3], end_mm: *target_mm };
-        for k in 0..3 {
-            let [start_mm, end_mm] = [source_mm[0][k], source_mm[1][k]];
+        let mut plan = Plan { words: [None; N], end: *target };
+        for k in 0..N {
+            let [start, end] = [source[0][k], source[1][k]];
             // What the block's word counts from, and what it is without one.
-            let from_mm = if motion.incremental { start_mm + self.offset_mm[k] } else { 0.0 };
-            let standing = stated[k].unwrap_or_else(|| {
-                if motion.incremental { 0.0 } else { (end_mm + self.offset_mm[k]) / unit }
-            });
-            let wanted = (target_mm[k] - from_mm) / unit;
+            let from = if incremental { start + self.offset[k] } else { 0.0 };
+            let standing =
+                stated[k].unwrap_or_else(|| if incremental { 0.0 } else { (end + self.offset[k]) / unit });
+            let wanted = (target[k] - from) / unit;
             if (wanted - standing).abs() <= half {
-                plan.end_mm[k] = match stated[k] {
-                    Some(_) if !motion.incremental => end_mm,
-                    Some(value) => from_mm + value * unit,
-                    None if motion.incremental => from_mm,
+                plan.end[k] = match stated[k] {
+                    Some(_) if !incremental => end,
+                    Some(value) => from + value * unit,
+                    None if incremental => from,
                     None => {
-                        let standing_mm = end_mm + self.offset_mm[k];
-                        self.last_mm[k]
-                            .filter(|last_mm| (last_mm - standing_mm).abs() <= SAME_WORD)
-                            .unwrap_or(standing_mm)
+                        let standing = end + self.offset[k];
+                        self.last[k].filter(|last| (last - standing).abs() <= SAME_WORD).unwrap_or(standing)
                     }
                 };
             } else {
                 let value = round_to_decimals(wanted, decimals);
                 plan.words[k] = Some(NewWord { address: self.addresses[k], value, decimals });
-                plan.end_mm[k] = from_mm + value * unit;
+                plan.end[k] = from + value * unit;
             }
-            self.last_mm[k] = Some(plan.end_mm[k]);
-            let offset_mm = plan.end_mm[k] - end_mm;
-            self.offset_mm[k] = if offset_mm.abs() <= SAME_WORD { 0.0 } else { offset_mm };
+            self.last[k] = Some(plan.end[k]);
+            let offset = plan.end[k] - end;
+            self.offset[k] = if offset.abs() <= SAME_WORD { 0.0 } else { offset };
         }
         plan
+    }
+}
+
+/// The five axes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axes {
+    pub(super) linear: Written<3>,
+    pub(super) rotary: Written<2>,
+}
+
+/// What a block states of the five axes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StatedAxes {
+    pub(super) linear: Stated<3>,
+    pub(super) rotary: Stated<2>,
+}
+
+impl Axes {
+    pub(super) fn new(rotary: [Address; 2]) -> Self {
+        Self { linear: Written::new([Address::X, Address::Y, Address::Z]), rotary: Written::new(rotary) }
+    }
+
+    /// Whether any axis stands elsewhere than in the source.
+    pub(super) fn is_off(&self) -> bool {
+        self.linear.is_off() || self.rotary.is_off()
+    }
+
+    pub(super) fn stated(&self, batch: &Batch, motion: &Motion) -> StatedAxes {
+        StatedAxes { linear: self.linear.stated(batch, motion), rotary: self.rotary.stated(batch, motion) }
+    }
+
+    /// Where the written program stands when the source stands at `words`.
+    pub(super) fn standing(&self, words: &AxisWords) -> AxisWords {
+        AxisWords {
+            linear_mm: self.linear.standing(&words.linear_mm),
+            rotary_deg: self.rotary.standing(&words.rotary_deg),
+        }
+    }
+
+    /// A block that is left alone.
+    pub(super) fn leave(&mut self, stated: &StatedAxes, incremental: bool) {
+        self.linear.leave(&stated.linear, incremental);
+        self.rotary.leave(&stated.rotary, incremental);
+    }
+
+    /// Axes that go to a place of the machine, all of them where none is named: both programs stand there.
+    pub(super) fn meet(&mut self, named: &StatedAxes) {
+        let all = named.linear.iter().chain(&named.rotary).all(Option::is_none);
+        let meets = |value: Option<f64>| if all { Some(0.0) } else { value };
+        self.linear.leave(&named.linear.map(meets), false);
+        self.rotary.leave(&named.rotary.map(meets), false);
     }
 }

@@ -1,0 +1,193 @@
+//! What a compensation in one pass is asked to do.
+
+use super::super::wear::{LengthInControl, Milling, WornCutter};
+use super::super::{Budget, CcParameters, ContactSource, OutputForm, WearParameters};
+use crate::contact::{Correction, PartSurface};
+use crate::kinematics::Setup;
+use crate::machine::Tool;
+use crate::motion::Interpolation;
+use crate::program::Dialect;
+use crate::servo::{DriveSet, FeedProfile};
+use crate::units::{Feedrate, Length};
+
+/// The steps asked for, and what they share. At least one step has to be named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompensationParameters {
+    /// Move the program for a worn cutter.
+    pub wear: Option<WearStep>,
+    /// The program was posted for the nominal machine: post it anew for the calibrated one.
+    pub location_errors: bool,
+    /// Compensate the cutter-contact path between the ends of blocks.
+    pub cc: Option<CcStep>,
+    /// Drives of the machine: the budget then has what servo lag leaves.
+    pub servo: Option<ServoStep>,
+    /// Work offset, nominal tool length. Its `apply_errors` says for which machine the program is where
+    /// `location_errors` is not asked for; else it is not looked at.
+    pub setup: Setup,
+    /// Who interpolates; `None` takes it from the program's own switches.
+    pub interpolation: Option<Interpolation>,
+    /// Feedrate where the program has none.
+    pub feed: Option<Feedrate>,
+    /// The dialect; `None` detects it.
+    pub dialect: Option<Dialect>,
+    /// The part's surface.
+    pub part: Option<PartSurface>,
+}
+
+/// What the step for a worn cutter needs; the members mean what they do in [`WearParameters`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct WearStep {
+    /// The cutter (R, r) the program was made for.
+    pub nominal: Tool,
+    /// The cutter that cuts.
+    pub worn: WornCutter,
+    /// End or flank.
+    pub milling: Milling,
+    /// ΔL = L − L′; 0 where the lengths are not given.
+    pub shorter_by: Length,
+    /// Which of the two lengths the control has.
+    pub length_in_control: LengthInControl,
+    /// Where contacts come from; the tip is none.
+    pub contact: ContactSource,
+    /// The T number of the cutter, in a program of several; the others' motions are not moved for wear.
+    pub tool_number: Option<u32>,
+}
+
+/// What the step for the cutter-contact path needs; the members mean what they do in [`CcParameters`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CcStep {
+    /// The cutter the program was made for; a worn one named by its radii counts in its place.
+    pub tool: Tool,
+    /// Largest deviation of the contact point from its line.
+    pub tolerance: Length,
+    /// Where contacts come from.
+    pub contact: ContactSource,
+    /// How the tip is moved.
+    pub correction: Correction,
+    /// How blocks are divided.
+    pub output: OutputForm,
+    /// What the computation may cost.
+    pub budget: Budget,
+}
+
+/// How the written program runs through the drives, for the error budget.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoStep {
+    /// Drives of the axes that move.
+    pub drives: DriveSet,
+    /// Sample period of the command \[s\].
+    pub period_s: f64,
+    /// Jerk-limited feed; without one every block runs at its feed.
+    pub profile: Option<FeedProfile>,
+    /// Most samples the program may take; a longer one is not simulated, and the budget says so.
+    pub max_samples: u64,
+}
+
+impl CompensationParameters {
+    /// No step, and the defaults of the contract.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            wear: None,
+            location_errors: false,
+            cc: None,
+            servo: None,
+            setup: Setup::default(),
+            interpolation: None,
+            feed: None,
+            dialect: None,
+            part: None,
+        }
+    }
+
+    /// Whether ends of motions are to be moved.
+    pub(super) fn moves(&self) -> bool {
+        self.wear.is_some() || self.location_errors
+    }
+
+    /// The set-up under which the written program runs, the tool's length apart.
+    pub(super) fn real_setup(&self) -> Setup {
+        Setup { apply_errors: self.location_errors || self.setup.apply_errors, ..self.setup }
+    }
+
+    /// The moving step as that of a wear compensation; `fallback` is a cutter that nothing depends on.
+    pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
+        let shared = |parameters: WearParameters| WearParameters {
+            interpolation: self.interpolation,
+            setup: self.real_setup(),
+            feed: self.feed,
+            dialect: self.dialect,
+            part: self.part.clone(),
+            ..parameters
+        };
+        match &self.wear {
+            Some(step) => shared(WearParameters {
+                milling: step.milling,
+                shorter_by: step.shorter_by,
+                length_in_control: step.length_in_control,
+                contact: step.contact,
+                tool_number: step.tool_number,
+                ..WearParameters::new(step.nominal, step.worn.clone())
+            }),
+            None => shared(WearParameters {
+                contact: ContactSource::Tip,
+                part: None,
+                ..WearParameters::new(fallback, WornCutter::Tool(fallback))
+            }),
+        }
+    }
+
+    /// The step for the cutter-contact path as a compensation of its own; `setup` is the moved program's.
+    pub(super) fn contact_path(&self, step: &CcStep, setup: Setup) -> CcParameters {
+        let tool = match self.wear.as_ref().map(|wear| &wear.worn) {
+            Some(WornCutter::Tool(worn)) => *worn,
+            Some(WornCutter::Table(_)) | None => step.tool,
+        };
+        CcParameters {
+            tolerance: step.tolerance,
+            contact: step.contact,
+            interpolation: self.interpolation,
+            correction: step.correction,
+            output: step.output,
+            setup,
+            feed: self.feed,
+            dialect: self.dialect,
+            budget: step.budget,
+            part: self.part.clone(),
+            ..CcParameters::new(tool)
+        }
+    }
+}
+
+impl Default for CompensationParameters {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl WearStep {
+    /// End milling, contact found by itself, the nominal length in the control.
+    #[must_use]
+    pub fn new(nominal: Tool, worn: WornCutter) -> Self {
+        let WearParameters { milling, shorter_by, length_in_control, contact, tool_number, .. } =
+            WearParameters::new(nominal, worn.clone());
+        Self { nominal, worn, milling, shorter_by, length_in_control, contact, tool_number }
+    }
+}
+
+impl CcStep {
+    /// The defaults of the contract for a tool.
+    #[must_use]
+    pub fn new(tool: Tool) -> Self {
+        let CcParameters { tolerance, contact, correction, output, budget, .. } = CcParameters::new(tool);
+        Self { tool, tolerance, contact, correction, output, budget }
+    }
+}
+
+impl ServoStep {
+    /// The defaults of the contract: 1 ms, no profile, ten million samples.
+    #[must_use]
+    pub fn new(drives: DriveSet) -> Self {
+        Self { drives, period_s: 0.001, profile: None, max_samples: 10_000_000 }
+    }
+}

@@ -1,0 +1,317 @@
+//! The course of a compensation in one pass: move, compensate the contact's path, run through the drives, sum up.
+
+use std::io::{BufReader, BufWriter, Read, Write};
+
+use super::super::compensate::{Upstream, compensate_from};
+use super::super::simulate::simulate_lines;
+use super::super::verify::Judged;
+use super::super::wear::{Moved, Moves, move_program};
+use super::super::{CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, Stop};
+use super::budget::{NotModelled, Tally};
+use super::changes::{BlockChange, ChangeSink, ChangeTotals};
+use super::parameters::{CcStep, CompensationParameters, ServoStep};
+use super::record;
+use super::report::{CompensationReport, LocationErrorReport};
+use super::spool::{Place, Resting, Spool};
+use super::unmodelled::Unmodelled;
+use super::{LineCursor, LineMap};
+use crate::kinematics::Setup;
+use crate::machine::{LocationError, Machine, Squareness, Tool};
+use crate::units::{Angle, Length};
+use crate::wear::SideBySide;
+
+/// Compensates a program for everything its parameters name, in one pass over the upload and one more over each step's
+/// text, which rests in `spool`.
+///
+/// Ends of motions are moved first, for wear and location errors together with one rounding: rotary words of the
+/// calibrated machine next to the source's, then X Y Z that put the worn cutter's contact (the tip where no contact is
+/// known) where it was meant. Then the cutter-contact path between the ends is compensated, with the worn cutter on the
+/// calibrated machine. Every step reads back what it wrote. `changes` gets every motion that anything happened to.
+/// Memory does not grow with the program.
+///
+/// # Errors
+/// No step named, or why the program is refused; `output` then holds text that must not be run and has to be thrown
+/// away, and so has what `changes` got.
+pub fn compensate_program(
+    machine: &Machine,
+    parameters: &CompensationParameters,
+    source: &dyn ProgramSource,
+    spool: &dyn Spool,
+    output: &mut dyn Write,
+    changes: &mut dyn ChangeSink,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<CompensationReport, Fault> {
+    if !parameters.moves() && parameters.cc.is_none() {
+        return Err(Fault::NothingAsked);
+    }
+    let course = Course { machine, parameters, spool, parts, stop, setup: parameters.real_setup() };
+    let mut sum = Sum {
+        sink: changes,
+        totals: ChangeTotals::default(),
+        tally: Tally::default(),
+        unmodelled: Unmodelled::default(),
+    };
+    match &parameters.servo {
+        None => course
+            .run(source, output, &mut |change| sum.take(change))
+            .map(|done| done.report(parameters, None, sum)),
+        Some(servo) => {
+            let mut written = BufWriter::new(spool.create(Place::Written)?);
+            let mut resting = BufWriter::new(spool.create(Place::Changes)?);
+            let done =
+                course.run(source, &mut written, &mut |change| Ok(record::put(change, &mut resting)?))?;
+            written.flush()?;
+            resting.flush()?;
+            drop((written, resting));
+            let lags = course.lags(&done, servo)?;
+            course.join(lags.is_some(), &mut |change| sum.take(change))?;
+            std::io::copy(&mut spool.open(Place::Written)?, output)?;
+            output.flush()?;
+            Ok(done.report(parameters, lags, sum))
+        }
+    }
+}
+
+/// What every step shares.
+struct Course<'a> {
+    machine: &'a Machine,
+    parameters: &'a CompensationParameters,
+    spool: &'a dyn Spool,
+    parts: &'a dyn SideBySide,
+    stop: &'a Stop<'a>,
+    /// Of the written program.
+    setup: Setup,
+}
+
+/// Takes what became of a motion.
+type Note<'n> = &'n mut dyn FnMut(&BlockChange) -> Result<(), Fault>;
+
+/// The steps done.
+struct Done {
+    moved: Option<Moved>,
+    path: Option<(CcReport, LineMap)>,
+    has_errors: bool,
+    /// Of the written program.
+    setup: Setup,
+}
+
+/// What the drives left out, once they were run through.
+type Lags = Option<Vec<LeftOut>>;
+
+impl Course<'_> {
+    /// The steps that write.
+    fn run(&self, source: &dyn ProgramSource, output: &mut dyn Write, note: Note<'_>) -> Result<Done, Fault> {
+        let has_errors = has_errors(self.machine);
+        let Some(step) = &self.parameters.cc else {
+            let (moved, setup) = self.move_ends(source, output, has_errors, note)?;
+            return Ok(Done { moved: Some(moved), path: None, has_errors, setup });
+        };
+        if !self.parameters.moves() {
+            let bare =
+                &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
+            let cc = self.parameters.contact_path(step, self.setup);
+            let source = Upstream { source, lines: Vec::new() };
+            let path = compensate_from(self.machine, &cc, source, output, bare, self.parts, self.stop)?;
+            return Ok(Done { moved: None, path: Some(path), has_errors, setup: self.setup });
+        }
+        let mut text = BufWriter::new(self.spool.create(Place::Moved)?);
+        let mut resting = BufWriter::new(self.spool.create(Place::Moves)?);
+        let keep = &mut |change: &BlockChange| Ok(record::put(change, &mut resting)?);
+        let (moved, setup) = self.move_ends(source, &mut text, has_errors, keep)?;
+        text.flush()?;
+        resting.flush()?;
+        drop((text, resting));
+        let path = self.contact_path(step, &moved, setup, output, note)?;
+        Ok(Done { moved: Some(moved), path: Some(path), has_errors, setup })
+    }
+
+    /// The step that moves ends, and the set-up of what it writes.
+    fn move_ends(
+        &self,
+        source: &dyn ProgramSource,
+        output: &mut dyn Write,
+        has_errors: bool,
+        note: Note<'_>,
+    ) -> Result<(Moved, Setup), Fault> {
+        let parameters = self.parameters;
+        let cutter = parameters.cc.as_ref().map_or(Tool::UNIT_BALL, |step| step.tool);
+        let moving = parameters.moving(cutter);
+        let posts = parameters.location_errors && has_errors;
+        // A machine without errors is the nominal one, to the bit.
+        let exact = |setup: Setup, real: bool| match parameters.location_errors {
+            true => Setup { apply_errors: posts && real, ..setup },
+            false => setup,
+        };
+        let moves = Moves {
+            parameters: &moving,
+            source_setup: exact(moving.setup, false),
+            written_setup: exact(moving.written_setup(), true),
+            posts,
+            has_wear: parameters.wear.is_some(),
+        };
+        let moved = move_program(self.machine, &moves, source, output, note, self.stop)?;
+        Ok((moved, moves.written_setup))
+    }
+
+    /// The step for the contact's path, from the moved program.
+    fn contact_path(
+        &self,
+        step: &CcStep,
+        moved: &Moved,
+        setup: Setup,
+        output: &mut dyn Write,
+        note: Note<'_>,
+    ) -> Result<(CcReport, LineMap), Fault> {
+        let mut moves = BufReader::new(self.spool.open(Place::Moves)?);
+        let join = &mut |judged: &Judged| {
+            let change = record::take(&mut moves)?.filter(|change| change.line == judged.line);
+            let what = "a motion of the moved program is another one";
+            let change = change.ok_or(Fault::VerificationFailed { line: judged.line, what })?;
+            note(&with_path(change, judged))
+        };
+        let cc = self.parameters.contact_path(step, setup);
+        let text = Resting { spool: self.spool, place: Place::Moved };
+        let source = Upstream { source: &text, lines: vec![LineCursor::new(&moved.lines)] };
+        compensate_from(self.machine, &cc, source, output, join, self.parts, self.stop)
+    }
+
+    /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
+    fn lags(&self, done: &Done, servo: &ServoStep) -> Result<Lags, Fault> {
+        let parameters = SimulationParameters {
+            setup: done.setup,
+            interpolation: self.parameters.interpolation,
+            feed: self.parameters.feed,
+            period_s: servo.period_s,
+            profile: servo.profile,
+            dialect: self.parameters.dialect,
+            max_samples: servo.max_samples,
+            ..SimulationParameters::new(servo.drives.clone())
+        };
+        let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
+        let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);
+        let text = Resting { spool: self.spool, place: Place::Written };
+        let simulated =
+            simulate_lines(self.machine, &parameters, &text, done.to_upload(), Some(&mut keep), self.stop);
+        out.flush()?;
+        match simulated {
+            Ok(simulation) => Ok(Some(simulation.left_out)),
+            Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// Puts servo lag to what became of the motions.
+    fn join(&self, has_lags: bool, note: Note<'_>) -> Result<(), Fault> {
+        let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
+        let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
+            if has_lags { Some(BufReader::new(self.spool.open(Place::Lags)?)) } else { None };
+        let mut lag = lags.as_mut().map_or(Ok(None), |lags| record::take_lag(lags))?;
+        while let Some(mut change) = record::take(&mut changes)? {
+            while let (Some(lags), Some((line, lag_mm))) = (&mut lags, lag)
+                && line <= change.line
+            {
+                if line == change.line {
+                    change.error.before.servo_mm = change.error.before.servo_mm.max(lag_mm);
+                    change.error.after.servo_mm = change.error.before.servo_mm;
+                }
+                lag = record::take_lag(lags)?;
+            }
+            note(&change)?;
+        }
+        Ok(())
+    }
+}
+
+/// What the step for the contact's path adds.
+fn with_path(mut change: BlockChange, judged: &Judged) -> BlockChange {
+    let [before_mm, after_mm] = judged.deviation_mm;
+    (change.cc_mm, change.blocks_out) = (judged.correction_mm, judged.parts);
+    change.error.before.interpolation_mm = before_mm;
+    change.error.after.interpolation_mm = after_mm;
+    change
+}
+
+/// Whether the machine is not the nominal one.
+fn has_errors(machine: &Machine) -> bool {
+    let axes = machine.rotary_axes();
+    axes.iter().any(|axis| axis.location_error != LocationError::default())
+        || *machine.squareness() != Squareness::default()
+}
+
+/// Sums up what became of the motions.
+struct Sum<'a> {
+    sink: &'a mut dyn ChangeSink,
+    totals: ChangeTotals,
+    tally: Tally,
+    unmodelled: Unmodelled,
+}
+
+impl Sum<'_> {
+    fn take(&mut self, change: &BlockChange) -> Result<(), Fault> {
+        self.tally.take(change);
+        self.unmodelled.see(change);
+        self.totals.take(change, self.sink)
+    }
+}
+
+impl Done {
+    /// From lines written to those of the upload.
+    fn to_upload(&self) -> Vec<LineCursor<'_>> {
+        let maps =
+            self.path.iter().map(|(_, lines)| lines).chain(self.moved.iter().map(|moved| &moved.lines));
+        maps.map(LineCursor::new).collect()
+    }
+
+    fn report(self, parameters: &CompensationParameters, lags: Lags, sum: Sum<'_>) -> CompensationReport {
+        let Self { moved, path, has_errors, .. } = self;
+        let cc = path.map(|(report, _)| report);
+        let location_errors = moved
+            .as_ref()
+            .filter(|_| parameters.location_errors)
+            .map(|moved| location_report(moved, has_errors));
+        let moving = moved.map(|moved| moved.wear);
+        let not_modelled: Vec<NotModelled> =
+            sum.unmodelled.list(parameters, moving.as_ref(), cc.as_ref(), lags);
+        let (dialect, interpolation, blocks_in) = match (&moving, &cc) {
+            (Some(moving), _) => (moving.dialect, moving.interpolation, moving.blocks_in),
+            (None, Some(cc)) => (cc.dialect, cc.interpolation, cc.blocks_in),
+            (None, None) => (crate::program::Dialect::Iso, crate::motion::Interpolation::Machine, 0),
+        };
+        let blocks_out = match (&moving, &cc) {
+            (_, Some(cc)) => cc.blocks_out,
+            (Some(moving), None) => moving.blocks_out,
+            (None, None) => 0,
+        };
+        CompensationReport {
+            dialect,
+            interpolation,
+            blocks_in,
+            blocks_out,
+            location_errors,
+            warnings: moving.as_ref().map_or_else(Vec::new, |moving| moving.warnings.clone()),
+            wear: moving.filter(|_| parameters.wear.is_some()),
+            cc,
+            changes: sum.totals,
+            budget: sum.tally.into_budget(not_modelled),
+        }
+    }
+}
+
+fn location_report(moved: &Moved, has_errors: bool) -> LocationErrorReport {
+    let posting = &moved.posting;
+    LocationErrorReport {
+        has_errors,
+        motions_posted: posting.posted,
+        motions_turned: posting.turned,
+        max_tip: Length::from_mm(posting.tip.value),
+        max_tip_line: posting.tip.line,
+        max_axis: Angle::from_rad(posting.axis.value),
+        max_axis_line: posting.axis.line,
+        max_turn: Angle::from_deg(posting.turn.value),
+        max_turn_line: posting.turn.line,
+        max_axis_left: Angle::from_rad(posting.left.value),
+        max_axis_left_line: posting.left.line,
+        held_at_pole: posting.held,
+    }
+}

@@ -1,0 +1,77 @@
+//! What posting anew for the machine as it is did to the motions of a program.
+
+use super::super::WarningKind;
+use super::super::warnings::Warnings;
+use super::course::Point;
+use crate::geometry::angle_between;
+use crate::machine::Machine;
+use crate::motion::{AxisWords, Motion};
+
+/// A number and the line where it stands.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(in crate::process) struct Largest {
+    pub(in crate::process) value: f64,
+    pub(in crate::process) line: Option<u64>,
+}
+
+impl Largest {
+    /// Takes a number that may be the largest.
+    pub(in crate::process) fn take(&mut self, value: f64, line: u64) {
+        if value > self.value {
+            *self = Self { value, line: Some(line) };
+        }
+    }
+}
+
+/// Counts of motions posted anew.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::process) struct Posting {
+    /// Motions posted.
+    pub(in crate::process) posted: u64,
+    /// Those whose rotary words changed.
+    pub(in crate::process) turned: u64,
+    /// Distance between the tips of the machine as it is and as meant \[mm\].
+    pub(in crate::process) tip: Largest,
+    /// Angle between their tool axes \[rad\].
+    pub(in crate::process) axis: Largest,
+    /// Change of a rotary word \[deg\].
+    pub(in crate::process) turn: Largest,
+    /// Angle between the written tool axis and the one meant \[rad\].
+    pub(in crate::process) left: Largest,
+    /// Motions that end inside the pole cone, and the first of them.
+    pub(in crate::process) held: u64,
+    first_held: Option<u64>,
+}
+
+impl Posting {
+    /// Takes a motion that was moved from the one end to the other.
+    pub(super) fn take(
+        &mut self,
+        machine: &Machine,
+        motion: &Motion,
+        point: &Point,
+        [source, written]: [&AxisWords; 2],
+        posts: bool,
+    ) {
+        if !posts {
+            return;
+        }
+        let line = motion.line;
+        self.posted += 1;
+        self.tip.take((point.real.tip_mm - point.pose.tip_mm).norm(), line);
+        self.axis.take(angle_between(point.real.axis, point.pose.axis), line);
+        let turns = (0..machine.rotary_axes().len())
+            .map(|k| (written.rotary_deg[k] - source.rotary_deg[k]).abs())
+            .fold(0.0, f64::max);
+        self.turned += u64::from(turns > 0.0);
+        self.turn.take(turns, line);
+        self.held += u64::from(point.held);
+        self.first_held = self.first_held.or(Some(line).filter(|_| point.held));
+    }
+
+    pub(super) fn warn(&self, warnings: &mut Warnings) {
+        if self.held > 0 {
+            warnings.add(WarningKind::HeldAtPole, self.first_held).count = self.held;
+        }
+    }
+}

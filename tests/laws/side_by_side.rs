@@ -1,0 +1,131 @@
+//! Whoever works side by side with whom, the program that comes out is the same.
+
+use std::fmt::Write;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use trunnion::process::{CcParameters, Fault, OutputForm, compensate, compensate_side_by_side};
+use trunnion::units::Length;
+use trunnion::wear::SideBySide;
+
+use crate::models::finishing::{ac_machine, tool};
+
+/// Parts in threads of their own, or the last one first.
+enum Hands {
+    Threads,
+    Reversed,
+}
+
+impl SideBySide for Hands {
+    fn parts(&self) -> usize {
+        2
+    }
+
+    fn run<'a>(&self, mut parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
+        match self {
+            Self::Threads => std::thread::scope(|scope| {
+                for part in parts {
+                    scope.spawn(part);
+                }
+            }),
+            Self::Reversed => {
+                parts.reverse();
+                for part in parts {
+                    part();
+                }
+            }
+        }
+    }
+}
+
+/// More blocks than a stretch has; one in `long_every` turns far, and one rests.
+fn program(blocks: u32, long_every: u32) -> Vec<u8> {
+    let mut text = String::from("%\nG21 G90 G94\nG1 F3000\n");
+    let mut c = 0.0;
+    for block in 0..blocks {
+        c += if block.is_multiple_of(long_every) { 2.6 } else { 0.31 }
+            * if block % 1400 < 700 { 1.0 } else { -1.0 };
+        let p = f64::from(block) / 400.0;
+        let (x, y, z) = (80.0 + 15.0 * (0.7 * p).cos(), -20.0 + 11.0 * (0.9 * p).sin(), 40.0 + 5.0 * p.cos());
+        let a = 35.0 + 12.0 * p.sin();
+        writeln!(text, "X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4}").expect("a string");
+        if block == 8000 {
+            text.push_str("(a rest)\nG4 P1\nM8\n");
+        }
+    }
+    text.push_str("M30\n%\n");
+    text.into_bytes()
+}
+
+fn go_on() -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+#[test]
+fn threads_and_their_order_change_nothing() {
+    let machine = ac_machine();
+    let fine = CcParameters { tolerance: Length::from_mm(0.002), ..CcParameters::new(tool(5.0, 5.0)) };
+    // So many steps a block that a stretch is handed over in pieces.
+    let steps = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(tool(5.0, 5.0)) };
+    for (text, parameters) in [(program(18_000, 50), &fine), (program(9_000, 4), &steps)] {
+        let mut alone = Vec::new();
+        let report = compensate(&machine, parameters, &text, &mut alone, &go_on).expect("compensated");
+        assert!(report.motions_over_tolerance > 300 && report.blocks_out > report.blocks_in);
+        for hands in [Hands::Threads, Hands::Reversed] {
+            let mut output = Vec::new();
+            let again = compensate_side_by_side(&machine, parameters, &text, &mut output, &hands, &go_on);
+            assert!(output == alone, "the bytes differ");
+            assert_eq!(again.expect("compensated"), report);
+        }
+    }
+}
+
+#[test]
+fn a_fault_at_the_end_of_a_long_program_is_named_as_in_a_short_one() {
+    let mut text = program(9_000, 50);
+    text.truncate(text.len() - 6);
+    text.extend_from_slice(b"G1 X900000 A10\nX1 F0.0000001 C359\nG4 X\n");
+    let parameters = CcParameters::new(tool(5.0, 5.0));
+    let machine = ac_machine();
+    let faults: Vec<_> = [None, Some(Hands::Threads), Some(Hands::Reversed)]
+        .into_iter()
+        .map(|hands| {
+            let mut output = Vec::new();
+            match hands {
+                None => compensate(&machine, &parameters, &text, &mut output, &go_on),
+                Some(hands) => {
+                    compensate_side_by_side(&machine, &parameters, &text, &mut output, &hands, &go_on)
+                }
+            }
+            .map(|_report| ())
+        })
+        .collect();
+    assert!(matches!(faults[0], Err(Fault::Program(_))), "{:?}", faults[0]);
+    let said: Vec<_> = faults.iter().map(|fault| format!("{fault:?}")).collect();
+    assert!(said.iter().all(|fault| *fault == said[0]), "{said:?}");
+}
+
+#[test]
+fn stop_is_asked_all_along() {
+    // Asked at least once for every batch of 512 blocks in each of survey and work.
+    let text = program(9_000, 50);
+    let parameters = CcParameters::new(tool(5.0, 5.0));
+    let asked = AtomicU64::new(0);
+    let counting = || {
+        asked.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    compensate(&ac_machine(), &parameters, &text, &mut Vec::new(), &counting).expect("compensated");
+    let often = asked.into_inner();
+    assert!(often > 2 * 9_000 / 512, "{often}");
+    // And where it breaks, whenever that is, nothing is called done.
+    for share in 1..8 {
+        let left = AtomicU64::new(often * share / 8);
+        let breaking = || {
+            let before = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+            if before.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let stopped = compensate(&ac_machine(), &parameters, &text, &mut Vec::new(), &breaking);
+        assert!(matches!(stopped, Err(Fault::Cancelled)), "share {share} of 8");
+    }
+}
