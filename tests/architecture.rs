@@ -13,7 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("geometry", &["units"]),
     ("machine", &["geometry"]),
     ("kinematics", &["machine"]),
-    ("program", &["units"]),
+    ("program", &["geometry"]),
     ("surface", &["geometry"]),
     ("motion", &["program", "kinematics"]),
     ("contact", &["motion", "surface"]),

@@ -14,6 +14,8 @@ pub struct Resolution {
     pub linear_decimals: u8,
     /// Decimals of rotary words.
     pub rotary_decimals: u8,
+    /// Decimals of the components of the tool axis, where it is written as a vector in place of rotary words.
+    pub axis_decimals: Option<u8>,
     /// Millimetres in a program unit: 1 or 25.4.
     pub mm_per_unit: f64,
     /// What written numbers count from: zero, or in G91 the point before the block.
@@ -25,7 +27,7 @@ impl Resolution {
     #[must_use]
     pub fn absolute(linear_decimals: u8, rotary_decimals: u8, mm_per_unit: f64) -> Self {
         let origin = AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] };
-        Self { linear_decimals, rotary_decimals, mm_per_unit, origin }
+        Self { linear_decimals, rotary_decimals, axis_decimals: None, mm_per_unit, origin }
     }
 
     /// The lengths that the control reads back when these are written \[mm\].
@@ -46,6 +48,21 @@ impl Resolution {
             origin_deg + round_to_decimals(angles_deg[k] - origin_deg, self.rotary_decimals)
         })
     }
+
+    /// The angles that the control turns to when a point of this block is written at these \[deg\]; and the tool axis as it
+    /// is written, where it is written as a vector and turns.
+    #[must_use]
+    pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
+        let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
+        let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);
+        if start == end {
+            return (start, None);
+        }
+        let axis: [f64; 3] = block.kinematics.axis(rotary_rad(block.machine, angles_deg)).into();
+        let written = axis.map(|component| round_to_decimals(component, decimals));
+        let near = block.kinematics.words_near(Vec3::from(written), angles_deg, 0.0);
+        (near.map_or(angles_deg, |near| near.words_deg), Some(written))
+    }
 }
 
 /// The end of an inserted block.
@@ -57,6 +74,8 @@ pub struct Node {
     pub station: Station,
     /// The contact point aimed at in W \[mm\].
     pub contact_mm: Vec3,
+    /// The tool axis as it is written, where it is written as a vector and turns.
+    pub written_axis: Option<[f64; 3]>,
 }
 
 /// More parts than this are not tried: the block does not converge, or the program would drown.
@@ -83,7 +102,8 @@ pub fn nodes(
             let fraction = f64::from(index) / f64::from(parts);
             if index == parts {
                 let station = block.ends[1];
-                return Node { fraction, station, contact_mm: block.line.at_mm(1.0) };
+                let contact_mm = block.line.at_mm(1.0);
+                return Node { fraction, station, contact_mm, written_axis: None };
             }
             node(block, correction, fraction, resolution)
         })
@@ -92,7 +112,8 @@ pub fn nodes(
 
 fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resolution: &Resolution) -> Node {
     let mut words = block.words_at(fraction);
-    words.rotary_deg = resolution.rotary_deg(words.rotary_deg);
+    let (rotary_deg, written_axis) = resolution.turned(block, words.rotary_deg);
+    words.rotary_deg = rotary_deg;
     let pose = Station::new(block.machine, block.kinematics, block.mode, words).pose;
     let tip_mm = repaired_tip_mm(block, correction, fraction, &pose);
     let exact = match block.mode {
@@ -105,12 +126,13 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
     let written = AxisWords { linear_mm, rotary_deg: words.rotary_deg };
     let station = Station::new(block.machine, block.kinematics, block.mode, written);
     let contact_mm = tip_mm + block.carry.at(&block.tool, fraction, pose.axis).offset_mm;
-    Node { fraction, station, contact_mm }
+    Node { fraction, station, contact_mm, written_axis }
 }
 
 /// The parts of a divided block as the machine will run them.
 pub fn segments<'n>(block: &SourceBlock<'_>, nodes: &'n [Node]) -> impl Iterator<Item = Segment> + use<'n> {
-    let first = Node { fraction: 0.0, station: block.ends[0], contact_mm: block.line.start_mm };
+    let contact_mm = block.line.start_mm;
+    let first = Node { fraction: 0.0, station: block.ends[0], contact_mm, written_axis: None };
     let starts = std::iter::once(first).chain(nodes.iter().copied());
     starts.zip(nodes).map(|(from, to)| Segment {
         ends: [from.station, to.station],

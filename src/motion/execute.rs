@@ -2,7 +2,7 @@
 
 use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
-use super::modal::{ModalFeed, MotionMode, Transformation};
+use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
@@ -10,7 +10,7 @@ use crate::program::{
 
 /// What a block does with its axis words besides moving.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Action {
+pub(super) enum Action {
     /// Axis words are no motion.
     Consume,
     /// They set an offset.
@@ -21,6 +21,8 @@ enum Action {
     Elsewhere,
     Call,
     Unknown,
+    /// Axis words belong to a programmable frame.
+    Frame,
     /// A spline, thread or the like in this block only.
     Odd(Unfollowable),
 }
@@ -45,24 +47,40 @@ impl Interpreter {
             self.forget_all();
         }
         let mut reason = self.block_reason(batch, block, diagnostics);
-        let (mut action, one_shot) = self.apply_g_codes(&mut reason);
+        let (mut action, mut one_shot) = self.apply_g_codes(&mut reason);
         let (ends, called) = self.apply_m_codes();
+        let ends = ends || self.this_block.ends;
+        one_shot |= self.this_block.machine_coordinates;
+        if self.this_block.runs_cycle {
+            action = action.or(Some(Action::Odd(Unfollowable::CannedCycle)));
+        } else if self.this_block.moves_elsewhere {
+            action = action.or(Some(Action::Elsewhere));
+        }
+        if self.sections.is_called_text {
+            reason = reason.or(Some(Unfollowable::CalledText));
+        }
         if self.block.odd_code {
             action = Some(Action::Unknown);
         } else if called {
             action = Some(Action::Call);
         }
         self.obstacle = self.modal.obstacle();
-        if self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P) {
+        if self.this_block.flow
+            || (self.block.has_m(self.dialect, MCode::Return) && self.block.has(Address::P))
+        {
             let text = Excerpt::new(batch.block_text(block).trim_ascii());
             let code = DiagnosticCode::ControlFlow { text };
             diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
         }
         let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        if let Some(section) = self.this_block.section {
+            self.apply_section(section);
+        }
         if self.block.has_m(self.dialect, MCode::Return) {
             self.go_back(index, block, before, motions);
         }
+        self.finish_block();
         if ends {
             self.end(block.line);
         }
@@ -92,8 +110,10 @@ impl Interpreter {
             }
             None => self.move_axes(index, block, reason, motions),
             // F of a dwell may be a time.
-            Some(Action::Consume) if self.block.has(Address::F) => self.modal.feed = ModalFeed::Unknown,
-            Some(Action::Consume) => {}
+            Some(Action::Consume) if self.block.has(Address::F) && self.dialect != Dialect::Siemens => {
+                self.modal.feed = ModalFeed::Unknown;
+            }
+            Some(Action::Consume | Action::Frame) => {}
             Some(Action::Shift) => {
                 self.set_feed();
                 // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
@@ -117,7 +137,10 @@ impl Interpreter {
             }
             Some(Action::Elsewhere) => {
                 self.set_feed();
-                self.opaque(index, block, Unfollowable::Reference, motions);
+                // G53.1, G53.3 and G53.6 turn the tool onto the tilted plane.
+                let tilted = self.obstacle == Some(Unfollowable::TiltedPlane);
+                let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };
+                self.opaque(index, block, reason, motions);
                 self.position.forget_axes();
             }
             Some(Action::Odd(reason)) => {
@@ -237,7 +260,12 @@ impl Interpreter {
                     self.modal.feed_mode = Some(mode);
                 }
                 Code::Compensation(on) => self.modal.compensation = Some(on),
+                // TRAORI again, or TRAFOOF again: nothing new.
+                Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
                 Code::ToolLength(length) => {
+                    if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+                        self.position.tool_axis = [None; 3];
+                    }
                     if self.modal.tool_length == Some(length) {
                         // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
                         self.position.axes[2] = None;
@@ -279,6 +307,54 @@ impl Interpreter {
                     self.modal.macro_call = Some(false);
                     self.position.forget_all();
                 }
+                Code::Statement(statement) => {
+                    if let Some(new) = self.apply_statement(statement, reason) {
+                        also(&mut action, new);
+                    }
+                }
+                Code::ProgramFrame(frame, added) => {
+                    self.program_frame(frame, added);
+                    also(&mut action, Action::Frame);
+                }
+                Code::ModalCycle => {
+                    self.modal.macro_call = Some(true);
+                    self.position.forget_axes();
+                }
+                Code::Cycle => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::CannedCycle));
+                }
+                Code::Swivel(on) => {
+                    self.transform(Transformation::Swivel, on);
+                    if on {
+                        self.position.forget_axes();
+                        also(&mut action, Action::Odd(Unfollowable::Transformation));
+                    }
+                }
+                Code::Probing => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::Probing));
+                }
+                Code::PolarEnd => {
+                    self.position.forget_linear();
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
+                }
+                Code::OrientationWord => {
+                    self.position.forget_rotary();
+                    also(&mut action, Action::Odd(Unfollowable::ToolVector));
+                }
+                Code::OtherAxis => {
+                    self.position.forget_axes();
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
+                }
+                Code::BlockWord => also(&mut action, Action::Odd(Unfollowable::ControlWord)),
+                Code::ForeignWord => *reason = Some(Unfollowable::ControlWord),
+                Code::ToolOffset => {
+                    self.position.forget_linear();
+                    self.modal.edge = None;
+                }
+                Code::RoundsCorners(on) => self.modal.rounds_corners = on,
+                Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }
@@ -305,7 +381,11 @@ impl Interpreter {
     fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
         let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
-        if matches!(tenths, 700 | 710) && is_cycle { Code::Unknown } else { meaning(self.dialect, tenths) }
+        if self.dialect == Dialect::Iso && matches!(tenths, 700 | 710) && is_cycle {
+            Code::Unknown
+        } else {
+            meaning(self.dialect, tenths)
+        }
     }
 
     fn change_work_offset(&mut self, code: u32) {
@@ -316,15 +396,22 @@ impl Interpreter {
             _ if has_p => None,
             _ => Some(code << 16),
         };
+        self.set_work_offset(offset);
+    }
+
+    pub(super) fn set_work_offset(&mut self, offset: Option<u32>) {
         if offset.is_none() || offset != self.modal.work_offset {
             self.position.forget_axes();
         }
         self.modal.work_offset = offset;
     }
 
-    fn transform(&mut self, which: Transformation, on: bool) {
+    pub(super) fn transform(&mut self, which: Transformation, on: bool) {
         // G7 and G7.1 are ended by G8 or by the axis at zero.
         let on = on && !(which == Transformation::Cylinder && self.is_cylinder_end());
+        if which == Transformation::Rotation && !on && self.dialect == Dialect::Iso {
+            self.transform(Transformation::Tilt, false);
+        }
         if let Some(state) = self.modal.transformations.get_mut(which as usize)
             && *state != Some(on)
         {
@@ -345,11 +432,42 @@ impl Interpreter {
                 MCode::Plain => {}
                 MCode::End | MCode::Return => ends = true,
                 MCode::Call => called = true,
-                MCode::ToolChange => self.position.forget_linear(),
+                MCode::ToolChange => {
+                    self.position.forget_linear();
+                    self.modal.edge = None;
+                }
                 MCode::KinematicsSwitch => {
                     self.position.forget_linear();
                     self.modal.kinematics_switched |= !self.options.interpolation_stated;
                 }
+                MCode::MachineCoordinates => self.this_block.machine_coordinates = true,
+                MCode::CycleCall => {
+                    self.this_block.runs_cycle = true;
+                    self.modal.macro_call = Some(false);
+                }
+                MCode::CycleModal => {
+                    self.this_block.runs_cycle = true;
+                    self.modal.macro_call = Some(true);
+                }
+                MCode::Tcp(true) => self.set_tcp(true),
+                MCode::Tcp(false) => self.this_block.tcp_off_behind = true,
+                MCode::TcpOther => {
+                    self.modal.tool_length = None;
+                    self.position.forget_linear();
+                }
+                MCode::ShortestPath(true) => self.modal.shortest_path = true,
+                MCode::ShortestPath(false) => self.this_block.shortest_off_behind = true,
+                MCode::Feed(mode) => {
+                    if self.modal.feed_mode != Some(mode) {
+                        self.modal.void_feed();
+                        self.modal.feed_mode = Some(mode);
+                    }
+                }
+                MCode::ForgetRotary => {
+                    self.position.axes[3..].fill(None);
+                    self.position.foreign_deg = None;
+                }
+                MCode::Elsewhere => self.this_block.moves_elsewhere = true,
                 MCode::ExtruderAbsolute => self.modal.relative_extruder = false,
                 MCode::ExtruderRelative => self.modal.relative_extruder = true,
             }
@@ -386,6 +504,9 @@ impl Interpreter {
             if named & bit(address) != 0 {
                 self.position.axes[slot] = None;
             }
+        }
+        if named & (bit(first) | bit(second)) != 0 {
+            self.position.tool_axis = [None; 3];
         }
         if named & bit(self.foreign_address) != 0 {
             self.position.foreign_deg = None;

@@ -1,8 +1,10 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
 use super::codes::{MCode, code_of, m_meaning};
-use super::modal::{Modal, MotionMode};
+use super::modal::{Modal, MotionMode, Offset, ToolLength};
 use super::position::Position;
+use super::sections::Sections;
+use super::statements::ThisBlock;
 use super::{Decimals, Motion, Unfollowable};
 use crate::machine::Machine;
 use crate::program::{
@@ -37,7 +39,7 @@ pub struct Interpreter {
     pub(super) rotary_addresses: [Address; 2],
     pub(super) foreign_address: Address,
     /// Work offset and shifts at the first complete point.
-    pub(super) first_offset: Option<(Option<u32>, u32)>,
+    pub(super) first_offset: Option<Option<Offset>>,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
     has_blocks: bool,
@@ -53,6 +55,10 @@ pub struct Interpreter {
     pub(super) dialect: Dialect,
     constants: Option<Constants>,
     pub(super) block: BlockWords,
+    pub(super) this_block: ThisBlock,
+    pub(super) sections: Sections,
+    /// It runs along to see what a section sets, whatever was before: see `sections`.
+    pub(super) is_stranger: bool,
 }
 
 /// The words of the block at hand, by address.
@@ -214,6 +220,9 @@ impl Interpreter {
             dialect: Dialect::Iso,
             constants: None,
             block: BlockWords::EMPTY,
+            this_block: ThisBlock::default(),
+            sections: Sections::default(),
+            is_stranger: false,
         }
     }
 
@@ -222,52 +231,76 @@ impl Interpreter {
     ///
     /// Expressions of the batch whose value is fixed by the program so far become numbers in it.
     pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
-        self.dialect = batch.dialect();
-        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
-        let batch = &*batch;
-        if batch.dialect() == Dialect::Csv && self.modal.motion.is_none() {
-            self.modal.motion = Some(MotionMode::Linear);
+        if self.constants.is_none() {
+            self.dialect = batch.dialect();
+            self.begin_dialect();
         }
-        let mut faults = batch.faults().iter();
-        for (index, block) in batch.blocks().iter().enumerate() {
+        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
+        for index in 0..batch.blocks().len() {
+            let Some(block) = batch.blocks().get(index).copied() else { break };
+            if self.dialect == Dialect::Iso && !self.ended && self.takes_vector(batch.words(&block)) {
+                batch.name_tool_axis(&block);
+            }
+            let (batch, block) = (&*batch, &block);
             if self.ended {
                 let is_text = block.counts() && block.kind != BlockKind::Percent;
                 self.blocks_after_end += u64::from(is_text);
                 continue;
             }
-            match block.kind {
-                BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
-                // The first one opens the tape, another one closes it.
-                BlockKind::Percent if self.has_blocks => self.end(block.line),
-                BlockKind::Percent
-                | BlockKind::Blank
-                | BlockKind::Comment
-                | BlockKind::Banner
-                | BlockKind::Header => {}
-                BlockKind::Assignment => self.assign(block),
-                BlockKind::Call => {
-                    self.has_blocks = true;
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
-                    self.block.gather(&[]);
-                    self.opaque(index, block, Unfollowable::Call, motions);
-                    self.forget_all();
-                }
-                BlockKind::Flow => {
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::ControlFlow { text }));
-                }
-                BlockKind::Template => {
-                    let text = excerpt(batch, block);
-                    diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
-                }
-                BlockKind::Malformed => {
-                    if let Some(fault) = faults.find(|fault| fault.line == block.line) {
-                        diagnostics.push(*fault);
-                    }
-                }
+            self.run_along(batch, index, block);
+            self.interpret_block(batch, index, block, motions, diagnostics);
+        }
+    }
+
+    /// One block of a program that has not ended.
+    pub(super) fn interpret_block(
+        &mut self,
+        batch: &Batch,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        match block.kind {
+            BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
+            // The first one opens the tape, another one closes it.
+            BlockKind::Percent if self.has_blocks => self.end(block.line),
+            BlockKind::Percent
+            | BlockKind::Blank
+            | BlockKind::Comment
+            | BlockKind::Banner
+            | BlockKind::Header => {}
+            BlockKind::Assignment => self.assign(block),
+            BlockKind::Call => {
+                self.has_blocks = true;
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
+                self.block.gather(&[]);
+                self.opaque(index, block, Unfollowable::Call, motions);
+                self.forget_all();
+            }
+            BlockKind::Flow => {
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::ControlFlow { text }));
+            }
+            BlockKind::Template => {
+                let text = excerpt(batch, block);
+                diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
+            }
+            BlockKind::Malformed => {
+                let fault = batch.faults().iter().find(|fault| fault.line == block.line);
+                diagnostics.extend(fault.copied());
             }
         }
+    }
+
+    /// A control in the same state that runs along to see what a section sets.
+    pub(super) fn stranger(&mut self) -> Self {
+        let sections = std::mem::take(&mut self.sections);
+        let constants = self.constants.take();
+        let stranger = Self { is_stranger: true, ..self.clone() };
+        (self.sections, self.constants) = (sections, constants);
+        stranger
     }
 
     /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.
@@ -307,9 +340,19 @@ impl Interpreter {
     ) {
         let words = batch.words(block);
         self.block.gather(words);
+        if self.is_stranger && block.flags.has(BlockFlags::EXPRESSION) {
+            // Parameters may stand at something else where the section is called.
+            for word in words.iter().filter(|word| word.form == WordForm::Evaluated) {
+                self.block.unknown |= bit(word.address);
+            }
+        }
+        self.begin_block();
+        let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
-        if batch.dialect() == Dialect::Iso {
-            self.count_points();
+        match batch.dialect() {
+            Dialect::Iso => self.count_points(),
+            Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
+            _ => {}
         }
         if block.flags.is_plain() && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {
@@ -328,6 +371,9 @@ impl Interpreter {
             self.execute(batch, index, block, motions, diagnostics);
         }
         self.has_motions |= !motions.is_empty();
+        if self.dialect == Dialect::Heidenhain {
+            self.sections.count(motions.get(motions_before..).unwrap_or_default());
+        }
     }
 
     #[inline]
@@ -376,7 +422,13 @@ impl Interpreter {
 
     /// Behind a call.
     pub(super) fn forget_all(&mut self) {
-        self.modal.forget();
+        match self.dialect {
+            Dialect::Heidenhain | Dialect::Apt => self.modal.forget_conversational(),
+            Dialect::Iso | Dialect::Siemens | Dialect::Csv => self.modal.forget(),
+        }
+        if self.dialect == Dialect::Apt {
+            self.modal.tool_length = Some(ToolLength::Vector);
+        }
         self.position.forget_all();
         self.obstacle = self.modal.obstacle();
     }

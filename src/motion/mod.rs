@@ -5,15 +5,27 @@
 //! alone; nothing is guessed.
 
 mod codes;
+#[cfg(test)]
+#[expect(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    reason = "values as they stand in the text, exact"
+)]
+#[path = "conversational/tests.rs"]
+mod conversational_tests;
 mod execute;
 mod feed;
 mod interpreter;
 mod modal;
 mod motions;
 mod position;
+mod sections;
+mod sinumerik;
+mod statements;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
+mod tool_axis;
 mod travel;
 mod unfollowable;
 mod words;

@@ -1,5 +1,6 @@
 //! The modal state of a control. `None` is a value that is not known.
 
+use super::sections::behind;
 use super::{FeedMode, ModalGroup, Unfollowable};
 
 /// The motion group.
@@ -34,7 +35,26 @@ pub(super) enum Transformation {
     PolarWords,
     PolarInterpolation,
     Cylinder,
+    /// A tilted working plane of a conversational program.
+    Tilt,
+    /// The tool stands along another axis than Z.
+    ToolAxis,
+    /// TOROT, TOFRAME.
+    ToolFrame,
+    /// PAROT.
+    PartFrame,
+    /// CYCLE800.
+    Swivel,
+    /// PTP.
+    PointToPoint,
+    /// The tool axis on a course of its own.
+    Orientation,
+    /// DIAMON.
+    Diameter,
 }
+
+/// How many transformations there are.
+const TRANSFORMATIONS: usize = 14;
 
 /// What F stands at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +65,14 @@ pub(super) enum ModalFeed {
     Unknown,
     /// As written, and its decimals.
     Given(f64, u8),
+}
+
+/// Where the program's zero is, as far as the text says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Offset {
+    code: u32,
+    shifts: u32,
+    datum_mm: [f64; 3],
 }
 
 /// All that is modal but for positions.
@@ -60,15 +88,35 @@ pub(super) struct Modal {
     /// M428 to M430 since the last G43.4, G43.5 or G49, and nobody said what it means.
     pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
-    pub(super) transformations: [Option<bool>; 6],
+    pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
     pub(super) macro_call: Option<bool>,
     /// The work offset, as code and P number in one; G54 at the start.
     pub(super) work_offset: Option<u32>,
     /// Changes when G92, G52 or G10 move an offset.
     pub(super) shifts: u32,
+    /// What TRANS and ATRANS add to the words X Y Z \[mm\].
+    pub(super) program_offset_mm: Option<[f64; 3]>,
+    /// The D number of the tool's edge, where it decides the tool's length.
+    pub(super) edge: Option<f64>,
+    /// RNDM: every corner is rounded.
+    pub(super) rounds_corners: bool,
+    /// ORIMKS: tool vectors are meant in the machine.
+    pub(super) vectors_in_machine: bool,
     /// M83.
     pub(super) relative_extruder: bool,
     pub(super) feed: ModalFeed,
+    /// The datum shift of a conversational program \[mm\].
+    pub(super) datum_mm: [Option<f64>; 3],
+    /// M126: rotary axes take the shorter way.
+    pub(super) shortest_path: bool,
+    /// How the next point of a cutter location program is reached.
+    pub(super) next_motion: Option<MotionMode>,
+    /// Its points are those of a cycle.
+    pub(super) in_cycle: bool,
+    /// MULTAX/ON: an axis that is left out stays as it is.
+    pub(super) multax: bool,
+    /// A point stated the tool axis since TLAXIS.
+    pub(super) axis_stated: bool,
 }
 
 /// G54.
@@ -85,12 +133,22 @@ impl Modal {
         compensation: Some(false),
         tool_length: Some(ToolLength::Plain),
         kinematics_switched: false,
-        transformations: [Some(false); 6],
+        transformations: [Some(false); TRANSFORMATIONS],
         macro_call: Some(false),
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
+        program_offset_mm: Some([0.0; 3]),
+        edge: None,
+        rounds_corners: false,
+        vectors_in_machine: false,
         relative_extruder: false,
         feed: ModalFeed::NeverGiven,
+        datum_mm: [Some(0.0); 3],
+        shortest_path: false,
+        next_motion: None,
+        in_cycle: false,
+        multax: false,
+        axis_stated: false,
     };
 
     /// Behind a call. Rotation and tilted planes are what subprograms leave behind, so G69 has to say that there is
@@ -104,8 +162,29 @@ impl Modal {
         self.compensation = None;
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
+        self.transformations[Transformation::Tilt as usize] = None;
         self.work_offset = None;
+        self.program_offset_mm = None;
+        self.edge = None;
         self.feed = ModalFeed::Unknown;
+    }
+
+    /// Behind a call in a conversational program: units, the sense of words and feeds are those of the program; radius
+    /// compensation, TCP, tilted planes, rotations and datum shifts may be others.
+    pub(super) fn forget_conversational(&mut self) {
+        let before = *self;
+        self.forget();
+        self.mm_per_unit = before.mm_per_unit;
+        self.incremental = before.incremental;
+        self.feed_mode = before.feed_mode;
+        self.transformations[Transformation::Tilt as usize] = None;
+        self.datum_mm = [None; 3];
+    }
+
+    /// The work offset with its shifts, if all of it is known.
+    pub(super) fn offset(&self) -> Option<Offset> {
+        let [Some(x), Some(y), Some(z)] = self.datum_mm else { return None };
+        Some(Offset { code: self.work_offset?, shifts: self.shifts, datum_mm: [x, y, z] })
     }
 
     /// Another unit or sense of F: the number that stands means nothing any more.
@@ -113,6 +192,49 @@ impl Modal {
         if self.feed != ModalFeed::NeverGiven {
             self.feed = ModalFeed::Unknown;
         }
+    }
+
+    /// The state behind a section of the program that is called in this one, by what it does to the program's and to
+    /// another state.
+    pub(super) fn behind(&self, program: [&Self; 2], stranger: [&Self; 2]) -> Self {
+        macro_rules! each {
+            ($($field:ident),*) => {
+                Self { $($field: behind(
+                    self.$field,
+                    program.map(|state| state.$field),
+                    stranger.map(|state| state.$field),
+                ),)* transformations: std::array::from_fn(|i| behind(
+                    self.transformations[i],
+                    program.map(|state| state.transformations[i]),
+                    stranger.map(|state| state.transformations[i]),
+                )) }
+            };
+        }
+        each!(
+            motion,
+            plane,
+            incremental,
+            mm_per_unit,
+            feed_mode,
+            compensation,
+            tool_length,
+            kinematics_switched,
+            macro_call,
+            work_offset,
+            shifts,
+            relative_extruder,
+            feed,
+            datum_mm,
+            shortest_path,
+            next_motion,
+            in_cycle,
+            multax,
+            axis_stated,
+            program_offset_mm,
+            edge,
+            rounds_corners,
+            vectors_in_machine
+        )
     }
 
     /// What is the same whether a block was executed or skipped.
@@ -136,8 +258,15 @@ impl Modal {
             work_offset: same(self.work_offset, skipped.work_offset),
             // A shift that may have been is a shift.
             shifts: self.shifts,
+            program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
+            edge: same(self.edge, skipped.edge),
+            rounds_corners: self.rounds_corners || skipped.rounds_corners,
+            vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
+            datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
+            shortest_path: self.shortest_path || skipped.shortest_path,
+            ..*self
         }
     }
 
@@ -146,6 +275,9 @@ impl Modal {
         let unknown = |group| Some(Unfollowable::ModeUnknown { group });
         if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
+        }
+        if self.transformations[Transformation::Tilt as usize] == Some(true) {
+            return Some(Unfollowable::TiltedPlane);
         }
         if self.transformations.contains(&Some(true)) {
             return Some(Unfollowable::Transformation);
@@ -157,6 +289,9 @@ impl Modal {
             Some(false) => {}
             Some(true) => return Some(Unfollowable::CutterCompensation),
             None => return unknown(ModalGroup::CutterCompensation),
+        }
+        if self.rounds_corners {
+            return Some(Unfollowable::Corner);
         }
         if self.kinematics_switched {
             return Some(Unfollowable::KinematicsSwitched);

@@ -1,5 +1,6 @@
 //! Where the control is, as far as the text tells. `None` is not known.
 
+use super::sections::behind;
 use super::{AxisWords, Decimals};
 
 /// Last values of the words that name places, and the digits they were written with.
@@ -62,6 +63,12 @@ impl Position {
         self.contact_mm = [None; 3];
     }
 
+    pub(super) fn forget_rotary(&mut self) {
+        self.axes[3..].fill(None);
+        self.foreign_deg = None;
+        self.tool_axis = [None; 3];
+    }
+
     pub(super) fn forget_axes(&mut self) {
         self.axes = [None; 5];
         self.foreign_deg = None;
@@ -73,6 +80,31 @@ impl Position {
     pub(super) fn forget_all(&mut self) {
         self.forget_axes();
         self.extruder = None;
+    }
+
+    /// Where the control is behind a section of the program that is called here, by what it does to the program's and
+    /// to another state.
+    pub(super) fn behind(&self, program: [&Self; 2], stranger: [&Self; 2]) -> Self {
+        fn each<const N: usize>(
+            caller: [Option<f64>; N],
+            program: [[Option<f64>; N]; 2],
+            stranger: [[Option<f64>; N]; 2],
+        ) -> [Option<f64>; N] {
+            std::array::from_fn(|i| behind(caller[i], program.map(|at| at[i]), stranger.map(|at| at[i])))
+        }
+        Self {
+            axes: each(self.axes, program.map(|at| at.axes), stranger.map(|at| at.axes)),
+            foreign_deg: each(
+                [self.foreign_deg],
+                program.map(|at| [at.foreign_deg]),
+                stranger.map(|at| [at.foreign_deg]),
+            )[0],
+            tool_axis: each(self.tool_axis, program.map(|at| at.tool_axis), stranger.map(|at| at.tool_axis)),
+            contact_mm: [None; 3],
+            normal: [None; 3],
+            extruder: None,
+            ..*program[1]
+        }
     }
 
     /// What is the same whether a block was executed or skipped.

@@ -181,7 +181,7 @@ fn cutter_compensation_and_transformations_are_not_followed() {
     for (on, off, reason) in [
         ("G41 D1", "G40", Unfollowable::CutterCompensation),
         ("G68 X0 Y0 R30", "G69", Unfollowable::Transformation),
-        ("G68.2 X0 Y0 Z0 I0 J30 K0", "G69", Unfollowable::Transformation),
+        ("G68.2 X0 Y0 Z0 I0 J30 K0", "G69", Unfollowable::TiltedPlane),
         ("G51 X0 Y0 Z0 P2", "G50", Unfollowable::Transformation),
         ("G16", "G15", Unfollowable::Transformation),
         ("G66 P9000", "G67", Unfollowable::ModalCall),
@@ -215,12 +215,14 @@ fn axis_words_of_a_dwell_are_seconds() {
 
 #[test]
 fn values_that_cannot_be_seen_leave_the_axis_unknown() {
-    let motions = run_from_zero("#1 = 5\nG1 X#1 F1\nY1\nX[#1*2]\nX3\nY-#<a>\n");
+    let motions = run_from_zero("G1 X#1 F1\nY1\nX[#1*2]\nX3\nY-#<a>\n");
     assert_eq!(motions[0].unfollowable, Some(Unfollowable::Expression { address: Address::X }));
     assert!(motions[0].start.is_some() && motions[0].end.is_none());
     assert!(motions[1].end.is_none() && motions[1].unfollowable.is_none());
     assert!(motions[3].start.is_none() && motions[3].end.is_some());
     assert_eq!(motions[4].unfollowable, Some(Unfollowable::Expression { address: Address::Y }));
+    // What the program has set is known.
+    assert_eq!(end(&run_from_zero("#1 = 5\nX[#1*2]\n")[0])[0], 10.0);
     // A system parameter may be an offset.
     assert!(run_from_zero("#5221 = 1\nX1\n")[0].end.is_none());
     assert!(run_from_zero("#3000 = 1\nX1\n")[0].end.is_some());

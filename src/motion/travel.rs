@@ -1,9 +1,9 @@
 //! Axis words into a motion.
 
-use super::interpreter::{AXES, Interpreter, bit};
+use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
-    ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
+    AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
 };
 use crate::program::{Address, Block, round_to_decimals};
@@ -11,6 +11,9 @@ use crate::program::{Address, Block, round_to_decimals};
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
+const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
+const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
 /// Words of an arc's centre and radius.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
@@ -37,8 +40,13 @@ impl Interpreter {
     ) {
         let present = self.block.present;
         self.set_feed();
-        let is_arc = self.modal.motion == Some(MotionMode::Arc) && present & (I | J | K | R) != 0;
-        if present & AXES == 0 && !is_arc {
+        let is_arc = self.modal.motion == Some(MotionMode::Arc)
+            && (present & (I | J | K | R) != 0 || self.this_block.full_circle);
+        if self.this_block.states_position {
+            self.take_axis_words();
+            return;
+        }
+        if present & (AXES | VECTORS) == 0 && !is_arc {
             self.take_other_words();
             return;
         }
@@ -57,6 +65,7 @@ impl Interpreter {
             }
         };
         let start = self.position.axis_words();
+        let vector_start = self.position.linear_mm().zip(self.position.tool_axis());
         let word_reason = self.word_reason(kind);
         self.take_axis_words();
         let extra = self.take_other_words();
@@ -65,6 +74,7 @@ impl Interpreter {
             self.obstacle,
             Some(
                 Unfollowable::Transformation
+                    | Unfollowable::TiltedPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
@@ -73,15 +83,28 @@ impl Interpreter {
             motion.end = self.position.axis_words();
             motion.linear_end_mm = self.position.linear_mm();
             motion.tool_axis = self.position.tool_axis();
+            motion.vector_start = vector_start;
         }
         if reason != Some(Unfollowable::MachineCoordinates) {
             motion.contact = self.contact();
         }
         motion.extra = extra;
-        motion.unfollowable = reason.or(self.obstacle).or(word_reason);
+        // What the vector is on this machine can be found later, anything else not.
+        let vector = Some(Unfollowable::ToolVector);
+        motion.unfollowable = reason.or(self.obstacle.filter(|_| self.obstacle != vector)).or(word_reason);
+        if motion.unfollowable.is_none() {
+            let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
+            if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
+                motion.unfollowable = Some(Unfollowable::ShortestPath);
+            }
+        }
         if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
             motion.unfollowable = Some(Unfollowable::RelativeExtruder);
         }
+        if motion.unfollowable.is_none() && motion.end.is_none() && motion.tool_axis.is_some() {
+            motion.unfollowable = vector;
+        }
+        motion.unfollowable = motion.unfollowable.or(self.obstacle);
         self.note_offset(&mut motion);
         motions.push(motion);
     }
@@ -106,10 +129,18 @@ impl Interpreter {
         {
             reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
         }
-        if self.modal.incremental == Some(true) && block.present & POINTS != 0 {
+        let has_axis = matches!(self.modal.tool_length, Some(ToolLength::Tcp | ToolLength::Vector) | None);
+        if block.present & VECTORS != 0 && !has_axis {
+            reason = Some(Unfollowable::VectorWord { address: Address::TI });
+        }
+        if block.present & POINTS != 0
+            && CONTACT.iter().any(|&address| {
+                block.has(address) && block.is_incremental(address, self.modal.incremental) == Some(true)
+            })
+        {
             reason = Some(Unfollowable::IncrementalContact);
         }
-        let relevant = AXES | POINTS | bit(Address::E) | bit(Address::F);
+        let relevant = AXES | POINTS | VECTORS | bit(Address::E) | bit(Address::F);
         if block.unknown & relevant != 0 {
             reason = Some(Unfollowable::Expression { address: first_address(block.unknown & relevant) });
         }
@@ -144,6 +175,15 @@ impl Interpreter {
             let absolute = sense == Some(false);
             self.position.foreign_deg = block.value(self.foreign_address).filter(|_| absolute);
         }
+        if block.present & VECTORS != 0 {
+            // The control turns its rotary axes to the vector.
+            self.position.tool_axis = VECTOR.map(|address| block.value(address));
+            self.position.axes[3..].fill(None);
+            self.position.foreign_deg = None;
+            self.position.decimals[3..].fill(most_decimals(block));
+        } else if block.present & (bit(first) | bit(second)) != 0 {
+            self.position.tool_axis = [None; 3];
+        }
         if block.comma & bit(Address::A) != 0 {
             // An angle in place of a coordinate: the end is for the control to find.
             self.position.forget_linear();
@@ -160,14 +200,15 @@ impl Interpreter {
                 self.position.contact_decimals[slot] = block.decimals[index];
                 let value = block.value(address);
                 let before = self.position.contact_mm[slot];
-                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, self.modal.incremental) {
+                let sense = block.is_incremental(address, self.modal.incremental);
+                self.position.contact_mm[slot] = match (self.modal.mm_per_unit, sense) {
                     (Some(scale), Some(false)) => value.map(|value| value * scale),
                     (Some(scale), Some(true)) => before.and_then(|at| value.map(|value| at + value * scale)),
                     _ => None,
                 };
             }
         }
-        if block.present >> Address::NX.index() != 0 {
+        if block.present & NORMALS != 0 {
             for (slot, address) in NORMAL.into_iter().enumerate() {
                 if block.has(address) {
                     self.position.contact_decimals[slot] = block.decimals[address.index()];
@@ -189,7 +230,8 @@ impl Interpreter {
     /// M83; or G91, or either of G90 and G91: E follows them on some controls.
     #[inline]
     fn is_extruder_relative(&self) -> bool {
-        self.modal.relative_extruder || self.modal.incremental != Some(false)
+        self.modal.relative_extruder
+            || self.block.is_incremental(Address::E, self.modal.incremental) != Some(false)
     }
 
     /// Contact words are those of this block, completed from before.
@@ -199,7 +241,7 @@ impl Interpreter {
             if let [Some(u), Some(v), Some(w)] = self.position.contact_mm {
                 return ContactWords::Point([u, v, w]);
             }
-        } else if self.block.present >> Address::NX.index() != 0
+        } else if self.block.present & NORMALS != 0
             && let [Some(x), Some(y), Some(z)] = self.position.normal
         {
             return ContactWords::Normal([x, y, z]);
@@ -210,7 +252,7 @@ impl Interpreter {
     #[inline]
     pub(super) fn set_feed(&mut self) {
         if self.block.present & (1 << FEED) != 0 {
-            let known = self.block.unknown & (1 << FEED) == 0;
+            let known = self.block.unknown & (1 << FEED) == 0 && !self.this_block.other_feed;
             self.modal.feed = if known {
                 ModalFeed::Given(self.block.values[FEED], self.block.decimals[FEED])
             } else {
@@ -273,6 +315,8 @@ impl Interpreter {
             end: None,
             linear_end_mm: None,
             tool_axis: None,
+            vector_start: None,
+            program_offset_mm: self.modal.program_offset_mm,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
@@ -302,12 +346,16 @@ impl Interpreter {
             if found { most } else { modal }
         };
         let mut contact = most(&CONTACT, modal.contact);
-        if self.block.present >> Address::NX.index() != 0 {
+        if self.block.present & NORMALS != 0 {
             contact = most(&NORMAL, contact);
         }
         Decimals {
             linear: most(&LINEAR, modal.linear),
-            rotary: most(&self.rotary_addresses, modal.rotary),
+            rotary: if self.block.present & VECTORS != 0 {
+                most_decimals(&self.block)
+            } else {
+                most(&self.rotary_addresses, modal.rotary)
+            },
             contact,
             extra: modal.extra,
         }
@@ -315,14 +363,18 @@ impl Interpreter {
 
     #[inline]
     fn offset_changed(&self) -> bool {
-        self.modal.work_offset.is_none()
-            || self.first_offset.is_some_and(|first| first != (self.modal.work_offset, self.modal.shifts))
+        let now = self.modal.offset();
+        now.is_none()
+            || self.modal.program_offset_mm != Some([0.0; 3])
+            || self.first_offset.is_some_and(|first| first != now)
     }
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
-        if self.first_offset.is_none() && motion.end.is_some() {
-            self.first_offset = Some((self.modal.work_offset, self.modal.shifts));
+        let is_complete =
+            motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
+        if self.first_offset.is_none() && is_complete {
+            self.first_offset = Some(self.modal.offset());
         }
         motion.offset_changed = self.offset_changed();
     }
@@ -354,11 +406,20 @@ impl Interpreter {
     }
 }
 
+/// Of a block's tool vector.
+fn most_decimals(block: &BlockWords) -> u8 {
+    let decimals = VECTOR.map(|address| if block.has(address) { block.decimals[address.index()] } else { 0 });
+    decimals.into_iter().max().unwrap_or(0)
+}
+
 fn mode_unknown(group: ModalGroup) -> Unfollowable {
     Unfollowable::ModeUnknown { group }
 }
 
 fn first_address(bits: u32) -> Address {
+    if bits & !VECTORS == 0 {
+        return Address::TI;
+    }
     let letter = b'A' + u8::try_from(bits.trailing_zeros()).unwrap_or(0).min(25);
     Address::from_letter(letter).unwrap_or(Address::X)
 }

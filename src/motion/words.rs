@@ -34,7 +34,7 @@ pub struct Extra {
 pub struct Decimals {
     /// X Y Z.
     pub linear: u8,
-    /// The machine's two rotary words.
+    /// The machine's two rotary words, or the tool vector in their place.
     pub rotary: u8,
     /// U V W or nx ny nz.
     pub contact: u8,

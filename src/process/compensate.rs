@@ -86,7 +86,9 @@ pub(super) fn compensate_from(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
+        .with_setup(machine, &parameters.setup)
+        .with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
     passages.fill(&mut present)?;
     let dialect = passages.dialect();
@@ -138,6 +140,7 @@ pub(super) fn compensate_from(
         return Err(Fault::Lines(work.judge.faults));
     }
     work.inventory.inserted += work.emitter.feed_blocks;
+    work.inventory.join(&work.emitter.numbers);
     verifier.finish(&work.inventory)?;
     verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
@@ -213,7 +216,7 @@ impl<'a> Work<'a> {
             survey,
             contact,
             judge: Judge::new(machine, kinematics, parameters, contact),
-            emitter: Emitter::default(),
+            emitter: Emitter::new(survey.numbering),
             at: Place::default(),
             largest_after_mm: 0.0,
             checked: 0,

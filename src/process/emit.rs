@@ -1,11 +1,13 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
+use super::inventory::Inventory;
 use super::judge::Checked;
+use super::numbering::Numbering;
 use super::plan::Division;
 use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
-    Address, Batch, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
+    Address, Batch, Block, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
     print_inserted_without, round_to_decimals,
 };
 
@@ -24,6 +26,9 @@ pub(super) struct Emitter {
     pub(super) feeds_restored: u64,
     /// Blocks written that hold nothing but an F word.
     pub(super) feed_blocks: u64,
+    numbering: Numbering,
+    /// Numbers that new blocks got.
+    pub(super) numbers: Inventory,
 }
 
 /// The F word that the source has and the output lost in divided blocks.
@@ -35,6 +40,11 @@ struct OwedFeed {
 }
 
 impl Emitter {
+    /// For a program that numbers its blocks like this.
+    pub(super) fn new(numbering: Numbering) -> Self {
+        Self { numbering, ..Self::default() }
+    }
+
     /// Whether divided blocks have left another modal feed than the source's.
     pub(super) fn owes_feed(&self) -> bool {
         self.owed.is_some()
@@ -107,8 +117,9 @@ impl Emitter {
             modal_feed = f64::NAN;
         }
         let last = division.nodes.len() - 1;
+        let mut number = self.numbering.behind(batch, index, last as u64);
         for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
-            let mut list = words.at(node, k == last);
+            let mut list = words.at(node, k == last, k > 0);
             if division.carries_feed
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
             {
@@ -118,12 +129,20 @@ impl Emitter {
                 if always || differs(feed.value, modal_feed) {
                     list.push(feed);
                     modal_feed = feed.value;
+                    // In cutter location data a feed is a statement of its own.
+                    self.feed_blocks += u64::from(batch.dialect() == Dialect::Apt);
                 }
             }
             let dropped = words.dropped(k == last);
             if k == 0 {
                 print_changed_without(batch, index, &list, dropped, last > 0, out)?;
             } else {
+                if let Some(next) = number {
+                    let value = next as f64;
+                    list.insert(0, NewWord { address: Address::N, value, decimals: 0 });
+                    self.numbers.add_number(value);
+                    number = Some(next + 1);
+                }
                 print_inserted_without(batch, index, &list, dropped, k == last, out)?;
             }
         }
@@ -134,6 +153,14 @@ impl Emitter {
             decimals: feed.decimals,
             mode: feed.mode,
         });
+        // There, statements between this point and the next may belong to the next.
+        if batch.dialect() == Dialect::Apt
+            && let Some(owed) = self.owed.take()
+        {
+            crate::program::print_feed_only(batch, index, owed.raw, owed.decimals, out)?;
+            self.feeds_restored += 1;
+            self.feed_blocks += 1;
+        }
         Ok(())
     }
 }
@@ -175,14 +202,19 @@ struct Words<'a> {
     resolution: Resolution,
     letters: [Address; 5],
     present: [bool; 5],
+    /// A neighbour leaves the word out: new blocks do where it does not change.
+    left_out: [bool; 5],
     /// The written position so far: X Y Z in program units, rotaries in degrees.
     written: [f64; 5],
+    /// The source block states the tool axis as a vector.
+    states_axis: bool,
     contact: ContactEnds,
     extra: Option<(f64, f64)>,
 }
 
 const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 
 /// Contact words at both ends of the source block, as far as it has them.
 enum ContactEnds {
@@ -203,6 +235,7 @@ impl<'a> Words<'a> {
         let letters = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
         let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
         let present = letters.map(|letter| source.iter().any(|word| word.address == letter));
+        let states_axis = source.iter().any(|word| word.address == Address::TI);
         let contact = match (checked.start_contact, motion.contact) {
             (Some(_), ContactWords::Point(_)) if checked.contact_from_words => ContactEnds::Aimed,
             (Some(a), ContactWords::Point(b)) => ContactEnds::Points(a, b),
@@ -218,17 +251,21 @@ impl<'a> Words<'a> {
             resolution: division.resolution,
             letters,
             present,
+            left_out: left_out(batch, motion.block as usize, letters),
             written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
             contact,
             extra,
+            states_axis,
         }
     }
 
-    /// The words of the part that ends at `node`.
-    fn at(&mut self, node: &Node, last: bool) -> Vec<NewWord> {
+    /// The words of the part that ends at `node`; `inserted`: in a block of its own.
+    fn at(&mut self, node: &Node, last: bool, inserted: bool) -> Vec<NewWord> {
         let target = in_units(&node.station.words, self.motion.mm_per_unit);
         let mut list = Vec::with_capacity(12);
-        for (k, target) in target.into_iter().enumerate() {
+        let mut standing = None;
+        let axes = if self.motion.tool_axis.is_some() { 3 } else { 5 };
+        for (k, target) in target.into_iter().enumerate().take(axes) {
             let decimals =
                 if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };
             let from = if self.motion.incremental { self.written[k] } else { 0.0 };
@@ -236,10 +273,18 @@ impl<'a> Words<'a> {
             let decimals = if last { exact_decimals(value, decimals) } else { decimals };
             let rounded = round_to_decimals(value, decimals);
             let position = from + rounded;
-            if self.present[k] || differs(position, self.written[k]) {
-                list.push(NewWord { address: self.letters[k], value: rounded, decimals });
+            let word = NewWord { address: self.letters[k], value: rounded, decimals };
+            if differs(position, self.written[k]) || (self.present[k] && !(inserted && self.left_out[k])) {
+                list.push(word);
+            } else if self.present[k] {
+                standing.get_or_insert(word);
             }
             self.written[k] = position;
+        }
+        self.axis_words(node, last, &mut list);
+        if list.is_empty() {
+            // A block without an axis word would be no motion.
+            list.extend(standing);
         }
         self.contact_words(node, last, &mut list);
         if let Some((start, end)) = self.extra {
@@ -248,6 +293,16 @@ impl<'a> Words<'a> {
             list.push(NewWord { address: Address::E, value, decimals });
         }
         list
+    }
+
+    /// The tool axis where the program states it as a vector: all three components, where it turns.
+    fn axis_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
+        let Some(decimals) = self.resolution.axis_decimals else { return };
+        let axis = if last { self.motion.tool_axis.filter(|_| self.states_axis) } else { node.written_axis };
+        for (address, value) in VECTOR.into_iter().zip(axis.into_iter().flatten()) {
+            let decimals = if last { exact_decimals(value, decimals) } else { decimals };
+            list.push(NewWord { address, value, decimals });
+        }
     }
 
     /// Words of the source block that a part does not have.
@@ -287,6 +342,16 @@ impl<'a> Words<'a> {
             }
         }
     }
+}
+
+/// Which of these words one of the neighbouring blocks with such words does not have.
+fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
+    let has =
+        |block: &Block| letters.map(|letter| batch.words(block).iter().any(|word| word.address == letter));
+    let (before, from) = batch.blocks().split_at(index.min(batch.blocks().len()));
+    let moves = |words: &[bool; 5]| words.contains(&true);
+    let neighbours = [before.iter().rev().map(has).find(moves), from.iter().skip(1).map(has).find(moves)];
+    std::array::from_fn(|k| neighbours.iter().flatten().any(|words| !words[k]))
 }
 
 fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {

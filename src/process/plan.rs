@@ -111,7 +111,9 @@ pub(super) fn resolution(
     linear_decimals: u8,
     rotary_decimals: u8,
 ) -> Resolution {
+    let axis_decimals = motion.tool_axis.map(|_| rotary_decimals);
     let absolute = Resolution::absolute(linear_decimals, rotary_decimals, motion.mm_per_unit);
+    let absolute = Resolution { axis_decimals, ..absolute };
     if motion.incremental { Resolution { origin: checked.block.ends[0].words, ..absolute } } else { absolute }
 }
 

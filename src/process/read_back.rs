@@ -6,8 +6,10 @@ use std::collections::VecDeque;
 
 use super::inventory::Inventory;
 use super::report::DeviationTotals;
+use super::tool_vectors::ToolVectors;
 use super::{Fault, Series, SeriesPoint};
 use crate::contact::Sampled;
+use crate::kinematics::Setup;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
@@ -24,6 +26,7 @@ pub(super) trait Awaited {
 pub(super) struct ReadBack<E> {
     reader: Reader,
     interpreter: Interpreter,
+    vectors: ToolVectors,
     batch: Batch,
     motions: Vec<Motion>,
     /// How many of `motions` were handed out.
@@ -38,6 +41,7 @@ impl<E: Awaited> ReadBack<E> {
         Self {
             reader: Reader::new(Some(dialect), ReadLimits::default()),
             interpreter: Interpreter::new(machine, options),
+            vectors: ToolVectors::new(machine, &Setup::default()),
             batch: Batch::new(),
             motions: Vec::new(),
             seen: 0,
@@ -45,6 +49,12 @@ impl<E: Awaited> ReadBack<E> {
             expected: VecDeque::new(),
             inventory: Inventory::default(),
         }
+    }
+
+    /// Tool vectors are those of the machine set up like this.
+    pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
+        self.vectors = ToolVectors::new(machine, setup);
+        self
     }
 
     /// What has to come next, in the order written.
@@ -73,10 +83,12 @@ impl<E: Awaited> ReadBack<E> {
             if !self.reader.next_batch(&mut self.batch)? {
                 return Ok(None);
             }
-            self.inventory.see(&self.batch);
             self.motions.clear();
             self.seen = 0;
+            // Which words are a tool axis is known then.
             self.interpreter.interpret(&mut self.batch, &mut self.motions, &mut self.diagnostics);
+            self.vectors.resolve(&mut self.motions);
+            self.inventory.see(&self.batch);
             if self.diagnostics.count(Severity::Refusal) > 0 {
                 let line = self.expected.front().map_or(0, Awaited::line);
                 return Err(failed(line, "the written program is not readable"));

@@ -239,7 +239,9 @@ fn for_each_motion(
     stop: &dyn Fn() -> ControlFlow<()>,
     take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?.with_lines(lines);
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
+        .with_setup(machine, &parameters.setup)
+        .with_lines(lines);
     passages.work(stop, |passage, _, _| {
         for motion in &passage.motions {
             match Piece::of(parameters, motion) {

@@ -5,8 +5,10 @@ use std::io::{self, Read};
 use std::ops::ControlFlow;
 
 use super::compensation::LineCursor;
+use super::tool_vectors::ToolVectors;
 use super::warnings::Warnings;
 use super::{Fault, WarningKind};
+use crate::kinematics::Setup;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
@@ -72,6 +74,7 @@ pub(super) struct Passages<'a> {
     ended: bool,
     reader: Reader,
     interpreter: Interpreter,
+    vectors: ToolVectors,
     ahead: VecDeque<Passage>,
     /// Passages that were worked off: their memory is used again.
     spare: Vec<Passage>,
@@ -95,6 +98,7 @@ impl<'a> Passages<'a> {
             ended: false,
             reader: Reader::new(dialect, ReadLimits::default()),
             interpreter: Interpreter::new(machine, options),
+            vectors: ToolVectors::new(machine, &Setup::default()),
             ahead: VecDeque::new(),
             spare: Vec::new(),
             diagnostics: Diagnostics::new(),
@@ -107,6 +111,12 @@ impl<'a> Passages<'a> {
     /// Motions get the lines that these lead to, one after the other.
     pub(super) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
         self.lines = lines;
+        self
+    }
+
+    /// Tool vectors are those of the machine set up like this.
+    pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
+        self.vectors = ToolVectors::new(machine, setup);
         self
     }
 
@@ -177,6 +187,7 @@ impl<'a> Passages<'a> {
             }
         }
         self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
+        self.vectors.resolve(&mut passage.motions);
         for cursor in &mut self.lines {
             for motion in &mut passage.motions {
                 motion.line = cursor.source_line(motion.line);

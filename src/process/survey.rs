@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::numbering::Numbering;
 use super::stream::{CHUNK_BYTES, read_some};
 use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
@@ -18,6 +19,8 @@ pub(super) struct Survey {
     pub(super) rotary_decimals: u8,
     /// False for a table without a column F.
     pub(super) has_feed_column: bool,
+    /// Of its blocks.
+    pub(super) numbering: Numbering,
 }
 
 /// Decimals beyond these are arithmetic of the post, not resolution of the control.
@@ -35,7 +38,13 @@ impl Survey {
         source: &dyn ProgramSource,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, Fault> {
-        let mut survey = Self { stated: None, linear_decimals: 0, rotary_decimals: 0, has_feed_column: true };
+        let mut survey = Self {
+            stated: None,
+            linear_decimals: 0,
+            rotary_decimals: 0,
+            has_feed_column: true,
+            numbering: Numbering::default(),
+        };
         let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let mut reader = Reader::new(dialect, ReadLimits::default());
         let mut input = source.open()?;
@@ -69,6 +78,7 @@ impl Survey {
         }
         for block in batch.blocks() {
             let words = batch.words(block);
+            self.numbering.see(words);
             let mut points = 0;
             for word in words.iter().filter(|word| word.form == WordForm::Number) {
                 let decimals = word.decimals.min(MAX_DECIMALS);
@@ -82,6 +92,10 @@ impl Survey {
                     }
                     _ => {}
                 }
+            }
+            let states_normal = words.iter().any(|word| word.address == Address::NX);
+            if states_normal && self.stated.is_none() {
+                self.stated = Some(ContactSource::Normals);
             }
             if points == 3 && self.stated.is_none() && is_cutting(words) {
                 self.stated = Some(ContactSource::Program);

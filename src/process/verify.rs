@@ -187,7 +187,7 @@ impl<'a> Verifier<'a> {
         Self {
             machine,
             parameters,
-            read_back: ReadBack::new(machine, dialect, options),
+            read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &parameters.setup),
             parts: Vec::new(),
             found: BeforeAfter::default(),
             judged: Vec::new(),

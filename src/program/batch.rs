@@ -45,7 +45,6 @@ pub struct Word {
 
 impl Word {
     /// A statement word between two bytes of the batch's text.
-    #[expect(dead_code, reason = "for the dialects with statement words")]
     pub(super) fn of_keyword(keyword: Keyword, start: u32, end: u32) -> Self {
         Self {
             value: f64::from(keyword.number()),
@@ -156,6 +155,10 @@ impl BlockFlags {
     pub(super) fn set(&mut self, other: Self) {
         self.0 |= other.0;
     }
+
+    pub(super) fn clear(&mut self, other: Self) {
+        self.0 &= !other.0;
+    }
 }
 
 /// One line of the upload, its line ending included.
@@ -194,8 +197,40 @@ pub(super) struct Habits {
     pub(super) drops_zero: bool,
     /// Some number was written with a point.
     pub(super) points: bool,
+    /// Some number was written with a plus sign.
+    pub(super) plus_signs: bool,
+    /// How the last feed statement of a cutter location program was written before this batch.
+    pub(super) feed_before: FeedStatement,
+    /// Some number was written with a decimal comma.
+    pub(super) decimal_comma: bool,
     /// How lines end.
     pub(super) line_ending: LineEnding,
+}
+
+/// How a `FEDRAT/` is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct FeedStatement {
+    /// `MMPM` and its kin.
+    pub(super) unit: Option<Keyword>,
+    /// `FEDRAT/MMPM,100.`
+    pub(super) unit_first: bool,
+    /// `FEDRAT/ 100.`
+    pub(super) blank: bool,
+}
+
+impl FeedStatement {
+    /// How this block writes a feed, if it is such a statement.
+    pub(super) fn of(batch: &Batch, block: &Block) -> Option<Self> {
+        let words = batch.words(block);
+        let [head, behind @ ..] = words else { return None };
+        if head.keyword() != Some(Keyword::Fedrat) {
+            return None;
+        }
+        let unit = behind.iter().find_map(Word::keyword).filter(|unit| *unit != Keyword::FeedElsewhere);
+        let unit_first = unit.is_some() && behind.first().is_some_and(|word| word.keyword().is_some());
+        let next = batch.text.get(head.end as usize).copied().unwrap_or_default();
+        Some(Self { unit, unit_first, blank: matches!(next, b' ' | b'\t') })
+    }
 }
 
 /// How lines end.
@@ -293,6 +328,19 @@ impl Batch {
     #[must_use]
     pub fn word_text(&self, word: &Word) -> &[u8] {
         self.text.get(word.start as usize..word.end as usize).unwrap_or_default()
+    }
+
+    /// Takes I J K of one of its blocks as what they are under G43.5: components of the tool axis.
+    pub(crate) fn name_tool_axis(&mut self, block: &Block) {
+        let words = self.words.get_mut(block.words_start as usize..block.words_end as usize);
+        for word in words.into_iter().flatten().filter(|word| word.form != WordForm::Comma) {
+            word.address = match word.address {
+                Address::I => Address::TI,
+                Address::J => Address::TJ,
+                Address::K => Address::TK,
+                other => other,
+            };
+        }
     }
 
     /// What could not be read, in the order of the text.

@@ -80,6 +80,24 @@ pub enum DiagnosticCode {
         /// From the opening byte on.
         text: Excerpt,
     },
+    /// A division by zero, the root of a negative number and the like.
+    #[error("`{text}` has no value: a division by zero or an argument that the function does not take")]
+    Undefined {
+        /// From its first operand or its name on.
+        text: Excerpt,
+    },
+    /// A name before a bracket that no function has.
+    #[error("`{text}` is not a function")]
+    UnknownFunction {
+        /// From the name on.
+        text: Excerpt,
+    },
+    /// Too many brackets within each other.
+    #[error("`{text}`: too many brackets within each other")]
+    TooDeep {
+        /// From the bracket on that is one too many.
+        text: Excerpt,
+    },
     /// A number no machine has use for.
     #[error("{address} {value:e} is beyond ±{max_abs:e}")]
     TooLarge {
@@ -111,6 +129,12 @@ pub enum DiagnosticCode {
         column: Address,
         /// What stands in the cell.
         text: Excerpt,
+    },
+    /// A contact normal that is no direction: perhaps a point.
+    #[error("the contact normal has length {length}; 1 is wanted")]
+    NotADirection {
+        /// Its length.
+        length: f64,
     },
     /// Control flow, whose effect on later blocks cannot be told.
     #[error("`{text}`: control flow is not followed")]
@@ -161,10 +185,14 @@ impl DiagnosticCode {
             Self::MissingNumber { .. } => "missing_number",
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
+            Self::Undefined { .. } => "undefined_value",
+            Self::UnknownFunction { .. } => "unknown_function",
+            Self::TooDeep { .. } => "too_deep",
             Self::TooLarge { .. } => "too_large",
             Self::TooManyWords { .. } => "too_many_words",
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
+            Self::NotADirection { .. } => "not_a_direction",
             Self::ControlFlow { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::RepeatedAddress { .. } => "repeated_address",
@@ -229,6 +257,11 @@ impl Diagnostics {
         if *count <= Self::MAX_KEPT {
             self.kept.push(diagnostic);
         }
+    }
+
+    /// Adds all of these.
+    pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+        diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
     /// Those kept, in the order of the text.

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Address, Dialect, Excerpt};
+use super::{Address, Excerpt};
 
 /// Why a text cannot be read as a program at all.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -14,14 +14,6 @@ pub enum ReadFault {
         line: u64,
         /// Longest accepted, line ending included.
         max_bytes: usize,
-    },
-    /// Unmistakably another dialect.
-    #[error("line {line}: dialect {dialect} is not read yet")]
-    NotReadYet {
-        /// 1-based line of the mark.
-        line: u64,
-        /// The dialect it marks.
-        dialect: Dialect,
     },
     /// A CSV column of unknown name.
     #[error("line {line}, column {column}: `{name}` is not a column of a program")]
@@ -79,7 +71,6 @@ impl ReadFault {
     pub fn line(&self) -> u64 {
         match *self {
             Self::LineTooLong { line, .. }
-            | Self::NotReadYet { line, .. }
             | Self::UnknownColumn { line, .. }
             | Self::RepeatedColumn { line, .. }
             | Self::MissingColumn { line, .. }

@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, LineRead, csv, detect, iso};
+use super::dialect::{Dialect, LineRead, apt, csv, detect, heidenhain, iso, siemens};
 use super::line::{line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -101,7 +101,10 @@ impl Reader {
             self.current.offset = offset;
             self.current.dialect = batch.dialect;
             self.current.separator = batch.separator;
+            let last_feed =
+                batch.blocks.iter().rev().find_map(|block| super::batch::FeedStatement::of(batch, block));
             self.current.habits = batch.habits;
+            self.current.habits.feed_before = last_feed.unwrap_or(batch.habits.feed_before);
             self.current.columns.clone_from(&batch.columns);
         }
         Ok(filled)
@@ -196,9 +199,13 @@ impl Reader {
                     Dialect::Iso | Dialect::Csv => {
                         Some(LineRead::one(iso::read_line(text, start, shift, line, &mut self.current)))
                     }
-                    dialect @ (Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt) => {
-                        return Err(ReadFault::NotReadYet { line, dialect });
+                    Dialect::Heidenhain => {
+                        heidenhain::read_line(text, start, shift, line, self.finished, &mut self.current)
                     }
+                    Dialect::Apt => {
+                        apt::read_line(text, start, shift, line, self.finished, &mut self.current)
+                    }
+                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
                 };
                 // A statement that runs on needs its last line.
                 let Some(read) = read else {

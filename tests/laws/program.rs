@@ -257,9 +257,11 @@ fn blocks_keep_the_style_of_their_program() {
     let tight = "N0120X-.9406Z3.8559B96.061\r\n";
     assert_eq!(changed(tight, &[(x, 0.5, 4), (y, 2.0, 0)], false), "N0120X.5000Z3.8559B96.061Y2.\r\n");
     assert_eq!(inserted(tight, &[(x, 0.25, 2), (b, -96.0, 0)], false), "X.25B-96.\r\n");
+    assert_eq!(inserted(tight, &[(Address::N, 121.0, 0), (x, 0.25, 2)], false), "N0121X.25\r\n");
     let lower = "n10 g1 x+1.5 y-2.0 m9 (end)";
     assert_eq!(changed(lower, &[(x, 2.0, 1), (z, 3.0, 1)], true), "n10 g1 x+2.0 y-2.0 z3.0 (end)\n");
     assert_eq!(inserted(lower, &[(x, 2.0, 1)], true), "x+2.0 m9\n");
+    assert_eq!(inserted(lower, &[(Address::N, 11.0, 0), (x, 2.0, 1)], false), "n11 x+2.0\n");
     assert_eq!(changed("X1.\nF100", &[(f, 50.0, 0)], false), "F50");
     for (exact_stop, first, last) in [
         ("G09 G1 X1. Y2. F100", "G1 X2. Y2. F100\n", "X3. G09\n"),

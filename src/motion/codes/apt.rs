@@ -1,12 +1,42 @@
 //! APT statement words.
 
-use super::{Code, MotionMode};
+use super::{Code, MotionMode, Statement, Transformation};
+use crate::motion::FeedMode;
 use crate::program::Keyword;
+use crate::units::MM_PER_INCH;
 
 /// The meaning of a statement word.
 pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
-    match keyword {
-        Keyword::Goto => Code::Motion(MotionMode::Linear),
-        _ => Code::Unknown,
-    }
+    use Keyword as K;
+    let statement = match keyword {
+        K::Fedrat | K::PostWord => return Code::Harmless,
+        K::R0 => return Code::Compensation(false),
+        K::RadiusCompensation => return Code::Compensation(true),
+        K::BeginMm => return Code::Units(1.0),
+        K::BeginInch => return Code::Units(MM_PER_INCH),
+        K::PointsMoved => return Code::Transform(Transformation::Rotation, true),
+        K::Goto => Statement::Point,
+        K::From => Statement::From,
+        K::Rapid => Statement::Next(MotionMode::Rapid),
+        K::Circle => Statement::Next(MotionMode::Arc),
+        K::FeedElsewhere => Statement::OtherFeed,
+        K::MmPerMinute => Statement::FeedUnit(FeedMode::PerMinute, Some(1.0)),
+        K::InchPerMinute => Statement::FeedUnit(FeedMode::PerMinute, Some(MM_PER_INCH)),
+        K::UnitPerMinute => Statement::FeedUnit(FeedMode::PerMinute, None),
+        K::MmPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, Some(1.0)),
+        K::InchPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, Some(MM_PER_INCH)),
+        K::UnitPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, None),
+        K::CycleOn => Statement::InCycle(true),
+        K::CycleOff => Statement::InCycle(false),
+        K::MultaxOn => Statement::Multax(true),
+        K::MultaxOff => Statement::Multax(false),
+        K::ToolAxis => Statement::ToolAxis,
+        K::CoordinateSystem => Statement::CoordinateSystem,
+        K::GoHome => Statement::GoHome,
+        K::SurfaceMotion => Statement::Contour,
+        K::ToolCall => Statement::ToolCall,
+        K::EndPgm => Statement::End,
+        _ => return Code::Unknown,
+    };
+    Code::Statement(statement)
 }

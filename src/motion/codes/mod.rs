@@ -43,6 +43,11 @@ pub(super) fn meaning(dialect: Dialect, code: u32) -> Code {
     }
 }
 
+/// The meaning of a G code of ISO programs.
+pub(super) fn iso_meaning(tenths: u32) -> Code {
+    iso::meaning(tenths)
+}
+
 /// The meaning of an M code of so many tenths.
 pub(super) fn m_meaning(dialect: Dialect, tenths: u32) -> MCode {
     match dialect {
@@ -68,6 +73,75 @@ pub(super) enum MCode {
     KinematicsSwitch,
     ExtruderAbsolute,
     ExtruderRelative,
+    /// Axis words of the block count from another place.
+    MachineCoordinates,
+    /// A cycle runs at the block's end; modal ones at every motion from here on.
+    CycleCall,
+    CycleModal,
+    /// Tool-centre-point control; off behind the motion.
+    Tcp(bool),
+    /// Another state of the control's compensation of rotary motions.
+    TcpOther,
+    /// Rotary axes take the shorter way; off behind the motion.
+    ShortestPath(bool),
+    Feed(FeedMode),
+    /// Displays of rotary axes are reduced.
+    ForgetRotary,
+    /// Axes move that are not named.
+    Elsewhere,
+}
+
+/// What a statement word means beyond what codes mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Statement {
+    /// An arc; a full circle where no axis word says where it ends.
+    ArcAboutCentre,
+    /// At rapid traverse, in this block.
+    RapidHere,
+    /// The end of this motion is cut off.
+    Corner,
+    /// The feed is not a path feed in the program's unit.
+    OtherFeed,
+    /// What F is counted in, and its unit where that is not the program's.
+    FeedUnit(FeedMode, Option<f64>),
+    End,
+    ToolCall,
+    OtherToolAxis,
+    DatumShift,
+    DatumReset,
+    DatumTable,
+    Preset,
+    TiltOff,
+    Tcp(bool),
+    TcpOther,
+    Label,
+    LabelEnd,
+    CallLabel,
+    RepeatLabel,
+    CycleCall,
+    /// A motion whose end is not stated.
+    Contour,
+    Probe,
+    /// A point to go to.
+    Point,
+    /// A point where the tool is.
+    From,
+    /// How the next point is reached.
+    Next(MotionMode),
+    InCycle(bool),
+    Multax(bool),
+    ToolAxis,
+    CoordinateSystem,
+    GoHome,
+}
+
+/// A part of the programmable frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ProgramFrame {
+    Offset,
+    Rotation,
+    Scaling,
+    Mirror,
 }
 
 /// The meaning of a G code.
@@ -104,6 +178,32 @@ pub(super) enum Code {
     Call,
     ModalCall,
     EndModalCall,
+    /// A statement word with a meaning of its own.
+    Statement(Statement),
+    /// TRANS, ROT, SCALE, MIRROR; true: added to the programmable frame, not in place of it.
+    ProgramFrame(ProgramFrame, bool),
+    /// MCALL of a standard cycle, which leaves modes as they are.
+    ModalCycle,
+    /// A standard cycle, once.
+    Cycle,
+    /// CYCLE800: a plane is swivelled, perhaps with the axes that do it, or no more.
+    Swivel(bool),
+    /// MEAS.
+    Probing,
+    /// The end is given in polar words.
+    PolarEnd,
+    /// An orientation in a form that is not followed.
+    OrientationWord,
+    /// Another axis moves, perhaps one of the machine's five under another name.
+    OtherAxis,
+    /// A name that nothing is known of stands in the block.
+    ForeignWord,
+    /// Changes the motion of its block.
+    BlockWord,
+    /// Another tool length.
+    ToolOffset,
+    RoundsCorners(bool),
+    VectorsInMachine(bool),
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,

@@ -238,12 +238,17 @@ impl Task<'_, '_> {
             let fraction = index as f64 / f64::from(parts);
             if index == last {
                 let station = self.block.ends[1];
-                nodes.push(Node { fraction, station, contact_mm: self.block.line.at_mm(1.0) });
+                nodes.push(Node {
+                    fraction,
+                    station,
+                    contact_mm: self.block.line.at_mm(1.0),
+                    written_axis: None,
+                });
                 break;
             }
             let mut rotary_deg = [0.0; 2];
             (rotary_deg[u], rotary_deg[v]) = (words[0], words[1]);
-            let rotary_deg = self.resolution.rotary_deg(rotary_deg);
+            let (rotary_deg, written_axis) = self.resolution.turned(self.block, rotary_deg);
             let angles = rotary_rad(self.planner.cutting.machine, rotary_deg);
             let axis = kinematics.axis(angles);
             let offset_mm = self.block.carry.at(&self.block.tool, fraction, axis).offset_mm;
@@ -256,7 +261,7 @@ impl Task<'_, '_> {
             let linear_mm = self.resolution.linear_mm(exact.into());
             let words = AxisWords { linear_mm, rotary_deg };
             let station: Station = self.planner.station(self.pending.mode, words);
-            nodes.push(Node { fraction, station, contact_mm });
+            nodes.push(Node { fraction, station, contact_mm, written_axis });
         }
         nodes
     }

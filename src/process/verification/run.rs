@@ -113,7 +113,8 @@ impl Workshop<'_> {
             feed_mm_per_min: None,
             interpolation_stated: parameters.interpolation.is_some(),
         };
-        let mut passages = Passages::open(self.source, machine, parameters.dialect, options)?;
+        let mut passages = Passages::open(self.source, machine, parameters.dialect, options)?
+            .with_setup(machine, &parameters.setup);
         let mut mill = Mill {
             workshop: self,
             body,

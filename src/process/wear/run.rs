@@ -93,7 +93,8 @@ pub(in crate::process) fn move_program(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?;
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
+        .with_setup(machine, &moves.source_setup);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, following, dialect| {
         let run = run

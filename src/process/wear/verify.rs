@@ -77,7 +77,7 @@ impl<'a> WearVerifier<'a> {
             posts: moves.posts,
             has_wear: moves.has_wear,
             actual: parameters.cutter_wear().actual,
-            read_back: ReadBack::new(machine, dialect, options),
+            read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &moves.source_setup),
             contact_mm: None,
             found: BeforeAfter::default(),
             axis_left: Largest::default(),

@@ -1,9 +1,12 @@
 //! Parameters, variables and arithmetic whose value is fixed by the text alone: expressions become numbers block by
 //! block, in the order of the program. What depends on the run (positions, inputs, system variables) stays unknown.
 
+mod arithmetic;
 mod heidenhain;
 mod rs274;
 mod siemens;
+
+pub(super) use siemens::{Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent};
 
 use super::{Batch, Dialect};
 

@@ -9,7 +9,7 @@ pub(in crate::program) const MAX_LINES: usize = 200;
 pub(in crate::program) const MAX_BYTES: usize = 64 * 1024;
 
 /// Words that open a Sinumerik statement and no ISO block.
-const SIEMENS: [&[u8]; 14] = [
+const SIEMENS: [&[u8]; 24] = [
     b"TRAORI",
     b"TRAFOOF",
     b"SUPA",
@@ -24,6 +24,16 @@ const SIEMENS: [&[u8]; 14] = [
     b"ATRANS",
     b"AROT",
     b"TRANS",
+    b"STOPRE",
+    b"ORIWKS",
+    b"ORIMKS",
+    b"ORIAXES",
+    b"ORIVECT",
+    b"FFWON",
+    b"COMPCAD",
+    b"COMPON",
+    b"SOFT",
+    b"BRISK",
 ];
 const HEIDENHAIN: [&[u8]; 5] = [b"BEGIN PGM", b"BLK FORM", b"CYCL DEF", b"TOOL CALL", b"TOOL DEF"];
 const APT: [&[u8]; 11] = [
@@ -69,7 +79,7 @@ fn mark(line: &[u8]) -> Option<Dialect> {
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
         return Some(Dialect::Siemens);
     }
-    if APT.iter().any(|mark| starts(line, mark)) {
+    if APT.iter().any(|mark| starts(line, mark)) || is_statement_with_slash(line) {
         return Some(Dialect::Apt);
     }
     let without_number = line.trim_ascii_start();
@@ -93,7 +103,36 @@ fn mark(line: &[u8]) -> Option<Dialect> {
                     .get(word.len())
                     .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
         });
-    is_siemens.then_some(Dialect::Siemens)
+    (is_siemens || assigns_a_word(statement)).then_some(Dialect::Siemens)
+}
+
+/// Addresses that have `=` behind them in Sinumerik programs only.
+const ASSIGNED: [&[u8]; 18] = [
+    b"X", b"Y", b"Z", b"A", b"B", b"C", b"I", b"J", b"K", b"F", b"A3", b"B3", b"C3", b"CR", b"AR", b"AP",
+    b"RP", b"TURN",
+];
+
+/// Whether an axis word, a feed, a radius or an R parameter has `=` behind it: `X=IC(5)`, `CR=12.5`, `R1=2`.
+fn assigns_a_word(statement: &[u8]) -> bool {
+    let end = statement.iter().position(|byte| b"([{;\"#".contains(byte)).unwrap_or(statement.len());
+    let statement = statement.get(..end).unwrap_or_default();
+    memchr::memchr_iter(b'=', statement).any(|equals| {
+        let before = statement.get(..equals).unwrap_or_default().trim_ascii_end();
+        let length =
+            before.iter().rev().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
+        let name = before.get(before.len() - length..).unwrap_or_default();
+        let is_parameter = matches!(name, [b'R' | b'r', digits @ ..] if !digits.is_empty()
+            && digits.iter().all(u8::is_ascii_digit));
+        is_parameter || ASSIGNED.iter().any(|known| name.eq_ignore_ascii_case(known))
+    })
+}
+
+/// `GOTO / …`: an APT statement with blanks before its slash.
+fn is_statement_with_slash(line: &[u8]) -> bool {
+    let letters = line.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let (word, rest) = line.split_at(letters);
+    rest.trim_ascii_start().first() == Some(&b'/')
+        && APT.iter().any(|mark| mark.strip_suffix(b"/").is_some_and(|mark| word.eq_ignore_ascii_case(mark)))
 }
 
 fn starts(line: &[u8], mark: &[u8]) -> bool {

@@ -1,8 +1,12 @@
 //! The dialects: which texts are read, and how a line of each becomes words.
 
+pub(super) mod apt;
 pub(super) mod csv;
 pub(super) mod detect;
+pub(super) mod heidenhain;
 pub(super) mod iso;
+mod scan;
+pub(super) mod siemens;
 mod statement;
 
 use std::fmt;
@@ -32,6 +36,11 @@ impl fmt::Display for Dialect {
             Self::Csv => "csv",
         })
     }
+}
+
+/// The number at `at` of a conversational text, with sign and decimal comma, and one past its end.
+pub(super) fn conversational_number(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    scan::number(text, at, scan::Spelling::Comma).map(|number| (number.value, number.end))
 }
 
 /// What was read of a statement: where the next one starts, and how many physical lines it took.

@@ -272,7 +272,7 @@ fn skip_brackets(line: &Line<'_>, at: usize) -> Option<usize> {
     }
 }
 
-/// One past a parameter: `#12`, `##3`, `#<name>`, `#[…]`, `#_NAME[…]`.
+/// One past a parameter: `#12`, `##3`, `#<name>`, `#[…]`, `#_NAME[…]`, `#ABS[…]`.
 fn skip_parameter(line: &Line<'_>, at: usize) -> Option<usize> {
     let mut at = at;
     while line.byte(at) == b'#' {
@@ -288,6 +288,8 @@ fn skip_parameter(line: &Line<'_>, at: usize) -> Option<usize> {
             }
             if line.byte(end) == b'[' { skip_brackets(line, end) } else { Some(end) }
         }
+        // RS274: `#atan[1]/[1]` is #45.
+        byte if byte.is_ascii_alphabetic() => skip_value(line, at),
         _ => read_unsigned(line.text, at).map(|number| number.end),
     }
 }

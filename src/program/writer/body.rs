@@ -1,8 +1,27 @@
 //! Blocks of word dialects: the block again with other values, and new blocks in its style.
 
 use super::style::Style;
-use super::{NewWord, is_end_code};
-use crate::program::{Address, Batch, Block, Word, WordForm};
+use super::{NewWord, acts_at_end, conversational, written_letter};
+use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
+
+/// The name of a word of more letters than one, up to its value.
+fn name(dialect: Dialect, address: Address) -> Option<&'static [u8]> {
+    match (dialect, address) {
+        (Dialect::Heidenhain, address) => conversational::name(address),
+        (Dialect::Siemens, Address::TI) => Some(b"A3="),
+        (Dialect::Siemens, Address::TJ) => Some(b"B3="),
+        (Dialect::Siemens, Address::TK) => Some(b"C3="),
+        _ => None,
+    }
+}
+
+/// A word that the block does not have.
+fn print_new(batch: &Batch, style: &Style<'_>, word: &NewWord, first: bool, out: &mut Vec<u8>) {
+    match name(batch.dialect, word.address) {
+        Some(name) => style.print_named(word, name, out),
+        None => style.print_word(word, written_letter(word.address).unwrap_or_default(), first, out),
+    }
+}
 
 /// An expression whose value is this near to the one wanted stays \[program units\].
 const SAME_VALUE: f64 = 1e-9;
@@ -32,13 +51,16 @@ pub(super) fn insert_block(
     out.extend_from_slice(text.get(..indent).unwrap_or_default());
     let mut first = true;
     for word in words {
-        if let Some(letter) = word.address.letter() {
-            style.print_word(word, letter, first, out);
+        if word.address == Address::N {
+            style.print_block_number(word, out);
+            first = false;
+        } else if name(batch.dialect, word.address).is_some() || written_letter(word.address).is_some() {
+            print_new(batch, &style, word, first, out);
             first = false;
         }
     }
     if with_end_codes {
-        for word in batch.words(source).iter().filter(|word| is_end_code(word)) {
+        for word in batch.words(source).iter().filter(|word| acts_at_end(batch, word)) {
             style.print_same(word, first, out);
             first = false;
         }
@@ -64,16 +86,19 @@ pub(super) fn print_body(
         words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
             || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
         );
+    // A conversational feed stands behind the radius compensation.
+    let feed_anchor =
+        if batch.dialect == Dialect::Heidenhain { conversational::feed_anchor(words) } else { anchor };
     let has = |address| words.iter().any(|word| word.address == address && word.form != WordForm::Comma);
     let missing = || new.iter().filter(|new| !has(new.address));
     let mut copied = block.start;
-    if anchor.is_none() && missing().next().is_some() {
+    if anchor.is_none() && feed_anchor.is_none() && missing().next().is_some() {
         let first = words.first().map_or(block.start, |word| word.start);
         out.extend_from_slice(text(copied, first));
         copied = first;
         let mut at_start = true;
         for word in missing() {
-            style.print_word(word, word.address.letter().unwrap_or_default(), at_start, out);
+            print_new(batch, &style, word, at_start, out);
             at_start = false;
         }
         if copied < block.body_end {
@@ -84,7 +109,7 @@ pub(super) fn print_body(
         dropped.contains(&word.address) && word.form != WordForm::Comma && replaces(word).is_none()
     };
     for (index, word) in words.iter().enumerate() {
-        if is_dropped(word) || (without_end_codes && is_end_code(word)) {
+        if is_dropped(word) || (without_end_codes && acts_at_end(batch, word)) {
             let before = text(copied, word.start);
             if index == 0 && before.trim_ascii().is_empty() {
                 // What follows stands in its place.
@@ -103,12 +128,15 @@ pub(super) fn print_body(
             style.print_number(index, new, out);
             copied = word.end;
         }
-        if anchor == Some(index) {
+        for (place, is_feed) in [(anchor, false), (feed_anchor, true)] {
+            if place != Some(index) {
+                continue;
+            }
             // A word left out at the start has taken the blanks behind it along.
             out.extend_from_slice(text(copied, word.end));
             copied = copied.max(word.end);
-            for word in missing() {
-                style.print_word(word, word.address.letter().unwrap_or_default(), false, out);
+            for word in missing().filter(|word| (word.address == Address::F) == is_feed) {
+                print_new(batch, &style, word, false, out);
             }
         }
     }

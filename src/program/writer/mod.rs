@@ -1,10 +1,13 @@
 //! Blocks printed again with other values, and new blocks in the style of an old one.
 
 mod body;
+mod conversational;
+mod cutter_location;
 mod row;
 mod style;
 
 use self::body::{insert_block, print_body};
+use self::cutter_location::{insert_point, print_point};
 use self::row::print_row;
 use super::batch::LineEnding;
 use super::{Address, Batch, Block, Dialect, MAX_MAGNITUDE, Word, WriteFault};
@@ -24,6 +27,21 @@ pub struct NewWord {
 const END_CODES: [u32; 8] = [0, 10, 20, 50, 90, 300, 600, 990];
 /// The exact stop at the end of one block, in tenths.
 const EXACT_STOP: u32 = 90;
+
+/// M codes of Heidenhain controls that act when the block's motion is done, in tenths.
+const END_CODES_CONVERSATIONAL: [u32; 17] =
+    [0, 10, 20, 50, 60, 90, 300, 890, 970, 990, 1110, 1170, 1270, 1290, 1370, 1450, 1490];
+
+/// Whether a word acts when its block's motion is done.
+fn acts_at_end(batch: &Batch, word: &Word) -> bool {
+    match batch.dialect {
+        Dialect::Heidenhain => {
+            word.address == Address::M
+                && word.code_tenths().is_some_and(|code| END_CODES_CONVERSATIONAL.contains(&code))
+        }
+        _ => is_end_code(word),
+    }
+}
 
 fn is_end_code(word: &Word) -> bool {
     match word.address {
@@ -64,10 +82,12 @@ pub fn print_changed_without(
     out: &mut Vec<u8>,
 ) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
-    if batch.dialect == Dialect::Csv {
-        print_row(batch, source, words, dropped, out);
-    } else {
-        print_body(batch, source, words, dropped, without_end_codes, out);
+    match batch.dialect {
+        Dialect::Csv => print_row(batch, source, words, dropped, out),
+        Dialect::Apt => print_point(batch, source, words, dropped, out),
+        Dialect::Iso | Dialect::Siemens | Dialect::Heidenhain => {
+            print_body(batch, source, words, dropped, without_end_codes, out);
+        }
     }
     if source.end > source.body_end || without_end_codes {
         print_line_ending(batch, source, out);
@@ -76,7 +96,7 @@ pub fn print_changed_without(
 }
 
 /// Appends a new block in the style of the block of index `block` (spacing with padded columns, letter case,
-/// leading-zero habit, line ending): these words and no others, no block number. With `with_end_codes` the source
+/// leading-zero habit, line ending): these words and no others; a word N is written as the source block has its own. With `with_end_codes` the source
 /// block's words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
 ///
 /// The block always has a line ending, and starts on a line of its own.
@@ -107,10 +127,11 @@ pub fn print_inserted_without(
 ) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
     start_line(batch, out);
-    if batch.dialect == Dialect::Csv {
-        print_row(batch, source, words, dropped, out);
-    } else {
-        insert_block(batch, source, words, with_end_codes, out);
+    match batch.dialect {
+        Dialect::Csv => print_row(batch, source, words, dropped, out),
+        Dialect::Apt => insert_point(batch, source, words, dropped, out),
+        Dialect::Heidenhain => conversational::insert_block(batch, source, words, with_end_codes, out),
+        Dialect::Iso | Dialect::Siemens => insert_block(batch, source, words, with_end_codes, out),
     }
     print_line_ending(batch, source, out);
     Ok(())
@@ -144,7 +165,7 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
             return Err(WriteFault::NotPrintable { address, value, max_abs: MAX_MAGNITUDE });
         }
         let writable = match batch.dialect {
-            Dialect::Iso => address.letter().is_some(),
+            Dialect::Iso => written_letter(address).is_some(),
             Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => true,
             Dialect::Csv => batch.columns.contains(&address),
         };
@@ -153,6 +174,16 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
         }
     }
     Ok(block)
+}
+
+/// The letter of a word: the tool axis of G43.5 is I J K.
+fn written_letter(address: Address) -> Option<u8> {
+    match address {
+        Address::TI => Some(b'I'),
+        Address::TJ => Some(b'J'),
+        Address::TK => Some(b'K'),
+        other => other.letter(),
+    }
 }
 
 fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {

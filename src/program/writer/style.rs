@@ -2,7 +2,7 @@
 
 use super::NewWord;
 use crate::program::decimal::{BUFFER, Look, print_into};
-use crate::program::{Address, Batch, Block, Word, WordForm};
+use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
 
 /// How one word is set.
 #[derive(Debug, Clone, Copy)]
@@ -64,18 +64,25 @@ impl<'a> Style<'a> {
         let Some(word) = self.words.get(index) else { return self.usual };
         let text = self.batch.word_text(word);
         let number = text.get(usize::from(word.lead)..).unwrap_or_default();
+        // The width of an expression is no column.
+        let is_plain = word.form == WordForm::Number;
         let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
         Setting {
             separator: self.separator_before(index),
-            field: number.len(),
+            field: if is_plain { number.len() } else { 0 },
             has_gap: matches!(number.first(), Some(b' ' | b'\t')),
             lower: text.first().is_some_and(u8::is_ascii_lowercase),
             look: Look {
                 drops_zero: self.batch.habits.drops_zero,
                 ends_in_point: word.has_point,
-                plus: sign == b'+',
+                plus: (is_plain && sign == b'+') || self.always_signs(word.address),
             },
         }
+    }
+
+    /// Whether the program writes coordinates with their sign, whatever it is.
+    fn always_signs(&self, address: Address) -> bool {
+        self.batch.dialect == Dialect::Heidenhain && self.batch.habits.plus_signs && address.is_coordinate()
     }
 
     /// The setting for a word of this address.
@@ -87,9 +94,38 @@ impl<'a> Style<'a> {
         })
     }
 
+    /// Appends a word of this name with the blanks before it.
+    pub(super) fn print_named(&self, new: &NewWord, name: &[u8], out: &mut Vec<u8>) {
+        let mut setting = self.setting(new.address);
+        setting.look.plus =
+            (setting.look.plus && new.address.is_coordinate()) || self.always_signs(new.address);
+        out.extend_from_slice(setting.separator);
+        if setting.lower {
+            out.extend(name.iter().map(u8::to_ascii_lowercase));
+        } else {
+            out.extend_from_slice(name);
+        }
+        self.print_value(&setting, new, out);
+    }
+
+    /// Appends a number in the usual look of the block.
+    pub(super) fn print_usual(&self, new: &NewWord, out: &mut Vec<u8>) {
+        let setting = Setting { has_gap: false, ..self.usual };
+        self.print_value(&setting, new, out);
+    }
+
+    /// The number, with a comma for its point where the program has commas.
+    fn print_value(&self, setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
+        let from = out.len();
+        print_field(setting, new, out);
+        if self.batch.habits.decimal_comma {
+            out.iter_mut().skip(from).filter(|byte| **byte == b'.').for_each(|byte| *byte = b',');
+        }
+    }
+
     /// Appends the number of a word, in place of one of its own.
     pub(super) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
-        print_field(&self.setting_at(index), new, out);
+        self.print_value(&self.setting_at(index), new, out);
     }
 
     /// Appends a whole word, with the blanks before it unless it is the first of its block.
@@ -99,7 +135,20 @@ impl<'a> Style<'a> {
             out.extend_from_slice(setting.separator);
         }
         out.push(if setting.lower { letter.to_ascii_lowercase() } else { letter });
-        print_field(&setting, new, out);
+        self.print_value(&setting, new, out);
+    }
+
+    /// Appends a block number as the source block has its own: the same letter, as many digits at least.
+    pub(super) fn print_block_number(&self, new: &NewWord, out: &mut Vec<u8>) {
+        let Some(own) = self.words.iter().find(|word| word.address == Address::N) else { return };
+        let text = self.batch.word_text(own);
+        let digits = text.iter().rev().take_while(|byte| byte.is_ascii_digit()).count();
+        out.extend_from_slice(text.get(..text.len() - digits).unwrap_or_default());
+        let mut buffer = [0; BUFFER];
+        let start = print_into(new.value, 0, Look::default(), &mut buffer);
+        let zeros = digits.saturating_sub(BUFFER - start);
+        out.extend(std::iter::repeat_n(b'0', zeros));
+        out.extend_from_slice(&buffer[start..]);
     }
 
     /// Appends a word of the source block as it is.

@@ -1,0 +1,110 @@
+//! What Sinumerik blocks do besides: tools and their edges, the programmable frame, TRAORI.
+
+use super::codes::{ProgramFrame, keyword_of};
+use super::interpreter::{AXES, Interpreter, bit};
+use super::modal::{ToolLength, Transformation};
+use crate::program::{Address, Keyword};
+
+const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
+const ROTARY: u32 = bit(Address::A) | bit(Address::B) | bit(Address::C);
+const FRAMES: [Transformation; 3] =
+    [Transformation::Rotation, Transformation::Scaling, Transformation::Mirror];
+
+impl Interpreter {
+    /// T and D: another tool or another edge is another length, so that the tip stands elsewhere. D takes effect with
+    /// its own block.
+    #[inline]
+    pub(super) fn take_tool_words(&mut self, may_be_skipped: bool) {
+        if self.block.present & (bit(Address::T) | bit(Address::D)) == 0 {
+            return;
+        }
+        if self.block.has(Address::T) {
+            self.modal.edge = None;
+            self.position.forget_linear();
+        }
+        if self.block.has(Address::D) {
+            let edge = self.block.value(Address::D);
+            if edge.is_none() || edge != self.modal.edge {
+                self.position.forget_linear();
+            }
+            self.modal.edge = edge;
+        }
+        if may_be_skipped {
+            self.modal.edge = None;
+        }
+    }
+
+    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
+    pub(super) fn switch_tip(&mut self, length: ToolLength) {
+        self.transform(Transformation::Cylinder, false);
+        if self.modal.tool_length != Some(length) {
+            self.position.forget_linear();
+            self.modal.tool_length = Some(length);
+        }
+    }
+
+    /// TRANS, ROT, SCALE, MIRROR. Without `added` they come in place of the whole programmable frame; without words
+    /// there is none any more.
+    pub(super) fn program_frame(&mut self, frame: ProgramFrame, added: bool) {
+        let has_angle =
+            self.block.g_codes().iter().any(|&code| keyword_of(code) == Some(Keyword::PlaneAngle));
+        let has_words = self.block.present & AXES != 0 || has_angle;
+        if !added {
+            for which in FRAMES {
+                self.transform(which, false);
+            }
+            self.offset_by(Some([0.0; 3]));
+        }
+        if !has_words {
+            return;
+        }
+        match frame {
+            ProgramFrame::Offset => self.add_offset(),
+            ProgramFrame::Rotation => self.transform(Transformation::Rotation, true),
+            ProgramFrame::Scaling => self.transform(Transformation::Scaling, true),
+            ProgramFrame::Mirror => self.transform(Transformation::Mirror, true),
+        }
+    }
+
+    /// ATRANS with the words of the block. Behind a rotation, a scale or a mirror the offset counts along its axes:
+    /// then it is not known.
+    fn add_offset(&mut self) {
+        let is_straight =
+            FRAMES.iter().all(|&which| self.modal.transformations.get(which as usize) == Some(&Some(false)));
+        let turns = self.block.present & ROTARY != 0;
+        let mut offset = self.modal.program_offset_mm.filter(|_| is_straight && !turns);
+        for (slot, address) in LINEAR.into_iter().enumerate() {
+            if !self.block.has(address) {
+                continue;
+            }
+            let added = self.block.value(address).zip(self.modal.mm_per_unit);
+            offset = offset.zip(added).map(|(mut offset, (value, scale))| {
+                if let Some(offset) = offset.get_mut(slot) {
+                    *offset += value * scale;
+                }
+                offset
+            });
+        }
+        self.offset_by(offset);
+    }
+
+    /// Another programmable offset. Whether the axes stand by their places in the machine or by their words is a
+    /// setting of the control that shows in incremental words: no linear place is known that has moved.
+    fn offset_by(&mut self, offset_mm: Option<[f64; 3]>) {
+        if offset_mm.is_none() {
+            self.position.forget_axes();
+        } else {
+            let before = self.modal.program_offset_mm;
+            for slot in 0..LINEAR.len() {
+                if offset_mm.map(|offset| offset[slot]) != before.map(|offset| offset[slot]) {
+                    self.position.axes[slot] = None;
+                    self.position.contact_mm[slot] = None;
+                }
+            }
+        }
+        self.modal.program_offset_mm = offset_mm;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,427 @@
+//! Small Sinumerik programs, every number worked out by hand.
+
+use crate::machine::{Machine, Preset};
+use crate::motion::{
+    FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
+};
+use crate::program::{
+    Address, Batch, Diagnostics, Dialect, Keyword, ReadLimits, Reader, Severity, Word, WordForm,
+};
+
+/// Digits lost by sums and products of the control's functions [mm].
+const EXACT_MM: f64 = 1e-12;
+
+/// A and C tables through the origin, no limits.
+fn machine() -> Machine {
+    let mut parts = Preset::by_id("ac-table").unwrap().parts();
+    parts.rotary_axes[0].travel_deg = None;
+    Machine::new(parts).unwrap()
+}
+
+fn read(text: &str) -> Vec<Batch> {
+    let mut reader = Reader::new(Some(Dialect::Siemens), ReadLimits::default());
+    reader.feed(text.as_bytes());
+    reader.finish();
+    let (mut batch, mut batches) = (Batch::new(), Vec::new());
+    while reader.next_batch(&mut batch).unwrap() {
+        batches.push(batch.clone());
+    }
+    batches
+}
+
+fn interpreted(text: &str) -> (Interpreter, Vec<Motion>, Diagnostics) {
+    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::default());
+    let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
+    for mut batch in read(text) {
+        interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
+    }
+    (interpreter, motions, diagnostics)
+}
+
+/// The motions behind a line that makes all five axes known at zero.
+fn run(text: &str) -> Vec<Motion> {
+    interpreted(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).1.split_off(1)
+}
+
+fn linear(motion: &Motion) -> Option<[f64; 3]> {
+    motion.end.map(|end| end.linear_mm)
+}
+
+#[track_caller]
+fn assert_ends(text: &str, expected: &[[f64; 3]]) {
+    let motions = run(text);
+    let ends: Vec<_> = motions.iter().map(linear).collect();
+    assert_eq!(ends.len(), expected.len(), "{text}: {ends:?}");
+    for (end, expected) in ends.iter().zip(expected) {
+        let end = end.unwrap_or_else(|| panic!("{text}: {ends:?}"));
+        let near = end.iter().zip(expected).all(|(a, b)| (a - b).abs() <= EXACT_MM * b.abs().max(1.0));
+        assert!(near, "{text}: {ends:?}");
+    }
+}
+
+/// The X that a value gives; `None` where it is not known.
+fn x_of(before: &str, value: &str) -> Option<f64> {
+    run(&format!("{before}\nG1 X={value} F100\n")).last().and_then(linear).map(|end| end[0])
+}
+
+#[track_caller]
+fn assert_x(before: &str, value: &str, expected: f64) {
+    let x = x_of(before, value);
+    assert!(
+        x.is_some_and(|x| (x - expected).abs() <= EXACT_MM * expected.abs().max(1.0)),
+        "{value}: {x:?}, not {expected}"
+    );
+}
+
+fn words(text: &str) -> Vec<(Address, WordForm, f64, u8)> {
+    let batches = read(text);
+    let batch = &batches[0];
+    batch
+        .words(&batch.blocks()[0])
+        .iter()
+        .map(|word| (word.address, word.form, word.value, word.lead))
+        .collect()
+}
+
+#[test]
+fn words_are_read_in_every_form() {
+    use WordForm::{Absolute, Evaluated, Expression, Incremental, Number};
+    let expected = [
+        (Address::N, Number, 10.0, 1),
+        (Address::G, Number, 1.0, 1),
+        (Address::X, Number, -10.5, 2),
+        (Address::Y, Number, 3.0, 3),
+        (Address::Z, Number, 0.5, 1),
+        (Address::R, Number, 12.5, 3),
+        (Address::F, Expression, 0.0, 2),
+        (Address::T, Expression, 0.0, 2),
+    ];
+    assert_eq!(words("N10 G1 X=-10.5 Y = 3 Z.5 CR=12.5 F=R1 T=\"MILL;D12\" ; X99"), expected);
+    let expected = [
+        (Address::X, Incremental, -2.5, 2),
+        (Address::Y, Absolute, 4.0, 2),
+        (Address::Z, Evaluated, 14.0, 2),
+        (Address::C, Expression, 0.0, 2),
+        (Address::TI, Number, 0.6, 3),
+        (Address::TJ, Number, 0.0, 3),
+        (Address::TK, Number, 0.8, 3),
+    ];
+    assert_eq!(words("X=IC(-2.5) Y=AC(4) Z=2+3*4 C=DC(90) A3=.6 B3=0 C3=0.8"), expected);
+    let expected = [
+        (Address::G, Number, 10.0, 2),
+        (Address::G, Expression, 0.0, 1),
+        (Address::M, Number, 10.0, 2),
+        (Address::M, Number, 8.0, 3),
+    ];
+    assert_eq!(words("G=10 G[0]=1 M=QU(10) M0=8 M2=3 M[2]=4 S1=500 H10=2"), expected);
+    let compact: Vec<_> = words("N10G0G54X-10Y.20Z30.4EX-4B0T100S400.0M3H12");
+    let values: Vec<_> = compact.iter().map(|word| word.2).collect();
+    assert_eq!(values, [10.0, 0.0, 54.0, -10.0, 0.2, 0.00304, 0.0, 100.0, 400.0, 3.0, 12.0]);
+}
+
+#[test]
+fn values_count_from_zero_or_from_the_place_before() {
+    assert_ends(
+        "G1 X=10.5 Y=2*3 Z=-(4+1) F1000\nX=IC(2) Y=AC(7) Z=IC(-1/2)\nG91 X1 Y=AC(0) Z=IC(1)\nG90 X=IC(1) X\n",
+        &[[10.5, 6.0, -5.0], [12.5, 7.0, -5.5], [13.5, 0.0, -4.5]],
+    );
+    // Degrees; a place of a rotary axis modulo 360 depends on where it stands.
+    let motions = run("G1 C=AC(30) F100\nC=IC(400)\nC=DC(10)\n");
+    let c: Vec<_> = motions.iter().map(|motion| motion.end.map(|end| end.rotary_deg[1])).collect();
+    assert_eq!(c, [Some(30.0), Some(430.0), None]);
+    assert_eq!(motions[2].unfollowable, Some(Unfollowable::Expression { address: Address::C }));
+}
+
+#[test]
+fn operators_have_the_priorities_of_the_manual() {
+    for (value, expected) in [
+        ("2+3*4", 14.0),
+        ("10-6/2", 7.0),
+        ("2+6 DIV 4", 3.0),
+        ("1+7 MOD 4", 4.0),
+        ("(2+3)*4", 20.0),
+        ("-2+3", 1.0),
+        ("2*-3", -6.0),
+        ("1+1-1+-1", 0.0),
+        ("7 MOD 4.1", 2.9),
+        ("7 DIV 4.1", 1.0),
+        ("7 DIV 0.4", 17.0),
+        ("7/2", 3.5),
+        ("2EX2+1", 201.0),
+        ("'HFF'-'B101'", 250.0),
+        // B_AND binds tighter than B_XOR, that tighter than B_OR: 12 | (10 ^ (6 & 3)) = 12 | 8.
+        ("12 B_OR 10 B_XOR 6 B_AND 3", 12.0),
+        // 1 + 2 is compared: comparisons are weakest.
+        ("1+2==3", 1.0),
+        // (NOT 1 OR (TRUE AND 4)) <> 4.
+        ("NOT (3>2) OR TRUE AND 4<>4", 1.0),
+    ] {
+        assert_x("", value, expected);
+    }
+    // What rounds, overflows or is not told of in the manuals is not known.
+    for value in ["-7 DIV 2", "7 MOD 0", "1/0", "1 DIV 0.1", "0.1+0.2==0.3", "1EX300*1EX300", "SQRT(-1)"] {
+        assert_eq!(x_of("", value), None, "{value}");
+    }
+}
+
+#[test]
+fn functions_have_the_values_of_the_manual() {
+    let degrees = 30.5_f64.atan2(80.1).to_degrees();
+    for (value, expected) in [
+        ("SIN(30)", 0.5),
+        ("cos(60)", 0.5),
+        ("TAN(45)", 1.0),
+        ("ASIN(0.5)", 30.0),
+        ("ACOS(0.5)", 60.0),
+        ("ATAN2(30.5, 80.1)", degrees),
+        ("SQRT(POT(3)+POT(4))", 5.0),
+        ("ABS(-2.5)", 2.5),
+        ("ROUND(2.5)", 3.0),
+        ("ROUND(-2.4)", -2.0),
+        ("TRUNC(-2.7)", -2.0),
+        ("ROUNDUP(2.1)", 3.0),
+        ("LN(EXP(2))", 2.0),
+        ("MINVAL(3,-1)+MAXVAL(3,-1)", 2.0),
+        ("BOUND(0,10,12)", 10.0),
+    ] {
+        assert_x("", value, expected);
+    }
+    assert_eq!(x_of("", "NOSUCH(3)"), None);
+}
+
+#[test]
+fn variables_hold_what_the_program_gives_them() {
+    assert_x("R1=5 R2=2*3\nR3=R1*R2", "R3+r1", 35.0);
+    assert_x("R[7]=4\nR8=R7+$R7", "R[8]", 8.0);
+    assert_x("DEF REAL lAYER\nLAYER = 2.5", "Layer*2", 5.0);
+    assert_x("DEF REAL A_B=1.5, C_D\nC_D=A_B*2", "A_B+C_D", 4.5);
+    // INT is rounded when it is assigned; what has no value is zero.
+    assert_x("DEF INT NN=9, MM\nNN=NN/2", "NN+MM", 5.0);
+    assert_x("DEF INT F[2,3]=SET(1,2,3,4,5,6)", "F[1,0]*10+F[0,2]", 43.0);
+    assert_x("DEF REAL G_[4]=(0.6,0.7,0.5,0.7)", "G_[1]", 0.7);
+    assert_x(
+        "DEF REAL H_[2,2]=REP(3)\nH_[1,0]=8\nH_[0,0]=SET(1,,5)",
+        "H_[0,0]+H_[0,1]*10+H_[1,0]*100",
+        531.0,
+    );
+    assert_x(
+        "DEF NCK APW 5 APR 7 REAL PHU 5 LLI -100.0 ULI +100.0 V_[3,3] = SET(1,0,0, 0,1,0, 0,0,1), W_=2",
+        "V_[2,2]+W_",
+        3.0,
+    );
+    assert_x("_GUD=3", "_GUD", 3.0);
+    // A value assigned in the block does not hold in the block.
+    assert_eq!(x_of("R1=1 R2=R1", "R2"), None);
+    assert_eq!(run("R1=1\nG1 R1=2 X=R1 F100\n")[0].end, None);
+    // Never assigned, of the run, out of bounds, or perhaps skipped.
+    for (before, value) in [
+        ("", "R99"),
+        ("", "$AA_IM[X]"),
+        ("DEF INT F[2]=SET(1,2)", "F[2]"),
+        ("R1=5\n/R1=6", "R1"),
+        ("R1=5\nL100", "R1"),
+        ("R1=5\nMY_PROGRAM(1)", "R1"),
+        ("R1=$AA_IM[X]", "R1"),
+        ("R1=5\nWHENEVER $A_IN[1]==1 DO R1=3", "R1"),
+    ] {
+        assert_eq!(x_of(before, value), None, "{before}: {value}");
+    }
+}
+
+#[test]
+fn a_value_that_is_not_known_leaves_its_motion_alone_until_an_absolute_word() {
+    let motions = run("G1 X=R5 F100\nX3\n");
+    assert_eq!(motions[0].unfollowable, Some(Unfollowable::Expression { address: Address::X }));
+    assert!(motions[1].start.is_none() && linear(&motions[1]) == Some([3.0, 0.0, 0.0]));
+    assert_eq!(motions[1].unfollowable, None);
+}
+
+#[test]
+fn names_that_the_program_does_not_declare_may_be_axes() {
+    // E1 and ELX are none of the machine's five; X1 and XH may be one of them.
+    let motions = run("G1 X1 ELX=5 F100\nX2\nX1=7\nX3\nXH=8\nX4\n");
+    let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    let odd = Some(Unfollowable::ControlWord);
+    assert_eq!(left, [odd, None, odd, None, odd, None]);
+    let known: Vec<_> = motions.iter().map(|motion| motion.end.is_some()).collect();
+    assert_eq!(known, [true, true, false, false, false, false]);
+}
+
+#[test]
+fn programmable_offsets_are_told_and_keep_places_apart() {
+    let motions = run("G1 X1 Y1 F100\nTRANS X100 Y2\nX1 Y1 Z0\nATRANS X50 Y2\nX1 Y1 Z0\nTRANS\nX5 Y5 Z5\n");
+    let offsets: Vec<_> = motions.iter().map(|motion| motion.program_offset_mm).collect();
+    assert_eq!(offsets, [Some([0.0; 3]), Some([100.0, 2.0, 0.0]), Some([150.0, 4.0, 0.0]), Some([0.0; 3])]);
+    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, true, true, false]);
+    assert!(motions[1].start.is_none() && linear(&motions[1]) == Some([1.0, 1.0, 0.0]));
+    // Where the axes stand behind a rotation is not known, nor an offset along turned axes.
+    let motions = run("ROT Z30\nG1 X1 Y1 Z0 F100\nATRANS X5\nX2\nROT\nX1 Y1 Z1\nROT RPL=45\nX2\nTRANS\nX1\n");
+    let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    let turned = Some(Unfollowable::Transformation);
+    assert_eq!(left, [turned, turned, None, turned, None]);
+    assert_eq!(motions[1].program_offset_mm, None);
+    assert!(motions[2].end.is_none(), "rotary axes were forgotten with the offset");
+}
+
+#[test]
+fn frames_that_are_not_there_may_be_taken_back() {
+    let motions = run("MCALL\nG0 X0 Y0 Z0 A0 C0\nROT\nTRANS\nTRAFOOF\nCYCLE800()\nG1 X1 F100\n");
+    assert!(motions[1].start.is_some() && motions[1].unfollowable.is_none());
+}
+
+#[test]
+fn traori_interpolates_the_tip() {
+    let motions = run("TRAORI\nG1 X1 Y1 Z1 F100\nX2\nTRAORI\nX3\nTRAFOOF\nX4\n");
+    let tip: Vec<_> = motions.iter().map(|motion| motion.interpolation).collect();
+    assert_eq!(tip, [Interpolation::Tcp, Interpolation::Tcp, Interpolation::Tcp, Interpolation::Machine]);
+    let known: Vec<_> = motions.iter().map(|motion| motion.start.is_some()).collect();
+    assert_eq!(known, [false, true, true, false]);
+    let motions =
+        run("TRAORI(1)\nG1 X1 F100\nTRACYL(40)\nX2\nTRAFOOF\nG0 X0 Y0 Z0 A0 C0\nX2\nTRAORI(1,0,0,1)\nX3\n");
+    let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    assert_eq!(left[..4], [None, Some(Unfollowable::Transformation), None, None]);
+    assert_eq!(left[4], Some(Unfollowable::UnknownCode));
+}
+
+#[test]
+fn machine_coordinates_hold_in_their_block_only() {
+    for code in ["SUPA", "G53", "G153"] {
+        let motions = run(&format!("{code} G0 Z5 D0\nG0 Z1\n"));
+        assert_eq!(motions[0].unfollowable, Some(Unfollowable::MachineCoordinates), "{code}");
+        assert!(motions[0].end.is_none() && motions[1].unfollowable.is_none(), "{code}");
+    }
+}
+
+#[test]
+fn another_tool_or_edge_is_another_length() {
+    let motions = run("D1 G0 X1 Y1 Z1\nX2 D1\nX3 D2\nX4 Y4 Z4\nT2\nX5\n");
+    let known: Vec<_> = motions.iter().map(|motion| motion.end.is_some()).collect();
+    assert_eq!(known, [true, true, false, true, false]);
+}
+
+#[test]
+fn cycles_and_calls_are_left_alone() {
+    let cycle = Some(Unfollowable::CannedCycle);
+    let motions = run(
+        "CYCLE81(10,0,2,,5)\nG0 X0 Y0 Z0 A0 C0\nX1\nMCALL CYCLE83(10,0,2,-20)\nX2\nMCALL\nG0 X0 Y0 Z0 A0 C0\nX1\n",
+    );
+    let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    assert_eq!(left, [cycle, None, None, Some(Unfollowable::ModalCall), None, None]);
+    // Modes outlive a standard cycle and are unknown behind a call; what does nothing for the path is no motion.
+    let (_, motions, diagnostics) = interpreted(
+        "G0 X0 Y0 Z0 A0 C0\nCYCLE832(0.02,1,1)\nCYCLE800()\nSTOPRE\nMSG(\"N10 ; X5\")\nFFWON SOFT COMPCAD\nG1 X1 F100\nSUB_5 P3\nX2\n",
+    );
+    assert_eq!((motions.len(), diagnostics.count(Severity::Warning)), (4, 1));
+    assert_eq!(motions[1].unfollowable, None);
+    assert_eq!(motions[2].unfollowable, Some(Unfollowable::Call));
+    assert!(motions[3].unfollowable.is_some() && motions[3].end.is_none());
+    let motions = run("CYCLE800(1,\"TC1\",0,57,0,0,0,0,30,0,0,0,0,1)\nG1 X1 F100\nCYCLE800()\nX0 Y0 Z0\n");
+    let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+    assert_eq!(left[..2], [Some(Unfollowable::Transformation); 2]);
+    assert_eq!(left[2], None);
+}
+
+#[test]
+fn control_flow_is_refused_with_its_line_and_labels_are_not() {
+    for text in [
+        "GOTOF END_",
+        "N20 IF R1>5 GOTOB START_",
+        "FOR R1=1 TO 5",
+        "WHILE R1<5",
+        "REPEAT START_ P=3",
+        "LOOP",
+        "CASE R1 OF 1 GOTOF A_ DEFAULT GOTOF B_",
+        "N10REPEAT START_",
+        "DEFINE FAST AS G0",
+    ] {
+        let (_, _, diagnostics) = interpreted(&format!("G0 X0\n{text}\n"));
+        assert_eq!(diagnostics.refusals().map(|refusal| refusal.line).collect::<Vec<_>>(), [2], "{text}");
+    }
+    let (_, motions, diagnostics) = interpreted("G0 X0 Y0 Z0 A0 C0\nSTART_: G1 X5 F100\nN20 END_:\n");
+    assert_eq!(diagnostics.kept(), []);
+    assert_eq!(linear(&motions[1]), Some([5.0, 0.0, 0.0]));
+}
+
+#[test]
+fn what_no_block_contains_is_refused_with_its_line() {
+    for text in
+        ["G0=10", "M1[10]=10", "G505_VAR=10", "X=", "X=(1+2", "X=5)", "(COMMENT)", "X--5", "R5", "MSG(\"A"]
+    {
+        let (_, _, diagnostics) = interpreted(&format!("G0 X0\n{text}\n"));
+        assert_eq!(diagnostics.refusals().map(|refusal| refusal.line).collect::<Vec<_>>(), [2], "{text}");
+    }
+}
+
+#[test]
+fn units_feeds_and_offsets_are_those_of_the_control() {
+    let motions = run("G70 G1 X1 F10\nG710 X1 F100\nG93 X2 F2\nG96 S100 X3 F.2\nG500 X4\n");
+    let x: Vec<_> = motions.iter().filter_map(linear).map(|end| end[0]).collect();
+    assert!((x[0] - 25.4).abs() < 1e-12 && x[1..4] == [1.0, 2.0, 3.0]);
+    let modes: Vec<_> = motions.iter().map(|motion| motion.feed.mode.unwrap()).collect();
+    assert_eq!(modes[1..4], [FeedMode::PerMinute, FeedMode::InverseTime, FeedMode::PerRevolution]);
+    assert!(motions[4].offset_changed && motions[4].end.is_none());
+    // F of a dwell is a time of its own.
+    let motions = run("G1 X1 F100\nG4 F2\nX2\n");
+    assert_eq!(motions[1].feed.value, Some(100.0));
+    let motions = run("G1 X1 F=R1\nR1=300\nF=R1*2\nX2\n");
+    assert_eq!((motions[0].feed.value, motions[1].feed.value), (None, Some(600.0)));
+}
+
+#[test]
+fn arcs_end_where_they_say_and_nowhere_else() {
+    let motions = run(
+        "G2 X10 Y0 CR=5 F100\nG3 X20 Y0 I=AC(15) J0\nCIP X30 Y0 Z0 I1=25 J1=5 K1=0\nG2 AR=90 I5\nG0 X0 Y0 Z0\nG1 AP=30 RP=10\n",
+    );
+    let kinds: Vec<_> = motions.iter().map(|motion| (motion.kind, motion.end.is_some())).collect();
+    let (arc, opaque) = (MotionKind::Arc, MotionKind::Opaque);
+    assert_eq!(
+        kinds,
+        [(arc, true), (arc, true), (arc, true), (opaque, false), (MotionKind::Rapid, true), (opaque, false)]
+    );
+}
+
+#[test]
+fn corners_splines_probes_and_other_words_leave_their_blocks_alone() {
+    use Unfollowable::{ControlWord, Corner, Probing, Spline, ToolVector};
+    for (text, reason) in [
+        ("G1 X1 RND=2 F100\n", Corner),
+        ("G1 X1 CHF=1 F100\n", Corner),
+        ("RNDM=2\nG1 X1 F100\n", Corner),
+        ("BSPLINE X1\n", Spline),
+        ("MEAS=1 G1 X1 F100\n", Probing),
+        ("G1 X1 FB=20\n", ControlWord),
+        ("G1 POS[Q]=5 X1\n", ControlWord),
+        ("G1 A2=10 B2=0 C2=5 F100\n", ToolVector),
+        ("G1 ANG=30 X5\n", Corner),
+    ] {
+        let motions = run(text);
+        assert_eq!(motions.last().and_then(|motion| motion.unfollowable), Some(reason), "{text}");
+    }
+    assert_eq!(run("RNDM=2\nG1 X1 F100\nRNDM=0\nX2\n")[1].unfollowable, None);
+}
+
+#[test]
+fn programs_end_where_they_end() {
+    for (text, ends) in
+        [("M17\n", true), ("M30\n", true), ("RET\n", true), ("M2=3\n", false), ("M=QU(2)\n", true)]
+    {
+        let (interpreter, ..) =
+            interpreted(&format!("%_N_PART_MPF\n;$PATH=/_N_MPF_DIR\nPROC PART SAVE\n{text}X5\n"));
+        assert_eq!(interpreter.has_ended(), ends, "{text}");
+    }
+    let (interpreter, ..) = interpreted("%_N_PART_MPF\nG0 X0\n%_N_OTHER_SPF\nX5\n");
+    assert_eq!(interpreter.end_line(), Some(3));
+}
+
+#[test]
+fn assignments_are_told_from_words() {
+    let mut batches = read("DEF REAL _X\n_X=-365. _Y=2 R1=4\nX1=3\n");
+    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::default());
+    interpreter.interpret(&mut batches[0], &mut Vec::new(), &mut Diagnostics::new());
+    let batch = &batches[0];
+    let keywords =
+        |index: usize| batch.words(&batch.blocks()[index]).iter().map(Word::keyword).collect::<Vec<_>>();
+    assert_eq!(keywords(1), [Some(Keyword::Assigned); 3]);
+    assert_eq!(keywords(2), [Some(Keyword::MachineAxis)]);
+}

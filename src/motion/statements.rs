@@ -1,0 +1,267 @@
+//! Statement words of conversational and cutter location programs: what they set, and what they say for their own block
+//! only.
+
+use super::codes::Statement;
+use super::execute::Action;
+use super::interpreter::{AXES, Interpreter};
+use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
+use super::{FeedMode, Unfollowable};
+use crate::program::{Address, Dialect};
+
+/// What a block says that holds for it alone.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about one block")]
+pub(super) struct ThisBlock {
+    /// M91: machine coordinates.
+    pub(super) machine_coordinates: bool,
+    /// A cycle runs where the block ends.
+    pub(super) runs_cycle: bool,
+    /// The program ends here.
+    pub(super) ends: bool,
+    /// Its F is no path feed in the program's unit.
+    pub(super) other_feed: bool,
+    /// M129 acts behind the motion.
+    pub(super) tcp_off_behind: bool,
+    /// M127 acts behind the motion.
+    pub(super) shortest_off_behind: bool,
+    /// Its axis words say where the tool is: no motion.
+    pub(super) states_position: bool,
+    /// A jump, or a repetition of text that was followed.
+    pub(super) flow: bool,
+    /// The known section that is called, by its index.
+    pub(super) section: Option<usize>,
+    /// An arc without an end: a full circle.
+    pub(super) full_circle: bool,
+    /// Behind it the linear axes stand somewhere else.
+    pub(super) forgets_linear: bool,
+    /// Axes move that are not named.
+    pub(super) moves_elsewhere: bool,
+}
+
+/// From here on a rotary axis has a shorter way \[deg\].
+const HALF_TURN_DEG: f64 = 180.0;
+/// Directions this near to +Z are +Z \[components\].
+const SAME_AXIS: f64 = 1e-9;
+
+impl Interpreter {
+    /// The dialect is known: what a program of it starts with.
+    pub(super) fn begin_dialect(&mut self) {
+        match self.dialect {
+            Dialect::Apt => {
+                self.modal.tool_length = Some(ToolLength::Vector);
+                self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
+            }
+            Dialect::Csv if self.modal.motion.is_none() => self.modal.motion = Some(MotionMode::Linear),
+            _ => {}
+        }
+    }
+
+    /// Before a block's words are looked at. In dialects whose statements name the motion, none is modal.
+    #[inline]
+    pub(super) fn begin_block(&mut self) {
+        self.this_block = ThisBlock::default();
+        if matches!(self.dialect, Dialect::Heidenhain | Dialect::Apt) {
+            self.modal.motion = None;
+        }
+    }
+
+    /// Sets what a statement word sets; gives what else is to be done.
+    pub(super) fn apply_statement(
+        &mut self,
+        statement: Statement,
+        reason: &mut Option<Unfollowable>,
+    ) -> Option<Action> {
+        match statement {
+            Statement::ArcAboutCentre => {
+                self.modal.motion = Some(MotionMode::Arc);
+                self.this_block.full_circle = self.block.present & AXES == 0;
+            }
+            Statement::RapidHere if self.modal.motion == Some(MotionMode::Linear) => {
+                self.modal.motion = Some(MotionMode::Rapid);
+            }
+            Statement::RapidHere => {}
+            Statement::Corner => *reason = Some(Unfollowable::Corner),
+            Statement::OtherFeed => {
+                self.this_block.other_feed = true;
+                self.modal.feed = ModalFeed::Unknown;
+            }
+            Statement::FeedUnit(mode, mm_per_unit) => self.feed_unit(mode, mm_per_unit),
+            Statement::End => self.this_block.ends = true,
+            Statement::ToolCall => {
+                self.position.forget_linear();
+                self.modal.plane = Some(2);
+                self.transform(Transformation::ToolAxis, false);
+            }
+            Statement::OtherToolAxis => self.transform(Transformation::ToolAxis, true),
+            Statement::DatumShift => {
+                self.shift_datum();
+                return Some(Action::Consume);
+            }
+            Statement::DatumReset => self.set_datum([Some(0.0); 3]),
+            Statement::DatumTable => self.set_datum([None; 3]),
+            Statement::Preset => {
+                // Preset numbers and codes of ISO work offsets share a word: these have the cycle's number.
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
+                let preset = self
+                    .block
+                    .value(Address::P)
+                    .filter(|p| (0.0..60_000.0).contains(p))
+                    .map(|p| (247 << 16) + p as u32);
+                self.set_work_offset(preset);
+            }
+            Statement::TiltOff => {
+                self.transform(Transformation::Tilt, false);
+                self.position.forget_axes();
+            }
+            Statement::TcpOther => {
+                self.modal.tool_length = None;
+                self.position.forget_linear();
+            }
+            Statement::Tcp(on) => self.set_tcp(on),
+            Statement::Label => self.pass_label(),
+            Statement::LabelEnd => self.end_section(),
+            Statement::CallLabel => return self.call_label(false),
+            Statement::RepeatLabel => return self.call_label(true),
+            Statement::CycleCall => {
+                self.this_block.runs_cycle = true;
+                return Some(Action::Odd(Unfollowable::CannedCycle));
+            }
+            Statement::Contour => {
+                self.this_block.forgets_linear = true;
+                self.forget_stated_axis();
+                return Some(Action::Odd(Unfollowable::ContourElement));
+            }
+            Statement::Probe => {
+                // A probing cycle may write presets and rotations.
+                self.shift_offsets();
+                return Some(Action::Unknown);
+            }
+            Statement::Point => self.point_mode(),
+            Statement::From => {
+                self.this_block.states_position = true;
+                self.point_mode();
+            }
+            Statement::Next(mode) => self.modal.next_motion = Some(mode),
+            Statement::InCycle(on) => self.modal.in_cycle = on,
+            Statement::Multax(on) => self.modal.multax = on,
+            Statement::ToolAxis => {
+                self.this_block.states_position = true;
+                self.take_tool_axis();
+            }
+            Statement::CoordinateSystem => {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
+                let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);
+                if system.is_none() || system != self.modal.work_offset {
+                    self.position.axes = [None; 5];
+                }
+                self.modal.work_offset = system;
+            }
+            Statement::GoHome => {
+                self.this_block.forgets_linear = true;
+                return Some(Action::Odd(Unfollowable::Reference));
+            }
+        }
+        None
+    }
+
+    /// A feed in a unit of its own; where that is not the program's, its number is not taken.
+    fn feed_unit(&mut self, mode: FeedMode, mm_per_unit: Option<f64>) {
+        if self.modal.feed_mode != Some(mode) {
+            self.modal.void_feed();
+            self.modal.feed_mode = Some(mode);
+        }
+        let differs =
+            mm_per_unit.is_some_and(|mm| self.modal.mm_per_unit.is_none_or(|unit| (mm - unit).abs() > 0.0));
+        self.this_block.other_feed |= differs;
+    }
+
+    /// M128, M129, TCPM: positions stay where the state is the same.
+    pub(super) fn set_tcp(&mut self, on: bool) {
+        let wanted = if on { ToolLength::Tcp } else { ToolLength::Plain };
+        if self.modal.tool_length != Some(wanted) {
+            self.position.forget_linear();
+            self.modal.tool_length = Some(wanted);
+        }
+        self.modal.kinematics_switched = false;
+    }
+
+    /// What acts behind the motion.
+    pub(super) fn finish_block(&mut self) {
+        if self.this_block.forgets_linear || self.this_block.runs_cycle {
+            self.position.forget_linear();
+        }
+        if self.this_block.tcp_off_behind {
+            self.set_tcp(false);
+        }
+        if self.this_block.shortest_off_behind {
+            self.modal.shortest_path = false;
+        }
+    }
+
+    /// The mode of a GOTO: what RAPID or CIRCLE before it asked for.
+    fn point_mode(&mut self) {
+        let next = self.modal.next_motion.take();
+        let mode = if self.modal.in_cycle { MotionMode::Cycle } else { next.unwrap_or(MotionMode::Linear) };
+        self.modal.motion = Some(mode);
+        let states_axis = self.block.has(Address::TI);
+        if !states_axis && self.modal.axis_stated && !self.modal.multax && !self.is_upright() {
+            // Some systems leave the axis out where it stays, others where it is Z.
+            self.position.tool_axis = [None; 3];
+        }
+        self.modal.axis_stated |= states_axis;
+    }
+
+    fn is_upright(&self) -> bool {
+        let [Some(i), Some(j), Some(k)] = self.position.tool_axis else { return false };
+        i.abs() < SAME_AXIS && j.abs() < SAME_AXIS && k > 0.0
+    }
+
+    /// TLAXIS: the axis of points with three values.
+    fn take_tool_axis(&mut self) {
+        for (slot, address) in [Address::TI, Address::TJ, Address::TK].into_iter().enumerate() {
+            self.position.tool_axis[slot] = self.block.value(address);
+        }
+        self.modal.axis_stated = false;
+    }
+
+    /// Where a vector stated the tool axis it is not known any more.
+    fn forget_stated_axis(&mut self) {
+        if self.modal.axis_stated || self.modal.tool_length != Some(ToolLength::Vector) {
+            self.position.tool_axis = [None; 3];
+        }
+    }
+
+    fn shift_datum(&mut self) {
+        let mut datum = self.modal.datum_mm;
+        for (slot, address) in datum.iter_mut().zip([Address::X, Address::Y, Address::Z]) {
+            if !self.block.has(address) {
+                continue;
+            }
+            let value = self.block.value(address).and_then(|value| Some(value * self.modal.mm_per_unit?));
+            *slot = match self.block.is_incremental(address, Some(false)) {
+                Some(true) => slot.and_then(|at| Some(at + value?)),
+                _ => value,
+            };
+        }
+        // A shift of a rotary axis is a turn that is not followed.
+        let turned = [Address::A, Address::B, Address::C].into_iter().any(|address| {
+            self.block.has(address) && self.block.value(address).is_none_or(|value| value.abs() > 0.0)
+        });
+        self.set_datum(if turned { [None; 3] } else { datum });
+    }
+
+    fn set_datum(&mut self, datum_mm: [Option<f64>; 3]) {
+        let same = datum_mm == self.modal.datum_mm && datum_mm.iter().all(Option::is_some);
+        if !same {
+            self.position.forget_axes();
+        }
+        self.modal.datum_mm = datum_mm;
+    }
+
+    /// Whether a rotary axis would take the shorter way around instead of the way its words say.
+    pub(super) fn takes_other_way(&self, start: Option<[f64; 2]>, end: Option<[f64; 2]>) -> bool {
+        let (Some(start), Some(end)) = (start, end) else { return false };
+        self.modal.shortest_path
+            && start.iter().zip(&end).any(|(from, to)| (to - from).abs() >= HALF_TURN_DEG)
+    }
+}

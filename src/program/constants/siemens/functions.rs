@@ -1,0 +1,93 @@
+//! Functions of the Sinumerik; angles in degrees.
+
+use super::expression::{Arguments, Number};
+use crate::geometry::trig::{atan2, sin_cos_deg};
+
+/// Nearer to a whole number than this, TRUNC and its kin depend on the control's own rounding.
+const NEARLY_WHOLE: f64 = 1e-9;
+
+/// The value of a function; `None` for one that is not known, or whose arguments are not.
+pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
+    let is = |wanted: &[u8]| name.eq_ignore_ascii_case(wanted);
+    let known: Option<Number> = match *arguments.values() {
+        [Some(a)] if arguments.count == 1 => {
+            let x = a.value;
+            let value = if is(b"SIN") {
+                sin_cos_deg(x).0
+            } else if is(b"COS") {
+                sin_cos_deg(x).1
+            } else if is(b"TAN") {
+                let (sin, cos) = sin_cos_deg(x);
+                if cos.abs() < NEARLY_WHOLE {
+                    return None;
+                }
+                sin / cos
+            } else if is(b"ASIN") {
+                arc(x, (1.0 - x * x).sqrt())?
+            } else if is(b"ACOS") {
+                arc((1.0 - x * x).sqrt(), x)?
+            } else if is(b"SQRT") {
+                x.sqrt()
+            } else if is(b"ABS") {
+                return Some(Number { value: x.abs(), ..a });
+            } else if is(b"POT") {
+                return Some(Number { value: x * x, ..a });
+            } else if is(b"TRUNC") {
+                return cut(x, f64::trunc);
+            } else if is(b"ROUND") {
+                return rounded(x);
+            } else if is(b"ROUNDUP") {
+                return cut(x, f64::ceil);
+            } else if is(b"LN") {
+                x.ln()
+            } else if is(b"EXP") {
+                x.exp()
+            } else {
+                return None;
+            };
+            Some(Number::real(value + 0.0))
+        }
+        // The angle of (second, first): the second is the direction angles count from.
+        [Some(a), Some(b)] if arguments.count == 2 && is(b"ATAN2") => {
+            (a.value != 0.0 || b.value != 0.0).then(|| Number::real(atan2(a.value, b.value).to_degrees()))
+        }
+        [Some(a), Some(b)] if arguments.count == 2 && is(b"MINVAL") => {
+            Some(if b.value < a.value { b } else { a })
+        }
+        [Some(a), Some(b)] if arguments.count == 2 && is(b"MAXVAL") => {
+            Some(if b.value > a.value { b } else { a })
+        }
+        [Some(low), Some(high), Some(value)]
+            if arguments.count == 3 && is(b"BOUND") && low.value <= high.value =>
+        {
+            Some(if value.value < low.value {
+                low
+            } else if value.value > high.value {
+                high
+            } else {
+                value
+            })
+        }
+        _ => None,
+    };
+    known.filter(|number| number.value.is_finite())
+}
+
+fn arc(y: f64, x: f64) -> Option<f64> {
+    (y.is_finite() && x.is_finite()).then(|| atan2(y, x).to_degrees())
+}
+
+/// Cut to a whole number where it is certain to which.
+fn cut(value: f64, how: fn(f64) -> f64) -> Option<Number> {
+    let nearest = value.round();
+    let is_near = (value - nearest).abs() <= NEARLY_WHOLE * value.abs().max(1.0);
+    #[expect(clippy::float_cmp, reason = "whole to the last bit, or too near to tell")]
+    let is_whole = value == nearest;
+    (is_whole || !is_near).then(|| Number::whole(how(value) + 0.0))
+}
+
+/// Rounded half up; halves below zero are not told of.
+pub(super) fn rounded(value: f64) -> Option<Number> {
+    let is_half = ((value - value.floor()) - 0.5).abs() <= NEARLY_WHOLE;
+    (value >= 0.0 && value.fract() == 0.5 || !is_half).then(|| Number::whole((value + 0.5).floor() + 0.0))
+}

@@ -1,0 +1,460 @@
+//! APT cutter location text (CLDATA): a major word, `/`, minor words and numbers between commas; `$` at the end of a
+//! line runs on, `$$` begins a comment.
+//!
+//! A `GOTO/` has three values (tip), six (tip and tool axis) or nine (tip, tool axis, contact normal out of the part
+//! toward the tool). Words of post-processors that are not known are left alone: they do not move the points.
+
+use super::LineRead;
+use super::scan::{Scan, Spelling, extent, number};
+use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode, Keyword, WordForm};
+
+const POINT: [Address; 9] = [
+    Address::X,
+    Address::Y,
+    Address::Z,
+    Address::TI,
+    Address::TJ,
+    Address::TK,
+    Address::NX,
+    Address::NY,
+    Address::NZ,
+];
+/// How far the length of a contact normal may be off 1: six decimals of a rounded vector, or single precision.
+const NORMAL_LENGTH: f64 = 0.01;
+/// Statements whose rest is text of the post's, dollars included.
+const TEXT: [&[u8]; 10] = [
+    b"PPRINT",
+    b"PARTNO",
+    b"INSERT",
+    b"REMARK",
+    b"PPFUN",
+    b"MSYS",
+    b"DISPLY",
+    b"OPFEATSTART",
+    b"OPFEATEND",
+    b"TITLES",
+];
+/// Statements that move the points behind them, or count them otherwise.
+const TRANSFORMATIONS: [&[u8]; 12] = [
+    b"TRACUT", b"ROTATE", b"TRANS", b"COPY", b"MIRROR", b"INDEX", b"MODE", b"ORIGIN", b"MATRIX", b"SCALE",
+    b"ZOFF", b"REFSYS",
+];
+/// Motions along surfaces that the processor has not worked out.
+const SURFACE_MOTIONS: [&[u8]; 8] =
+    [b"GO", b"GOFWD", b"GOLFT", b"GORGT", b"GOBACK", b"GOUP", b"GODOWN", b"ARC"];
+/// What calls or repeats other statements.
+const CALLS: [&[u8]; 4] = [b"CALL", b"CALSUB", b"CALLSUB", b"SUBPRG"];
+const FLOW: [&[u8]; 7] = [b"JUMPTO", b"IF", b"DO", b"LOOPST", b"LOOPND", b"MACRO", b"TERMAC"];
+
+/// Reads the statement that starts at `start` of `text` and adds it to the batch; `None` where lines that belong to
+/// it are not there yet (`last`: there are no more). `shift` (wrapping) takes positions in `text` to positions in
+/// the batch's text.
+pub(in crate::program) fn read_line(
+    text: &[u8],
+    start: usize,
+    shift: usize,
+    line: u64,
+    last: bool,
+    batch: &mut Batch,
+) -> Option<LineRead> {
+    let whole = extent(text, start, last, |line, _| Some(runs_on(line)))?;
+    let mut scan = Scan::new(text, start, whole, shift, line, batch);
+    if line == 1 && text.get(start..).unwrap_or_default().starts_with(b"\xef\xbb\xbf") {
+        scan.at += 3;
+    }
+    skip_blanks(&mut scan);
+    let from = scan.at;
+    let kind = if from >= whole.body_end {
+        BlockKind::Blank
+    } else if scan.slice(from, from + 2) == b"$$" {
+        scan.flags.set(BlockFlags::COMMENT);
+        BlockKind::Comment
+    } else if scan.byte(from) == b'%' {
+        BlockKind::Percent
+    } else {
+        statement(&mut scan)
+    };
+    Some(scan.close(kind))
+}
+
+/// Whether the line ends in a single `$`; text statements end with their line.
+fn runs_on(line: &[u8]) -> bool {
+    let body = without_comment(line).trim_ascii();
+    body.ends_with(b"$") && !TEXT.iter().any(|word| starts(body, word))
+}
+
+/// The line up to `$$`.
+fn without_comment(line: &[u8]) -> &[u8] {
+    memchr::memmem::find(line, b"$$").map_or(line, |at| line.get(..at).unwrap_or_default())
+}
+
+fn starts(text: &[u8], word: &[u8]) -> bool {
+    text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
+}
+
+/// Blanks, and the `$` and line ending between the lines of a statement.
+fn skip_blanks(scan: &mut Scan<'_>) {
+    while scan.at < scan.extent.body_end && matches!(scan.byte(scan.at), b' ' | b'\t' | b'$' | b'\r' | b'\n')
+    {
+        if scan.slice(scan.at, scan.at + 2) == b"$$" {
+            let line_end = crate::program::line::line_end(scan.text, scan.at);
+            scan.flags.set(BlockFlags::COMMENT);
+            scan.at = line_end.min(scan.extent.body_end);
+            continue;
+        }
+        scan.at += 1;
+    }
+}
+
+/// One past the word at `from`.
+fn word_end(scan: &Scan<'_>, from: usize) -> usize {
+    let mut end = from;
+    while scan.byte(end).is_ascii_alphanumeric() || matches!(scan.byte(end), b'_' | b'-' | b'.' | b'+') {
+        end += 1;
+    }
+    end
+}
+
+fn is_one_of(word: &[u8], words: &[&[u8]]) -> bool {
+    words.iter().any(|known| word.eq_ignore_ascii_case(known))
+}
+
+fn statement(scan: &mut Scan<'_>) -> BlockKind {
+    let start = scan.at;
+    let end = word_end(scan, start);
+    let major = scan.slice(start, end);
+    scan.at = end;
+    if major.is_empty() {
+        scan.fail_unexpected(start);
+        return BlockKind::Malformed;
+    }
+    if major.eq_ignore_ascii_case(b"GOTO") {
+        return point(scan, Keyword::Goto, start);
+    }
+    if is_one_of(major, &TEXT) {
+        return said(scan, Keyword::PostWord, start);
+    }
+    if is_one_of(major, &TRANSFORMATIONS) {
+        return said(scan, Keyword::PointsMoved, start);
+    }
+    if is_one_of(major, &CALLS) {
+        return BlockKind::Call;
+    }
+    if is_one_of(major, &FLOW) {
+        return BlockKind::Flow;
+    }
+    // `TLON,GOFWD/…`, `TLLFT,GORGT/…`: motions along surfaces.
+    if is_one_of(major, &SURFACE_MOTIONS) || names_surface_motion(scan, end) {
+        return said(scan, Keyword::SurfaceMotion, start);
+    }
+    let word = Upper::of(major);
+    match word.as_bytes() {
+        b"RAPID" => said(scan, Keyword::Rapid, start),
+        b"FEDRAT" => feed(scan, start),
+        b"FROM" => point(scan, Keyword::From, start),
+        b"GODLTA" => delta(scan, start),
+        b"GOHOME" => said(scan, Keyword::GoHome, start),
+        b"CIRCLE" => said(scan, Keyword::Circle, start),
+        b"CYCLE" => {
+            let off = has_minor(scan, end, b"OFF");
+            said(scan, if off { Keyword::CycleOff } else { Keyword::CycleOn }, start)
+        }
+        b"CUTCOM" => {
+            let off = has_minor(scan, end, b"OFF");
+            said(scan, if off { Keyword::R0 } else { Keyword::RadiusCompensation }, start)
+        }
+        b"MULTAX" => {
+            let off = has_minor(scan, end, b"OFF");
+            said(scan, if off { Keyword::MultaxOff } else { Keyword::MultaxOn }, start)
+        }
+        b"TLAXIS" => tool_axis(scan, start),
+        b"UNITS" | b"UNIT" => units(scan, start),
+        b"CSYS" => coordinate_system(scan, start),
+        b"TRNTYP" => {
+            let moves = |word: &[u8]| {
+                number(word, 0, Spelling::Exponent).is_some_and(|number| number.value.abs() > 0.0)
+            };
+            let plain = has_minor(scan, end, b"WORLD") && !minors(scan, end).any(moves);
+            said(scan, if plain { Keyword::PostWord } else { Keyword::PointsMoved }, start)
+        }
+        b"ROTABL" | b"ROTHED" => rotation(scan, start),
+        b"LOADTL" | b"LOAD" | b"TOOLNO" | b"TURRET" | b"UNLOAD" => said(scan, Keyword::ToolCall, start),
+        b"END" | b"FINI" => said(scan, Keyword::EndPgm, start),
+        _ => said(scan, Keyword::PostWord, start),
+    }
+}
+
+/// A word in upper case, cut to what the statements known have.
+struct Upper {
+    bytes: [u8; 8],
+    length: usize,
+}
+
+impl Upper {
+    fn of(word: &[u8]) -> Self {
+        let mut upper = Self { bytes: [0; 8], length: 0 };
+        if word.len() <= upper.bytes.len() {
+            for (slot, byte) in upper.bytes.iter_mut().zip(word) {
+                *slot = byte.to_ascii_uppercase();
+            }
+            upper.length = word.len();
+        }
+        upper
+    }
+
+    fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
+fn said(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
+    let end = scan.extent.body_end;
+    scan.keyword(keyword, start, end);
+    scan.skip_all();
+    BlockKind::Words
+}
+
+/// The rest of the statement up to a comment.
+fn rest<'a>(scan: &Scan<'a>, from: usize) -> &'a [u8] {
+    without_comment(scan.slice(from, scan.extent.body_end))
+}
+
+fn minors<'a>(scan: &Scan<'a>, from: usize) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+    rest(scan, from)
+        .split(|byte| matches!(byte, b',' | b'/' | b' ' | b'\t' | b'$' | b'\r' | b'\n'))
+        .filter(|word| !word.is_empty())
+}
+
+fn has_minor(scan: &Scan<'_>, from: usize, wanted: &[u8]) -> bool {
+    minors(scan, from).any(|word| word.eq_ignore_ascii_case(wanted))
+}
+
+/// `TLON,GOFWD/`: a surface motion named before the slash.
+fn names_surface_motion(scan: &Scan<'_>, from: usize) -> bool {
+    let rest = rest(scan, from);
+    let head = rest.get(..memchr::memchr(b'/', rest).unwrap_or(rest.len())).unwrap_or_default();
+    head.split(|byte| matches!(byte, b',' | b' ' | b'\t')).any(|word| is_one_of(word, &SURFACE_MOTIONS))
+}
+
+/// Goes behind the slash of the statement; false where there is none.
+fn slash(scan: &mut Scan<'_>) -> bool {
+    skip_blanks(scan);
+    let found = scan.byte(scan.at) == b'/';
+    scan.at += usize::from(found);
+    found
+}
+
+/// The numbers between commas from the present position on, each with its start. Gives up at anything else.
+fn numbers(scan: &mut Scan<'_>) -> Option<([(usize, super::scan::Number); 9], usize)> {
+    let none = super::scan::Number {
+        value: 0.0,
+        decimals: 0,
+        has_point: false,
+        has_whole: true,
+        has_comma: false,
+        has_plus: false,
+        end: 0,
+    };
+    let mut list = [(0, none); 9];
+    let mut count = 0;
+    let body = scan.text.get(..scan.extent.body_end).unwrap_or_default();
+    loop {
+        skip_blanks(scan);
+        let start = scan.at;
+        if start >= scan.extent.body_end {
+            break;
+        }
+        let (Some(read), Some(slot)) = (number(body, start, Spelling::Exponent), list.get_mut(count)) else {
+            scan.fail_number(start);
+            return None;
+        };
+        *slot = (start, read);
+        count += 1;
+        scan.at = read.end;
+        skip_blanks(scan);
+        match scan.byte(scan.at) {
+            b',' => scan.at += 1,
+            _ if scan.at >= scan.extent.body_end => break,
+            _ => {
+                scan.fail_unexpected(scan.at);
+                return None;
+            }
+        }
+    }
+    Some((list, count))
+}
+
+/// `GOTO/x,y,z[,i,j,k[,nx,ny,nz]]`, `FROM/…`
+fn point(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
+    if !slash(scan) {
+        scan.fail_number(start);
+        return BlockKind::Malformed;
+    }
+    let head = scan.at;
+    let Some((list, count)) = numbers(scan) else { return BlockKind::Malformed };
+    if !matches!(count, 3 | 6 | 9) {
+        scan.fail_unexpected(start);
+        return BlockKind::Malformed;
+    }
+    scan.keyword(keyword, start, head);
+    let mut values = list.iter().map(|(_, number)| number.value).skip(6);
+    if count == 9
+        && let (Some(x), Some(y), Some(z)) = (values.next(), values.next(), values.next())
+    {
+        let length = (x * x + y * y + z * z).sqrt();
+        if (length - 1.0).abs() > NORMAL_LENGTH {
+            let (from, to) = (list[6].0, list[8].1.end);
+            scan.fail(DiagnosticCode::NotADirection { length }, from, to);
+            return BlockKind::Malformed;
+        }
+    }
+    words(scan, &list, count, &POINT, WordForm::Number);
+    BlockKind::Words
+}
+
+/// Adds the first numbers of a list as words of these addresses.
+fn words(
+    scan: &mut Scan<'_>,
+    list: &[(usize, super::scan::Number); 9],
+    count: usize,
+    addresses: &[Address],
+    form: WordForm,
+) {
+    for ((start, number), address) in list.iter().take(count).zip(addresses) {
+        scan.number_word(*address, form, *start, 0, *number);
+    }
+    scan.skip_all();
+}
+
+/// `GODLTA/dx,dy,dz`; along the tool axis with one value.
+fn delta(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    if !slash(scan) {
+        scan.fail_number(start);
+        return BlockKind::Malformed;
+    }
+    let head = scan.at;
+    let Some((list, count)) = numbers(scan) else { return BlockKind::Malformed };
+    if count != 3 {
+        return said(scan, Keyword::SurfaceMotion, start);
+    }
+    scan.keyword(Keyword::Goto, start, head);
+    words(scan, &list, 3, &POINT, WordForm::Incremental);
+    BlockKind::Words
+}
+
+/// `TLAXIS/i,j,k`
+fn tool_axis(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    if !slash(scan) {
+        return said(scan, Keyword::PointsMoved, start);
+    }
+    let head = scan.at;
+    let Some((list, count)) = numbers(scan) else { return BlockKind::Malformed };
+    if count != 3 {
+        scan.fail_unexpected(start);
+        return BlockKind::Malformed;
+    }
+    scan.keyword(Keyword::ToolAxis, start, head);
+    words(scan, &list, 3, &[Address::TI, Address::TJ, Address::TK], WordForm::Number);
+    BlockKind::Words
+}
+
+/// `FEDRAT/100.,MMPM`, `FEDRAT/ MMPM,171.09`, `FEDRAT/0.2,IPR`
+fn feed(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    slash(scan);
+    let head = scan.at;
+    scan.keyword(Keyword::Fedrat, start, head);
+    let body = scan.text.get(..scan.extent.body_end).unwrap_or_default();
+    let mut has_number = false;
+    while scan.at < scan.extent.body_end {
+        skip_blanks(scan);
+        let from = scan.at;
+        if from >= scan.extent.body_end {
+            break;
+        }
+        if scan.byte(from) == b',' {
+            scan.at += 1;
+            continue;
+        }
+        if let Some(number) = number(body, from, Spelling::Exponent) {
+            if has_number {
+                // A feed for something else behind it.
+                scan.keyword(Keyword::FeedElsewhere, from, number.end);
+                scan.at = number.end;
+                continue;
+            }
+            has_number = true;
+            scan.number_word(Address::F, WordForm::Number, from, 0, number);
+            continue;
+        }
+        let end = word_end(scan, from);
+        if end == from {
+            scan.fail_unexpected(from);
+            break;
+        }
+        let keyword = match Upper::of(scan.slice(from, end)).as_bytes() {
+            b"MMPM" => Keyword::MmPerMinute,
+            b"IPM" => Keyword::InchPerMinute,
+            b"PERMIN" | b"UPM" => Keyword::UnitPerMinute,
+            b"MMPR" => Keyword::MmPerRevolution,
+            b"IPR" => Keyword::InchPerRevolution,
+            b"PERREV" | b"UPR" => Keyword::UnitPerRevolution,
+            _ => Keyword::FeedElsewhere,
+        };
+        scan.keyword(keyword, from, end);
+        scan.at = end;
+    }
+    if !has_number {
+        scan.keyword(Keyword::FeedElsewhere, head, head);
+    }
+    BlockKind::Words
+}
+
+/// `UNITS/MM`, `UNITS/INCHES`
+fn units(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    let unit = minors(scan, scan.at).next().unwrap_or_default();
+    let keyword = if unit.eq_ignore_ascii_case(b"MM") || starts(unit, b"MILLI") {
+        Keyword::BeginMm
+    } else if starts(unit, b"INCH") || unit.eq_ignore_ascii_case(b"IN") {
+        Keyword::BeginInch
+    } else {
+        scan.fail_unexpected(start);
+        return BlockKind::Malformed;
+    };
+    said(scan, keyword, start)
+}
+
+/// `CSYS/…`: the set-up's coordinate system; equal systems have equal P words.
+fn coordinate_system(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    // FNV-1a of all but blanks, cut to what a number word holds.
+    let hash = rest(scan, scan.at)
+        .iter()
+        .filter(|byte| !byte.is_ascii_whitespace() && **byte != b'$')
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+    let end = scan.extent.body_end;
+    #[expect(clippy::cast_precision_loss, reason = "23 bits")]
+    let value = (hash >> 41) as f64;
+    scan.keyword(Keyword::CoordinateSystem, start, end);
+    let system = super::scan::Number {
+        value,
+        decimals: 0,
+        has_point: false,
+        has_whole: true,
+        has_comma: false,
+        has_plus: false,
+        end,
+    };
+    scan.number_word(Address::P, WordForm::Number, end, 0, system);
+    scan.skip_all();
+    BlockKind::Words
+}
+
+/// `ROTABL/ 1.570796,AAXIS,TABLE,CCLW`: by nothing it is harmless, otherwise the points behind it are turned.
+fn rotation(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    let turns = minors(scan, scan.at).any(|word| {
+        number(word, 0, Spelling::Exponent).is_none_or(|number| number.value.abs() > 0.0)
+            && word.first().is_some_and(|byte| byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.'))
+    });
+    said(scan, if turns { Keyword::PointsMoved } else { Keyword::PostWord }, start)
+}

@@ -1,0 +1,186 @@
+//! The words of a path: coordinates, vectors, feed, radius compensation and M codes.
+
+use super::{Value, value};
+use crate::program::dialect::scan::Scan;
+use crate::program::line::{line_end, next_line};
+use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
+
+/// M codes whose words behind them are their own: a feed of other motions (M103, M128), limits of the handwheel
+/// (M118), axes (M94, M138), distances (M140), blocks or angles (M112, M120, M124).
+const WITH_ARGUMENTS: [u32; 9] = [94, 103, 112, 118, 120, 124, 128, 138, 140];
+
+/// Reads the words behind the statement's own word, which ends at `end`. Without `coordinates` the axis words name no
+/// place to go to.
+pub(super) fn read(
+    scan: &mut Scan<'_>,
+    keyword: Option<Keyword>,
+    end: usize,
+    coordinates: bool,
+) -> BlockKind {
+    if let Some(keyword) = keyword {
+        scan.keyword(keyword, scan.at, end);
+    }
+    scan.at = end;
+    let has_radius = keyword == Some(Keyword::ArcOfRadius);
+    let mut radius_open = has_radius;
+    while scan.at < scan.extent.body_end {
+        let start = scan.at;
+        match scan.byte(start).to_ascii_uppercase() {
+            b' ' | b'\t' | b'~' | b'\r' | b'\n' => scan.at += 1,
+            b';' => comment(scan),
+            letter @ (b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C') => {
+                word(scan, axis(letter), WordForm::Number, start, 1, coordinates);
+            }
+            b'I' => match scan.byte(start + 1).to_ascii_uppercase() {
+                letter @ (b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C') => {
+                    word(scan, axis(letter), WordForm::Incremental, start, 2, coordinates);
+                }
+                b'U' | b'V' | b'W' => other_axis(scan, start, start + 2),
+                _ => scan.fail_unexpected(start),
+            },
+            b'U' | b'V' | b'W' => other_axis(scan, start, start + 1),
+            b'N' => vector(scan, start, [Address::NX, Address::NY, Address::NZ]),
+            b'T' => vector(scan, start, [Address::TI, Address::TJ, Address::TK]),
+            b'F' => feed(scan, start),
+            b'R' if radius_open => {
+                radius_open = false;
+                skip_value(scan, start, 1);
+            }
+            b'R' => compensation(scan, start),
+            b'M' => m_code(scan, start),
+            b'D' if scan.byte(start + 1).eq_ignore_ascii_case(&b'R') => {
+                let end = start + 2 + usize::from(matches!(scan.byte(start + 2), b'+' | b'-'));
+                scan.keyword(Keyword::Sense, start, end);
+                scan.at = end;
+            }
+            _ => scan.fail_unexpected(start),
+        }
+    }
+    BlockKind::Words
+}
+
+/// Reads only what stays in force behind the statement, skipping all other words.
+pub(super) fn read_modes(scan: &mut Scan<'_>) {
+    let statement = scan.slice(scan.start, scan.at);
+    // The feed of a rounding or a chamfer is its own.
+    let own_feed = [b"RND", b"CHF"].iter().any(|word| {
+        statement.get(statement.len().saturating_sub(3)..).is_some_and(|end| end.eq_ignore_ascii_case(*word))
+    });
+    while scan.at < scan.extent.body_end {
+        let start = scan.at;
+        let letters = scan.letters_end(start);
+        match scan.byte(start).to_ascii_uppercase() {
+            b';' => comment(scan),
+            b'F' if !own_feed => feed(scan, start),
+            b'M' if letters == start + 1 => m_code(scan, start),
+            b'R' if matches!(scan.slice(start, start + 2), b"RL" | b"RR" | b"R0" | b"rl" | b"rr" | b"r0") => {
+                compensation(scan, start);
+            }
+            byte if byte.is_ascii_alphabetic() => match value(scan, letters) {
+                (_, Value::Number(number)) => scan.at = number.end,
+                (_, Value::Parameter(end)) => scan.at = end,
+                (_, Value::None) => scan.at = letters,
+            },
+            _ => scan.at += 1,
+        }
+    }
+}
+
+/// Goes behind the comment; the statement may run on in the next line.
+fn comment(scan: &mut Scan<'_>) {
+    scan.flags.set(BlockFlags::COMMENT);
+    let end = line_end(scan.text, scan.at).min(scan.extent.body_end);
+    scan.at = if end < scan.extent.body_end { next_line(scan.text, end) } else { end };
+}
+
+fn axis(letter: u8) -> Address {
+    Address::from_letter(letter).unwrap_or(Address::X)
+}
+
+/// A word of `lead` letters at `start` with its value.
+fn word(scan: &mut Scan<'_>, address: Address, form: WordForm, start: usize, lead: usize, counts: bool) {
+    match value(scan, start + lead) {
+        (_, Value::Number(number)) if !counts => scan.at = number.end,
+        (_, Value::Parameter(end)) if !counts => scan.at = end,
+        (_, Value::Number(number)) => scan.number_word(address, form, start, lead, number),
+        (_, Value::Parameter(end)) => scan.expression(address, start, lead, end),
+        (_, Value::None) => scan.fail_number(start),
+    }
+}
+
+/// An axis that no five-axis machine of ours has.
+fn other_axis(scan: &mut Scan<'_>, start: usize, end: usize) {
+    scan.keyword(Keyword::UnknownStatement, start, end);
+    skip_value(scan, start, end - start);
+}
+
+fn skip_value(scan: &mut Scan<'_>, start: usize, lead: usize) {
+    match value(scan, start + lead) {
+        (_, Value::Number(number)) => scan.at = number.end,
+        (_, Value::Parameter(end)) => scan.at = end,
+        (_, Value::None) => scan.fail_number(start),
+    }
+}
+
+/// `NX+0.3`, `TZ-0.1`
+fn vector(scan: &mut Scan<'_>, start: usize, [x, y, z]: [Address; 3]) {
+    let address = match scan.byte(start + 1).to_ascii_uppercase() {
+        b'X' => x,
+        b'Y' => y,
+        b'Z' => z,
+        _ => return scan.fail_unexpected(start),
+    };
+    word(scan, address, WordForm::Number, start, 2, true);
+}
+
+/// `F1000`, `FMAX`, `FAUTO`, `F Q5`, `FU0.1`, `FZ0.05`
+fn feed(scan: &mut Scan<'_>, start: usize) {
+    let mut at = start + 1;
+    while matches!(scan.byte(at), b' ' | b'\t') {
+        at += 1;
+    }
+    let letters = scan.letters_end(at);
+    let word_text = scan.slice(at, letters);
+    if word_text.eq_ignore_ascii_case(b"MAX") {
+        scan.keyword(Keyword::Fmax, start, letters);
+        scan.at = letters;
+    } else if word_text.eq_ignore_ascii_case(b"AUTO") {
+        scan.keyword(Keyword::FeedElsewhere, start, letters);
+        scan.at = letters;
+    } else if word_text.eq_ignore_ascii_case(b"U") || word_text.eq_ignore_ascii_case(b"Z") {
+        // Per turn or per tooth, from here to the next F.
+        scan.keyword(Keyword::FeedElsewhere, start, letters);
+        skip_value(scan, start, letters - start);
+    } else {
+        word(scan, Address::F, WordForm::Number, start, 1, true);
+    }
+}
+
+/// `R0`, `RL`, `RR`, and the `R+` `R-` of single axes.
+fn compensation(scan: &mut Scan<'_>, start: usize) {
+    let keyword = match scan.byte(start + 1).to_ascii_uppercase() {
+        b'0' => Keyword::R0,
+        b'L' | b'R' | b'+' | b'-' => Keyword::RadiusCompensation,
+        _ => return scan.fail_unexpected(start),
+    };
+    scan.keyword(keyword, start, start + 2);
+    scan.at = start + 2;
+}
+
+fn m_code(scan: &mut Scan<'_>, start: usize) {
+    let (_, Value::Number(number)) = value(scan, start + 1) else { return scan.fail_number(start) };
+    scan.number_word(Address::M, WordForm::Number, start, 1, number);
+    let takes_words = WITH_ARGUMENTS.iter().any(|code| (f64::from(*code) - number.value).abs() < 1e-6);
+    if !takes_words || scan.kind.is_some() {
+        return;
+    }
+    // Up to the next M code.
+    while scan.at < scan.extent.body_end {
+        match scan.byte(scan.at).to_ascii_uppercase() {
+            b';' => comment(scan),
+            b'M' if scan.letters_end(scan.at) == scan.at + 1 => return,
+            byte if byte.is_ascii_alphabetic() => scan.at = scan.letters_end(scan.at),
+            _ => scan.at += 1,
+        }
+    }
+}
