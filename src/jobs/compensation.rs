@@ -162,7 +162,7 @@ pub async fn compensate(
                 output_sha256: output.sha256(),
             };
             let report = serde_json::to_string(&CcReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output) })
+            Ok(Finished { report, output: Some(output), changes: None })
         },
     )
     .await

@@ -64,7 +64,7 @@ impl Compensator for CutterContactCompensator {
 }
 
 /// The parameters in the core's terms.
-fn core_parameters(
+pub(super) fn core_parameters(
     wire: &CcParameters,
     tool: Option<Tool>,
 ) -> Result<process::CcParameters, CompensatorFault> {
@@ -108,7 +108,7 @@ fn core_parameters(
 }
 
 /// The core's report in the words of the wire.
-fn findings(report: &process::CcReport) -> CcFindings {
+pub(super) fn findings(report: &process::CcReport) -> CcFindings {
     CcFindings {
         dialect: report.dialect.into(),
         interpolation: report.interpolation.into(),
@@ -159,7 +159,12 @@ pub(super) fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
 }
 
 fn parameter(pointer: &str, detail: String) -> CompensatorFault {
-    let errors = vec![Fault::new(pointer, detail.clone())];
+    unfit(vec![Fault::new(pointer, detail)])
+}
+
+/// Parameters that do not fit.
+pub(super) fn unfit(errors: Vec<Fault>) -> CompensatorFault {
+    let detail = errors.first().map_or_else(String::new, |fault| fault.detail.clone());
     let class = RefusalClass::Parameter;
     CompensatorFault::Refused(Box::new(Refusal { class, detail, line: None, block: None, errors }))
 }

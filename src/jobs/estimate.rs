@@ -89,6 +89,12 @@ impl Cost {
         Self { seconds: length as f64 * PROGRAM_BYTE_S * finer }
     }
 
+    /// Of a program of this length whose ends of motions are moved: as much as one whose path is compensated at 10 µm.
+    #[must_use]
+    pub fn of_moving_ends(length: u64) -> Self {
+        Self { seconds: length as f64 * PROGRAM_BYTE_S }
+    }
+
     /// Of a program of this length, read twice.
     #[must_use]
     pub fn of_program_reading(length: u64) -> Self {

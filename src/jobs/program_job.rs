@@ -52,6 +52,8 @@ pub(super) struct Finished {
     pub(super) report: String,
     /// A program or a table, where the operation makes one.
     pub(super) output: Option<Draft>,
+    /// The table of changes, where it makes one.
+    pub(super) changes: Option<Draft>,
 }
 
 /// Why there is no job.
@@ -116,7 +118,7 @@ where
         let started_at = sources.timestamp();
         let surface = job.surface.as_ref();
         let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };
-        let Finished { report, output } = work(place)?;
+        let Finished { report, output, changes } = work(place)?;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -131,6 +133,7 @@ where
             input_sha256: job.program.sha256(),
             surface_sha256: job.surface.as_ref().map(Draft::sha256),
             output_sha256: output.as_ref().map(Draft::sha256),
+            changes_sha256: changes.as_ref().map(Draft::sha256),
             external_id: None,
             problem: None,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -138,7 +141,7 @@ where
             started_at: Some(started_at),
             finished_at: Some(sources.timestamp()),
         };
-        for draft in [Some(job.program), job.surface, output].into_iter().flatten() {
+        for draft in [Some(job.program), job.surface, output, changes].into_iter().flatten() {
             spool.blobs().keep(draft)?;
         }
         let report_sha256 = sha256_hex(report.as_bytes());

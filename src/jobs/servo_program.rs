@@ -45,7 +45,7 @@ pub async fn simulate_program(
             Err(fault) => return Err(in_words_of_the_wire(fault).into()),
         };
         let report = ServoReport::of(machine_revision, program.sha256(), &parameters.drives, &simulation);
-        Ok(Finished { report: serde_json::to_string(&report)?, output: None })
+        Ok(Finished { report: serde_json::to_string(&report)?, output: None, changes: None })
     })
     .await
 }

@@ -76,7 +76,7 @@ pub async fn verify_part(
             core,
             &verification,
         );
-        Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table) })
+        Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table), changes: None })
     })
     .await
 }

@@ -28,9 +28,6 @@ pub struct WearProgramRequest {
     pub max_cost_s: f64,
 }
 
-/// A program's reading and writing costs as much as the compensation of its path at this tolerance \[µm\].
-const AS_AT_TOLERANCE_UM: f64 = 10.0;
-
 /// Compensates and stores; on any fault nothing is stored.
 ///
 /// # Errors
@@ -44,7 +41,7 @@ pub async fn compensate_wear(
     request: WearProgramRequest,
 ) -> Result<JobRow, JobFault> {
     let length = job.program.length();
-    let cost = Cost::of_program(length, AS_AT_TOLERANCE_UM);
+    let cost = Cost::of_moving_ends(length);
     (cost + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
     let machine_revision = job.machine_revision;
     run_program_job(
@@ -69,14 +66,14 @@ pub async fn compensate_wear(
             };
             let findings = findings(&parameters, &report);
             let report = serde_json::to_string(&WearReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output) })
+            Ok(Finished { report, output: Some(output), changes: None })
         },
     )
     .await
 }
 
 /// The core's report in the words of the wire.
-fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFindings {
+pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFindings {
     WearFindings {
         dialect: report.dialect.into(),
         interpolation: report.interpolation.into(),

@@ -15,14 +15,14 @@ pub(super) struct Pointing {
     pub(super) tau_rad: f64,
     sin_sigma_cos_tau: f64,
     cos_sigma_sin_tau: f64,
-    sin_tau: f64,
+    pub(super) sin_tau: f64,
     /// cos², sin² of (σ − τ)/2, sin², cos² of (σ + τ)/2.
-    half: [f64; 4],
+    pub(super) half: [f64; 4],
     /// sin σ · sin τ.
-    product: f64,
+    pub(super) product: f64,
     inverse_product: f64,
     /// The angle about v from t0 to u \[rad\].
-    b0_rad: f64,
+    pub(super) b0_rad: f64,
     /// What turns kinematic radians into NC degrees: ±180/π for u, v.
     word_per_rad: [f64; 2],
 }

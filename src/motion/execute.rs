@@ -137,7 +137,10 @@ impl Interpreter {
             }
             Some(Action::Elsewhere) => {
                 self.set_feed();
-                self.opaque(index, block, Unfollowable::Reference, motions);
+                // G53.1, G53.3 and G53.6 turn the tool onto the tilted plane.
+                let tilted = self.obstacle == Some(Unfollowable::TiltedPlane);
+                let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };
+                self.opaque(index, block, reason, motions);
                 self.position.forget_axes();
             }
             Some(Action::Odd(reason)) => {
@@ -304,6 +307,11 @@ impl Interpreter {
                     self.modal.macro_call = Some(false);
                     self.position.forget_all();
                 }
+                Code::Statement(statement) => {
+                    if let Some(new) = self.apply_statement(statement, reason) {
+                        also(&mut action, new);
+                    }
+                }
                 Code::ProgramFrame(frame, added) => {
                     self.program_frame(frame, added);
                     also(&mut action, Action::Frame);
@@ -347,11 +355,6 @@ impl Interpreter {
                 }
                 Code::RoundsCorners(on) => self.modal.rounds_corners = on,
                 Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
-                Code::Statement(statement) => {
-                    if let Some(new) = self.apply_statement(statement, reason) {
-                        also(&mut action, new);
-                    }
-                }
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }
@@ -406,6 +409,9 @@ impl Interpreter {
     pub(super) fn transform(&mut self, which: Transformation, on: bool) {
         // G7 and G7.1 are ended by G8 or by the axis at zero.
         let on = on && !(which == Transformation::Cylinder && self.is_cylinder_end());
+        if which == Transformation::Rotation && !on && self.dialect == Dialect::Iso {
+            self.transform(Transformation::Tilt, false);
+        }
         if let Some(state) = self.modal.transformations.get_mut(which as usize)
             && *state != Some(on)
         {

@@ -35,6 +35,10 @@ pub(super) enum Transformation {
     PolarWords,
     PolarInterpolation,
     Cylinder,
+    /// A tilted working plane of a conversational program.
+    Tilt,
+    /// The tool stands along another axis than Z.
+    ToolAxis,
     /// TOROT, TOFRAME.
     ToolFrame,
     /// PAROT.
@@ -47,10 +51,6 @@ pub(super) enum Transformation {
     Orientation,
     /// DIAMON.
     Diameter,
-    /// A tilted working plane of a conversational program.
-    Tilt,
-    /// The tool stands along another axis than Z.
-    ToolAxis,
 }
 
 /// How many transformations there are.
@@ -162,6 +162,7 @@ impl Modal {
         self.compensation = None;
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
+        self.transformations[Transformation::Tilt as usize] = None;
         self.work_offset = None;
         self.program_offset_mm = None;
         self.edge = None;
@@ -274,6 +275,9 @@ impl Modal {
         let unknown = |group| Some(Unfollowable::ModeUnknown { group });
         if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
+        }
+        if self.transformations[Transformation::Tilt as usize] == Some(true) {
+            return Some(Unfollowable::TiltedPlane);
         }
         if self.transformations.contains(&Some(true)) {
             return Some(Unfollowable::Transformation);

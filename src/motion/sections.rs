@@ -8,7 +8,7 @@ use super::Motion;
 use super::Unfollowable;
 use super::execute::Action;
 use super::interpreter::Interpreter;
-use super::modal::Modal;
+use super::modal::{Modal, ModalFeed};
 use super::position::Position;
 use crate::program::{Address, Batch, Block, Diagnostics};
 
@@ -190,7 +190,45 @@ impl Interpreter {
     }
 }
 
+/// A value that may be lost.
+pub(super) trait Knowable: PartialEq + Copy {
+    /// Whether it is known.
+    fn is_known(&self) -> bool;
+}
+
+impl<T: PartialEq + Copy> Knowable for Option<T> {
+    fn is_known(&self) -> bool {
+        self.is_some()
+    }
+}
+
+impl Knowable for [Option<f64>; 3] {
+    fn is_known(&self) -> bool {
+        self.iter().all(Option::is_some)
+    }
+}
+
+impl Knowable for ModalFeed {
+    fn is_known(&self) -> bool {
+        *self != Self::Unknown
+    }
+}
+
+impl Knowable for bool {
+    fn is_known(&self) -> bool {
+        true
+    }
+}
+
+impl Knowable for u32 {
+    fn is_known(&self) -> bool {
+        true
+    }
+}
+
 /// The value behind a section: the caller's where the section leaves it alone, else what it sets whatever was before.
-pub(super) fn behind<T: PartialEq + Copy>(caller: T, program: [T; 2], stranger: [T; 2]) -> T {
-    if program[0] == program[1] && stranger[0] == stranger[1] { caller } else { stranger[1] }
+/// A value that the program did not know before it may have been lost in it.
+pub(super) fn behind<T: Knowable>(caller: T, program: [T; 2], stranger: [T; 2]) -> T {
+    let left_alone = program[0].is_known() && program[0] == program[1] && stranger[0] == stranger[1];
+    if left_alone { caller } else { stranger[1] }
 }

@@ -77,6 +77,7 @@ impl Interpreter {
             self.obstacle,
             Some(
                 Unfollowable::Transformation
+                    | Unfollowable::TiltedPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
@@ -324,8 +325,8 @@ impl Interpreter {
             end: None,
             linear_end_mm: None,
             tool_axis: None,
-            program_offset_mm: self.modal.program_offset_mm,
             vector_start: None,
+            program_offset_mm: self.modal.program_offset_mm,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,

@@ -21,7 +21,7 @@ pub enum ModalGroup {
     CutterCompensation,
     /// G43 G43.4 G49.
     ToolLength,
-    /// G69, G50, G50.1, G15, G13.1: rotation, scaling, mirror, polar words, polar interpolation.
+    /// G69, G50, G50.1, G15, G13.1: rotation, tilted plane, scaling, mirror, polar words, polar interpolation.
     Transformation,
 }
 
@@ -75,7 +75,10 @@ pub enum Unfollowable {
     /// Cutter radius compensation.
     #[error("cutter radius compensation is active")]
     CutterCompensation,
-    /// Rotation, tilted plane, scaling, mirror, polar words, cylinder or diameter mode.
+    /// G68.2 to G68.4, PLANE: the words are those of a tilted plane.
+    #[error("a tilted working plane is active")]
+    TiltedPlane,
+    /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
     /// G43.5: the tool axis is given as a vector.
@@ -129,9 +132,6 @@ pub enum Unfollowable {
     /// M83, or E in G91: E counts from the block before.
     #[error("the extruder word counts from the block before")]
     RelativeExtruder,
-    /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
-    #[error("a word of the block changes the motion in a way that is not followed")]
-    ControlWord,
     /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
     #[error("the control works out where this motion ends")]
     ContourElement,
@@ -141,6 +141,9 @@ pub enum Unfollowable {
     /// M126 and a turn by half a turn or more.
     #[error("a rotary axis takes the shorter way around, not the one its words say")]
     ShortestPath,
+    /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
+    #[error("a word of the block changes the motion in a way that is not followed")]
+    ControlWord,
     /// Two codes of the motion group, or codes that use the same words, in one block.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,

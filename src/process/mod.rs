@@ -14,6 +14,7 @@ mod report;
 mod sampler;
 mod series;
 mod simulate;
+mod singularity;
 mod spindle;
 mod stream;
 mod survey;
@@ -34,6 +35,10 @@ pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
+pub use singularity::{
+    LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
+    SingularityParameters, SingularityReport, treat_singular_regions,
+};
 pub use stream::{ProgramSource, Stop};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,

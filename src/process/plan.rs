@@ -105,7 +105,7 @@ fn divided(
     })
 }
 
-fn resolution(
+pub(super) fn resolution(
     checked: &Checked<'_>,
     motion: &Motion,
     linear_decimals: u8,
@@ -141,7 +141,11 @@ fn count(parts: f64) -> Result<u32, LineFaultKind> {
 }
 
 /// Every part must get an F that can be written.
-fn check_feeds(checked: &Checked<'_>, motion: &Motion, nodes: &[Node]) -> Result<(), LineFaultKind> {
+pub(super) fn check_feeds(
+    checked: &Checked<'_>,
+    motion: &Motion,
+    nodes: &[Node],
+) -> Result<(), LineFaultKind> {
     let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
     for segment in segments(&checked.block, nodes) {
         let share = segment.fraction[1] - segment.fraction[0];

@@ -309,7 +309,7 @@ impl<'a> Verifier<'a> {
 
     /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
     /// block ends them, the extruder never running back.
-    fn carried_along(read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
+    pub(super) fn carried_along(read: &Motion, group: &Group<'a>, index: usize) -> Result<(), Fault> {
         let (line, source) = (group.source.line, &group.source);
         let last = index + 1 == group.division.nodes.len();
         let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
@@ -339,7 +339,7 @@ impl<'a> Verifier<'a> {
     }
 
     /// Every part must take its share of the source block's time.
-    fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
+    pub(super) fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
         let (source, block) = (&group.source, &group.checked.block);
         let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
         let time_s = |feed, segment: &Segment| {
@@ -365,7 +365,7 @@ fn same_contact(a: ContactWords, b: ContactWords) -> bool {
     }
 }
 
-fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
+pub(super) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_POSITION);
     match (a, b) {
         (None, None) => true,

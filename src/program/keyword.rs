@@ -77,6 +77,8 @@ keywords! {
     Spline,
     /// `TURN=`, `FB=`: the motion ends where it says, but takes another course or time there.
     OtherCourse,
+    /// `CIRCLE/`: of cutter location data.
+    Circle,
     /// A standard cycle, executed once.
     Cycle,
     /// `MCALL CYCLE81(…)`: a standard cycle at every motion.
@@ -111,6 +113,10 @@ keywords! {
     CornerRoundingOff,
     /// `PRESETON`: axes are given other positions.
     AxisPreset,
+    /// A datum preset of a conversational program.
+    Preset,
+    /// A statement whose meaning for the path is not known.
+    UnknownStatement,
     /// `REPOSA` and its kin.
     Reposition,
     // --- Heidenhain
@@ -156,8 +162,6 @@ keywords! {
     DatumReset,
     /// A datum shift from a table.
     DatumTable,
-    /// Cycle 247: another preset.
-    Preset,
     /// `PLANE …` but for RESET, cycle 19.
     TiltOn,
     /// `PLANE RESET`, cycle 19 with no angle.
@@ -194,8 +198,6 @@ keywords! {
     Probe,
     /// A statement that changes nothing the path depends on.
     Statement,
-    /// A statement that is not known.
-    UnknownStatement,
     // --- APT
     /// `GOTO/`: a straight motion to a point; an arc behind `CIRCLE/`.
     Goto,
@@ -217,8 +219,6 @@ keywords! {
     InchPerRevolution,
     /// `PERREV`, `UPR`: in the unit of the program.
     UnitPerRevolution,
-    /// `CIRCLE/`: the next point is the end of an arc.
-    Circle,
     /// `CYCLE/…`: the points behind it are those of a cycle.
     CycleOn,
     /// `CYCLE/OFF`

@@ -101,6 +101,14 @@ impl Blobs {
         Ok(Draft { file, hasher: Sha256::new(), length: 0 })
     }
 
+    /// A file for what rests between two steps of a computation; it goes with what is returned.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn scratch(&self) -> io::Result<NamedTempFile> {
+        NamedTempFile::new_in(&self.spool)
+    }
+
     /// Puts a draft under its digest: data to disk, rename, directory to disk. The same bytes once more change
     /// nothing.
     ///

@@ -67,6 +67,7 @@ struct StoredJob {
     started_at: Option<String>,
     finished_at: Option<String>,
     surface_sha256: Option<String>,
+    changes_sha256: Option<String>,
 }
 
 impl StoredJob {
@@ -88,6 +89,7 @@ impl StoredJob {
             input_sha256: self.input_sha256,
             surface_sha256: self.surface_sha256,
             output_sha256: self.output_sha256,
+            changes_sha256: self.changes_sha256,
             external_id: self.external_id,
             problem: self.problem.as_deref().map(serde_json::from_str).transpose()?,
             software_version: self.software_version,
@@ -160,9 +162,9 @@ impl Store {
                     let (operation, state) = (document.operation.as_str(), document.state.as_str());
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
-                             file_name, input_sha256, surface_sha256, output_sha256, report, report_sha256, external_id,
-                             software_version, created_at, started_at, finished_at)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                             file_name, input_sha256, surface_sha256, output_sha256, changes_sha256, report,
+                             report_sha256, external_id, software_version, created_at, started_at, finished_at)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -174,6 +176,7 @@ impl Store {
                         document.input_sha256,
                         document.surface_sha256,
                         document.output_sha256,
+                        document.changes_sha256,
                         report,
                         report_sha256,
                         document.external_id,
@@ -201,7 +204,8 @@ impl Store {
         let rows = sqlx::query!(
             "SELECT input_sha256 AS \"sha256!: String\" FROM jobs
              UNION SELECT output_sha256 FROM jobs WHERE output_sha256 IS NOT NULL
-             UNION SELECT surface_sha256 FROM jobs WHERE surface_sha256 IS NOT NULL"
+             UNION SELECT surface_sha256 FROM jobs WHERE surface_sha256 IS NOT NULL
+             UNION SELECT changes_sha256 FROM jobs WHERE changes_sha256 IS NOT NULL"
         )
         .fetch_all(&self.readers)
         .await

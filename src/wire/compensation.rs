@@ -141,7 +141,7 @@ pub struct CcParameters {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
     /// Largest distance of the CC path from its line.
-    #[serde(default = "default_tolerance_um")]
+    #[serde(default = "CcParameters::default_tolerance_um")]
     #[schema(default = 10.0)]
     #[param(default = 10.0)]
     pub tolerance_um: f64,
@@ -186,11 +186,34 @@ pub struct CcParameters {
     pub dialect: Dialect,
 }
 
-const fn default_tolerance_um() -> f64 {
-    10.0
+impl Default for CcParameters {
+    fn default() -> Self {
+        Self {
+            tool_radius_mm: None,
+            corner_radius_mm: None,
+            tolerance_um: Self::default_tolerance_um(),
+            contact: Contact::default(),
+            surface_unit_mm: None,
+            chordal_tolerance_um: None,
+            contact_gap_um: None,
+            interpolation: None,
+            correction: Correction::default(),
+            output: Output::default(),
+            work_offset_mm: Fixed::default(),
+            tool_length_mm: 0.0,
+            feed_mm_per_min: None,
+            dialect: Dialect::default(),
+        }
+    }
 }
 
 impl CcParameters {
+    /// The tolerance where none is stated (µm).
+    #[must_use]
+    pub const fn default_tolerance_um() -> f64 {
+        10.0
+    }
+
     /// Smallest and largest tolerance (µm).
     pub const TOLERANCE_RANGE_UM: [f64; 2] = [0.01, 10_000.0];
     /// Largest feed taken for real [mm/min].

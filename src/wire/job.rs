@@ -15,6 +15,8 @@ pub enum JobOperation {
     WearCompensation,
     /// Virtual cutting of the part's surface.
     Verification,
+    /// Compensation in one pass.
+    Compensation,
 }
 
 impl JobOperation {
@@ -26,6 +28,7 @@ impl JobOperation {
             Self::ServoSimulation => "servo-simulation",
             Self::WearCompensation => "wear-compensation",
             Self::Verification => "verification",
+            Self::Compensation => "compensation",
         }
     }
 }
@@ -88,6 +91,8 @@ pub struct JobDocument {
     pub surface_sha256: Option<String>,
     /// SHA-256 of the resulting program, or of a verification's table of residuals.
     pub output_sha256: Option<String>,
+    /// SHA-256 of the table of changes, where the operation makes one.
+    pub changes_sha256: Option<String>,
     /// The client's own id.
     pub external_id: Option<String>,
     /// Why it failed: a problem document.

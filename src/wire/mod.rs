@@ -14,6 +14,8 @@ mod machine;
 mod nominal_surface;
 mod numbers;
 mod objects;
+mod one_pass;
+mod one_pass_answer;
 mod presets;
 mod query;
 mod reading;
@@ -67,6 +69,12 @@ pub use machine::{
 pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;
 pub use objects::Objects;
+pub use one_pass::{CcStep, CompensationParameters, CompensationQuery, WearStep};
+pub use one_pass_answer::{
+    BlockBudgetDoc, BlockChangeDoc, BlockErrorDoc, BudgetLineDoc, ChangeRow, ChangeSeriesDoc, ChangeTable,
+    ChangesDoc, CompensationFindings, CompensationReport, ErrorBudgetDoc, LocationErrorFindings,
+    NotModelledDoc,
+};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};

@@ -191,6 +191,33 @@ pub struct WearQuery {
 const MAX_ENTRIES: usize = 1000;
 
 impl WearParameters {
+    /// Those of a program made for this cutter, everything else as where it is not stated.
+    #[must_use]
+    pub fn of(nominal_tool: ToolDoc) -> Self {
+        Self {
+            nominal_tool,
+            actual_tool: None,
+            wear_table: None,
+            milling: Milling::default(),
+            length_in_control: None,
+            contact: Contact::default(),
+            surface_unit_mm: None,
+            chordal_tolerance_um: None,
+            contact_gap_um: None,
+            interpolation: None,
+            tool_number: None,
+            allowed_scallop_um: None,
+            stepover_mm: None,
+            surface: None,
+            surface_radius_mm: None,
+            lead_deg: None,
+            work_offset_mm: Fixed::default(),
+            tool_length_mm: 0.0,
+            feed_mm_per_min: None,
+            dialect: Dialect::default(),
+        }
+    }
+
     /// How an uploaded surface is read.
     #[must_use]
     pub fn surface_reading(&self) -> SurfaceReading {

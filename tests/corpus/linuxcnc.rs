@@ -38,18 +38,12 @@ const PARTLY_KNOWN: [(&str, usize, usize, &str); 4] = [
 ];
 
 /// Programs that are not compared, and why.
-const LEFT_OUT: [(&str, &str); 17] = [
+const LEFT_OUT: [(&str, &str); 11] = [
     ("crazy-paths/test.ngc", "calls of subprograms, cutter compensation"),
     ("g10/g10-l1-l10/test.ngc", "tool table"),
     ("g10/g10-l11/test.ngc", "tool table"),
     ("g71-with-g70/g71-with-g70.ngc", "turning cycle over a subprogram"),
     ("g72-facing/g72-iterations-present.ngc", "turning cycle over a subprogram"),
-    ("g81/g17/g98/g17-g98-g81.ngc", "canned cycle"),
-    ("g81/g17/g99/g17-g99-g81.ngc", "canned cycle"),
-    ("g81/g18/g98/g18-g98-g81.ngc", "canned cycle"),
-    ("g81/g18/g99/g18-g99-g81.ngc", "canned cycle"),
-    ("g81/g19/g98/g19-g98-g81.ngc", "canned cycle"),
-    ("g81/g19/g99/g19-g99-g81.ngc", "canned cycle"),
     ("inside-corners/test.ngc", "calls of subprograms, cutter compensation"),
     ("oword-bug315/test.ngc", "call of a subprogram"),
     ("rotation/abs-pts/test.ngc", "calls of subprograms"),
@@ -57,6 +51,19 @@ const LEFT_OUT: [(&str, &str); 17] = [
     ("sequence-number/test.ngc", "call of a subprogram"),
     ("value-returned/test.ngc", "calls of subprograms"),
 ];
+
+/// Canned cycles, of which a block's end is compared where it is told: not the axis that is drilled along, and nothing behind
+/// repetitions.
+const CYCLES: [(&str, char); 6] = [
+    ("g81/g17/g98/g17-g98-g81.ngc", 'Z'),
+    ("g81/g17/g99/g17-g99-g81.ngc", 'Z'),
+    ("g81/g18/g98/g18-g98-g81.ngc", 'Y'),
+    ("g81/g18/g99/g18-g99-g81.ngc", 'Y'),
+    ("g81/g19/g98/g19-g98-g81.ngc", 'X'),
+    ("g81/g19/g99/g19-g99-g81.ngc", 'X'),
+];
+/// Cycles in each of them, and how many are without repetitions.
+const CYCLES_IN_EACH: [usize; 2] = [6, 3];
 
 /// Files that are parts of other programs, or have no `expected`.
 const NO_PROGRAMS: [&str; 3] =
@@ -201,6 +208,37 @@ fn what_is_known_beside_tables_of_the_control_agrees() {
 }
 
 #[test]
+fn ends_of_canned_cycles_agree_where_they_are_told() {
+    let Some(folder) = shared_file("programs") else { return };
+    let folder = folder.join("corpus/linuxcnc-interp");
+    for (name, drilled) in CYCLES {
+        let text = std::fs::read_to_string(folder.join(name)).unwrap();
+        let expected = std::fs::read_to_string(folder.join(name).with_file_name("expected")).unwrap();
+        // Comments number the cycles in both.
+        let sections: Vec<&str> = expected.split("COMMENT(\"number ").skip(1).collect();
+        assert_eq!(sections.len(), CYCLES_IN_EACH[0], "{name}");
+        let ends: Vec<usize> =
+            text.match_indices("(number ").skip(1).map(|(at, _)| at).chain(text.find("(done)")).collect();
+        assert_eq!(ends.len(), sections.len(), "{name}");
+        let mut told = 0;
+        for (section, end) in sections.iter().zip(ends) {
+            let units = "USE_LENGTH_UNITS(CANON_UNITS_INCHES)\n";
+            let section = section.split("COMMENT(\"done").next().unwrap_or_default();
+            let [x, y, z, ..] = *canonical_positions(&format!("{units}{section}")).last().unwrap();
+            let program = format!("G0 A0 C0\n{}\nG80 G90 G0 {drilled}0\n", &text[..end]);
+            let (motions, _) = follow(program.as_bytes());
+            let Some(found) = motions.last().unwrap().linear_end_mm else { continue };
+            told += 1;
+            for ((letter, found), expected) in ['X', 'Y', 'Z'].into_iter().zip(found).zip([x, y, z]) {
+                let agrees = letter == drilled || (found - expected).abs() <= PRINTED_MM;
+                assert!(agrees, "{name}: {letter} {found}, {expected}");
+            }
+        }
+        assert_eq!(told, CYCLES_IN_EACH[1], "{name}");
+    }
+}
+
+#[test]
 fn every_case_is_compared_or_listed_with_its_reason() {
     let Some(folder) = shared_file("programs") else { return };
     let folder = folder.join("corpus/linuxcnc-interp");
@@ -209,6 +247,7 @@ fn every_case_is_compared_or_listed_with_its_reason() {
         .map(|case| case.0)
         .chain(PARTLY_KNOWN.iter().map(|case| case.0))
         .chain(LEFT_OUT.iter().map(|case| case.0))
+        .chain(CYCLES.iter().map(|case| case.0))
         .chain(NO_PROGRAMS)
         .collect();
     for path in every_file(&folder) {
@@ -249,4 +288,32 @@ fn bad_programs_are_refused_or_left_alone() {
             }
         }
     }
+}
+
+#[test]
+fn a_program_of_expressions_is_followed_to_its_last_block() {
+    let Some(folder) = shared_file("programs") else { return };
+    let text = std::fs::read_to_string(folder.join("other/linuxcnc_3d_chips.ngc")).unwrap();
+    let (motions, diagnostics) = follow(format!("G0 X0 Y0 Z0 A0 C0\n{text}").as_bytes());
+    assert!(diagnostics.kept().is_empty(), "{:?}", diagnostics.kept().first());
+    // All scales are one: the factor beside the name is the coordinate.
+    let lines: Vec<&str> = text.lines().collect();
+    let factor = |line: &str, start: &str| {
+        let rest = &line[line.find(start)? + start.len()..];
+        rest[..rest.find(']')?].parse::<f64>().ok()
+    };
+    let mut seen = 0;
+    for motion in &motions[1..] {
+        assert_eq!(motion.unfollowable, None, "line {}", motion.line);
+        let line = lines[usize::try_from(motion.line).unwrap() - 2];
+        let end = motion.end.unwrap().linear_mm;
+        for (start, found) in ["X[#<xscale>*", "Y[#<yscale>*", "Z[#<zscale>*"].into_iter().zip(end) {
+            if let Some(expected) = factor(line, start) {
+                assert!((found - expected).abs() < 1e-9, "line {}: {found}, {expected}", motion.line);
+                seen += 1;
+            }
+        }
+    }
+    // As many as the file has, by another count.
+    assert_eq!(seen, 675 + 4680 + 3566);
 }

@@ -1,11 +1,13 @@
 //! Laws and oracles over real programs. They run where `TRUNNION_SHARED` names the folder that holds them.
 
 mod compensation;
+mod conversational;
 mod kinematics;
 mod linuxcnc;
 mod program;
 mod rotary_sphere;
 mod siemens;
+mod singularity;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;

@@ -39,8 +39,8 @@ impl SideBySide for Hands {
 }
 
 /// More blocks than a stretch has; one in `long_every` turns far, and one rests.
-fn program(blocks: u32, long_every: u32) -> Vec<u8> {
-    let mut text = String::from("%\nG21 G90 G94\nG1 F3000\n");
+fn program(blocks: u32, long_every: u32, feed: u32) -> Vec<u8> {
+    let mut text = format!("%\nG21 G90 G94\nG1 F{feed}\n");
     let mut c = 0.0;
     for block in 0..blocks {
         c += if block.is_multiple_of(long_every) { 2.6 } else { 0.31 }
@@ -67,7 +67,7 @@ fn threads_and_their_order_change_nothing() {
     let fine = CcParameters { tolerance: Length::from_mm(0.002), ..CcParameters::new(tool(5.0, 5.0)) };
     // So many steps a block that a stretch is handed over in pieces.
     let steps = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(tool(5.0, 5.0)) };
-    for (text, parameters) in [(program(18_000, 50), &fine), (program(9_000, 4), &steps)] {
+    for (text, parameters) in [(program(18_000, 50, 3000), &fine), (program(9_000, 4, 150), &steps)] {
         let mut alone = Vec::new();
         let report = compensate(&machine, parameters, &text, &mut alone, &go_on).expect("compensated");
         assert!(report.motions_over_tolerance > 300 && report.blocks_out > report.blocks_in);
@@ -82,7 +82,7 @@ fn threads_and_their_order_change_nothing() {
 
 #[test]
 fn a_fault_at_the_end_of_a_long_program_is_named_as_in_a_short_one() {
-    let mut text = program(9_000, 50);
+    let mut text = program(9_000, 50, 3000);
     text.truncate(text.len() - 6);
     text.extend_from_slice(b"G1 X900000 A10\nX1 F0.0000001 C359\nG4 X\n");
     let parameters = CcParameters::new(tool(5.0, 5.0));
@@ -108,7 +108,7 @@ fn a_fault_at_the_end_of_a_long_program_is_named_as_in_a_short_one() {
 #[test]
 fn stop_is_asked_all_along() {
     // Asked at least once for every batch of 512 blocks in each of survey and work.
-    let text = program(9_000, 50);
+    let text = program(9_000, 50, 3000);
     let parameters = CcParameters::new(tool(5.0, 5.0));
     let asked = AtomicU64::new(0);
     let counting = || {

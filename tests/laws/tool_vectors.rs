@@ -40,7 +40,7 @@ fn with_vectors(part: &Finishing) -> String {
 }
 
 /// The same with A and C for the witness, by the closed form of an AC table: `t = (sin A sin C, −sin A cos C, cos A)`.
-fn with_angles(text: &str) -> String {
+pub(crate) fn with_angles(text: &str) -> String {
     let mut near = [0.0; 2];
     let mut out = String::new();
     for line in text.lines() {
@@ -72,18 +72,20 @@ fn with_angles(text: &str) -> String {
 
 #[test]
 fn programs_with_vectors_keep_the_tolerance_seen_by_the_witness() {
+    let mut divided = 0;
     for part in
         [blade(ac_machine(), tool(5.0, 5.0), 25, 3), impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3)]
     {
         let text = with_vectors(&part);
-        for tolerance_um in [10.0, 2.0] {
+        for tolerance_um in [2.0, 0.5] {
             let parameters = CcParameters { tolerance: Length::from_um(tolerance_um), ..parameters(&part) };
             let (output, report) = run(&part, &parameters, &text).expect("compensated");
             let verdicts = witness(&part, true).judge(&with_angles(&text), &with_angles(&output), 200);
             let over =
                 verdicts.iter().filter(|verdict| verdict.before > tolerance_um / 1000.0).count() as u64;
             println!("{} {tolerance_um} µm: {} checked, {over} over", part.name, report.motions_checked);
-            assert!(over > 0 && report.motions_over_tolerance == over, "{}", report.motions_over_tolerance);
+            assert_eq!(report.motions_over_tolerance, over);
+            divided += over;
             assert_eq!(report.motions_checked, verdicts.len() as u64);
             for verdict in &verdicts {
                 assert!(verdict.after <= tolerance_um / 1000.0 + ARITHMETIC_MM, "line {}", verdict.line);
@@ -100,6 +102,7 @@ fn programs_with_vectors_keep_the_tolerance_seen_by_the_witness() {
             }
         }
     }
+    assert!(divided > 50, "{divided}");
 }
 
 #[test]

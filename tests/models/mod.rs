@@ -2,7 +2,9 @@
 //! Included by the test binaries and benches that need them.
 #![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 
+pub mod axes_witness;
 pub mod finishing;
+pub mod pole_passes;
 pub mod surface_passes;
 pub mod tessellation;
 pub mod witness;

@@ -1,5 +1,6 @@
 //! Jobs: everything that was computed, with its report and its program.
 
+mod get_changes;
 mod get_job;
 mod get_plot;
 mod get_program;
@@ -22,6 +23,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_program::get_job_program))
         .routes(routes!(get_report::get_job_report))
         .routes(routes!(get_residuals::get_job_residuals))
+        .routes(routes!(get_changes::get_job_changes))
         .routes(routes!(get_plot::get_job_plot))
 }
 

@@ -11,10 +11,11 @@ use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::servo::program_contour_error;
-use crate::jobs::{verification_figure, wear_figure};
+use crate::jobs::{one_pass_figure, verification_figure, wear_figure};
 use crate::store::JobRow;
 use crate::wire::{
-    CcParameters, CcReport, JobOperation, JobState, ServoReport, VerificationReport, WearReport,
+    CcParameters, CcReport, CompensationReport, JobOperation, JobState, ServoReport, VerificationReport,
+    WearReport,
 };
 
 /// Media types of a program.
@@ -48,6 +49,14 @@ pub(in crate::http) async fn residuals(app: &AppState, job: &JobRow) -> Result<R
     let sha256 = residuals_sha256(job)?;
     let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
     streamed(app, sha256, CSV, &format!("{stem}-residuals.csv")).await
+}
+
+/// The table of changes of a compensation in one pass, streamed from its file.
+pub(in crate::http) async fn changes(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
+    let sha256 =
+        job.document.changes_sha256.as_deref().ok_or_else(|| without_result(job, "table of changes"))?;
+    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
+    streamed(app, sha256, CSV, &format!("{stem}-changes.csv")).await
 }
 
 fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
@@ -94,6 +103,10 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
         JobOperation::WearCompensation => {
             let report: WearReport = read(report)?;
             app.compute.run(move |_stop| wear_figure(&report)).await?
+        }
+        JobOperation::Compensation => {
+            let report: CompensationReport = read(report)?;
+            app.compute.run(move |_stop| one_pass_figure(&report)).await?
         }
         JobOperation::Verification => {
             let report: VerificationReport = read(report)?;

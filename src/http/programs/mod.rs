@@ -3,6 +3,7 @@
 pub(super) mod answer;
 mod arrival;
 mod compensate_cc_path;
+mod compensate_program;
 mod compensate_wear;
 pub(super) mod simulate_servo_program;
 pub(super) mod upload;
@@ -18,6 +19,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
         .routes(routes!(compensate_cc_path::compensate_cc_path))
         .routes(routes!(compensate_wear::compensate_wear_of_program))
+        .routes(routes!(compensate_program::compensate_program_in_one_pass))
         .routes(routes!(simulate_servo_program::simulate_servo_program))
         .routes(routes!(verify_part::verify_part_of_program))
 }

@@ -29,7 +29,7 @@ pub(super) fn meaning(tenths: u32) -> Code {
         Transform, Units, Unknown, WorkOffset, WriteOffsets,
     };
     use MotionMode::{Arc, Cycle, Linear, Probing, Rapid, Spline, Thread};
-    use Transformation::{Cylinder, Mirror, PolarInterpolation, PolarWords, Rotation, Scaling};
+    use Transformation::{Cylinder, Mirror, PolarInterpolation, PolarWords, Rotation, Scaling, Tilt};
     match tenths {
         0 => Motion(Rapid),
         10 => Motion(Linear),
@@ -88,6 +88,8 @@ pub(super) fn meaning(tenths: u32) -> Code {
         650 => Call,
         660 | 661 => ModalCall,
         670 => EndModalCall,
+        // G69 ends these as well.
+        682..=684 => Transform(Tilt, true),
         680..=689 => Transform(Rotation, true),
         690..=699 => Transform(Rotation, false),
         730 | 740 | 760 | 810..=899 => Motion(Cycle),

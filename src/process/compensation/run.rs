@@ -4,6 +4,7 @@ use std::io::{BufReader, BufWriter, Read, Write};
 
 use super::super::compensate::{Upstream, compensate_from};
 use super::super::simulate::simulate_lines;
+use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
 use super::super::{CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, Stop};
@@ -66,8 +67,7 @@ pub fn compensate_program(
             drop((written, resting));
             let lags = course.lags(&done, servo)?;
             course.join(lags.is_some(), &mut |change| sum.take(change))?;
-            std::io::copy(&mut spool.open(Place::Written)?, output)?;
-            output.flush()?;
+            course.hand_on(output)?;
             Ok(done.report(parameters, lags, sum))
         }
     }
@@ -201,13 +201,36 @@ impl Course<'_> {
         }
     }
 
+    fn go_on(&self) -> Result<(), Fault> {
+        if (self.stop)().is_break() { Err(Fault::Cancelled) } else { Ok(()) }
+    }
+
+    /// The written program, to where it is wanted.
+    fn hand_on(&self, output: &mut dyn Write) -> Result<(), Fault> {
+        let mut text = self.spool.open(Place::Written)?;
+        let mut chunk = vec![0; CHUNK_BYTES];
+        loop {
+            self.go_on()?;
+            let count = read_some(&mut *text, &mut chunk)?;
+            if count == 0 {
+                return Ok(output.flush()?);
+            }
+            output.write_all(&chunk[..count])?;
+        }
+    }
+
     /// Puts servo lag to what became of the motions.
     fn join(&self, has_lags: bool, note: Note<'_>) -> Result<(), Fault> {
         let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
         let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
             if has_lags { Some(BufReader::new(self.spool.open(Place::Lags)?)) } else { None };
         let mut lag = lags.as_mut().map_or(Ok(None), |lags| record::take_lag(lags))?;
+        let mut motions = 0_u64;
         while let Some(mut change) = record::take(&mut changes)? {
+            motions += 1;
+            if motions.is_multiple_of(MOTIONS_BETWEEN_STOPS) {
+                self.go_on()?;
+            }
             while let (Some(lags), Some((line, lag_mm))) = (&mut lags, lag)
                 && line <= change.line
             {
@@ -222,6 +245,9 @@ impl Course<'_> {
         Ok(())
     }
 }
+
+/// How many motions are joined between two looks at the stop signal.
+const MOTIONS_BETWEEN_STOPS: u64 = 4096;
 
 /// What the step for the contact's path adds.
 fn with_path(mut change: BlockChange, judged: &Judged) -> BlockChange {

@@ -124,6 +124,10 @@ impl Pilot<'_> {
             }
             return Ok(Course::Leave);
         };
+        if motion.tool_axis.is_some() && axes.rotary.is_off() {
+            // Words before it were turned; from where the control turns to the vector cannot be said.
+            return Err(LineFaultKind::NotMovable(Unfollowable::ToolVector));
+        }
         let pose = self.points.pose(motion, index, &end);
         let mut real = self.points.real_pose(motion, index, &end);
         if motion.tool_axis.is_some() {

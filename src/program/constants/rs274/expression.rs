@@ -392,16 +392,19 @@ impl<'a> Expression<'a> {
         }
         self.at += 1;
         self.skip_blanks();
-        if self.byte() == b'#' {
-            // The number is a parameter, which has to be there.
-            let inner =
-                Expression { at: self.at + 1, ..Self::new(self.text, self.at, self.parameters, true) }
-                    .target()?;
+        let target = if self.byte() == b'#' {
+            // The number is a parameter's value, which has to be there.
+            self.enter(start)?;
+            self.at += 1;
+            let inner = self.target()?;
+            self.depth -= 1;
             if matches!(inner, Target::Beyond(number) if number > MAX_NUMBER_RS274) {
                 return Err(self.wrong(Mistake::Undefined, start));
             }
-        }
-        let target = self.target()?;
+            self.parameters.value(&inner).map_or(Target::Unseen, Target::of_number)
+        } else {
+            self.target()?
+        };
         self.close(bracket)?;
         let holds = match target {
             Target::Numbered(_) => Some(true),

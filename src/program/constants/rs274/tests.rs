@@ -193,8 +193,10 @@ fn mistakes_are_told_by_line_and_column() {
         assert_eq!((fault.line, fault.column, fault.code.name()), (line, column, kind), "{text}");
         assert_eq!(batch.blocks().last().unwrap().kind, BlockKind::Malformed, "{text}");
     }
-    let deep = format!("X{}1{}", "[".repeat(40), "]".repeat(40));
-    assert_eq!(evaluated(&deep).faults()[0].code.name(), "too_deep");
+    for (opening, closing) in [("[", "]"), ("#", ""), ("SIN[", "]"), ("EXISTS[##", "]"), ("#[", "]")] {
+        let deep = format!("X{}1{}", opening.repeat(2000), closing.repeat(2000));
+        assert_eq!(evaluated(&deep).faults()[0].code.name(), "too_deep", "{opening}");
+    }
 }
 
 #[test]

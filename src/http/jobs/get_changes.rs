@@ -1,0 +1,51 @@
+//! Reads what a compensation in one pass did to every motion.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::conditional::unless_known;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::programs::answer::{self, CSV};
+use crate::http::refusals::refusals;
+use crate::wire::NoParameters;
+
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+
+/// Read the changes of a compensation in one pass
+///
+/// Every motion that any step did something to, one a row: its line of the upload, how far its end was moved for location
+/// errors and for wear, how far its course was corrected, how many blocks it became, and the sum of its errors before
+/// and after.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}/changes",
+    tag = "jobs",
+    operation_id = "get_job_changes",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The table", body = String, content_type = "text/csv",
+            headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_job_changes(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &[CSV])?;
+    let job = find(&app, &id).await?;
+    let changes = answer::changes(&app, &job).await?;
+    let tag = job.document.changes_sha256.clone().unwrap_or_default();
+    unless_known(&headers, &tag, || changes)
+}

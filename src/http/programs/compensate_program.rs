@@ -1,0 +1,103 @@
+//! Compensates a program for everything its parameters name, in one pass.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::answer::{self, SVG};
+use super::arrival::{Arrival, arrival};
+use super::upload::Part;
+use crate::http::AppState;
+use crate::http::extract::Path;
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::jobs::{OnePassRequest, compensate_in_one_pass};
+use crate::wire::{CompensationParameters, CompensationQuery, CompensationReport, FaultList, JobOperation};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly, Busy
+);
+
+/// What can be answered: the program first.
+const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
+
+/// A program with its parameters in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct CompensationForm {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<CompensationParameters>,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+    /// The part's surface as STL, for `contact` `surface`.
+    #[schema(value_type = Option<String>, format = Binary)]
+    surface: Option<Vec<u8>>,
+}
+
+/// Compensate a program in one pass
+///
+/// Tool wear, location errors of the machine and the CC path, in any combination: ends of motions are moved for the worn
+/// cutter and from the nominal machine to the calibrated one with one rounding, then the path between them is
+/// compensated. The answer is the program, same dialect and line ends; with `Accept: application/json` its report with
+/// every step's share of the changes and an error budget, with `image/svg+xml` a plot. It is written out and verified
+/// before the first byte is answered, and kept as a job; what became of every motion is in the job's table of changes.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/compensation",
+    tag = "programs",
+    operation_id = "compensate_program",
+    params(
+        ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
+        CompensationQuery,
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+    ),
+    request_body(
+        content(
+            (String = "text/plain", example = "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A25.000 C60.000\nG0 Z50.000\nM30\n"),
+            (CompensationForm = "multipart/form-data", example = json!({
+                "parameters": {
+                    "wear": {"nominal_tool": {"radius_mm": 5.0}, "actual_tool": {"radius_mm": 4.95}},
+                    "location_errors": true,
+                    "cc": {"tolerance_um": 10.0}
+                },
+                "program": "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A25.000 C60.000\nG0 Z50.000\nM30\n",
+            })),
+        ),
+        description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "The compensated program, its report or its plot, by Accept",
+            content((String = "text/plain"), (CompensationReport = "application/json"), (String = "image/svg+xml")),
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Tag of what is answered"),
+                ("Content-Disposition" = String, description = "File name of the program"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn compensate_program_in_one_pass(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let kind = choose(request.headers(), OFFERS)?;
+    let new = match arrival::<CompensationParameters>(&app, machine_id, request, Part::Seen).await? {
+        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
+        Arrival::New(new) => new,
+    };
+    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
+    new.parameters.check(new.has_surface()).map_err(faulty)?;
+    let mut faults = FaultList::default();
+    let drives = new.current.drives.as_ref().map(|drives| drives.to_core("/drives", &mut faults));
+    faults
+        .into_result()
+        .map_err(|_stored_is_sound| Problem::internal(&"stored drives are no longer accepted"))?;
+    let (machine, parameters, job) = new.into_job(JobOperation::Compensation)?;
+    let request = OnePassRequest { machine, drives, parameters, max_cost_s: app.settings.max_cost_s };
+    let job =
+        compensate_in_one_pass(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
+    answer::job(&app, &job, kind).await
+}

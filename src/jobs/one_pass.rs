@@ -1,0 +1,247 @@
+//! A program compensated in one pass, kept as a job.
+
+use std::io::{self, BufWriter, Read, Write};
+use std::sync::{Mutex, PoisonError};
+
+use tempfile::NamedTempFile;
+
+use super::cutter_contact::{core_parameters, findings as cc_findings};
+use super::part_surface::{cost_of_part, part_surface};
+use super::program_file::FileSource;
+use super::program_job::{Finished, Workplace, run_program_job};
+use super::refusals::in_words_of_the_wire;
+use super::wear_program::findings as wear_findings;
+use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
+use crate::machine::Machine;
+use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
+use crate::process::{self, CcStep, Place, ServoStep, WearStep};
+use crate::servo::DriveSet;
+use crate::store::{Blobs, JobRow, Store};
+use crate::wire::{
+    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Interpolation,
+    Provenance,
+};
+
+/// One program to be compensated in one pass.
+#[derive(Debug)]
+pub struct OnePassRequest {
+    /// The machine at the job's revision.
+    pub machine: Machine,
+    /// Its drives, where it has any.
+    pub drives: Option<DriveSet>,
+    /// The parameters, checked.
+    pub parameters: CompensationParameters,
+    /// The dearest computation allowed \[s of one core\].
+    pub max_cost_s: f64,
+}
+
+/// Most samples of the drives for an error budget: ten seconds of one core.
+const MAX_LAG_SAMPLES: u64 = 2_500_000;
+
+/// Compensates and stores; on any fault nothing is stored.
+///
+/// # Errors
+/// Why there is no job.
+pub async fn compensate_in_one_pass(
+    compute: &Compute,
+    store: &Store,
+    spool: &Spool,
+    sources: &Sources,
+    job: ProgramJob,
+    request: OnePassRequest,
+) -> Result<JobRow, JobFault> {
+    let length = job.program.length();
+    // Ends are moved, then the path between them is compensated.
+    let steps = Cost::of_program(length, request.parameters.tolerance_um()) + Cost::of_moving_ends(length);
+    (steps + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
+    let machine_revision = job.machine_revision;
+    run_program_job(compute, store, spool, sources, job, move |place| {
+        let Workplace { program, surface, spool, threads, stop } = place;
+        let OnePassRequest { machine, drives, parameters, max_cost_s } = &request;
+        let mut core = in_core_terms(parameters, surface.is_some())?;
+        core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
+        core.servo = drives.clone().filter(|_| parameters.servo_lag).map(|drives| ServoStep {
+            max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(*max_cost_s)),
+            ..ServoStep::new(drives)
+        });
+        let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+        let table = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+        let mut changes = ChangeTable::new(table).map_err(|fault| CompensatorFault::Io(fault.into()))?;
+        let resting = Resting::new(spool.blobs().clone());
+        let source = FileSource(program.path());
+        let report = process::compensate_program(
+            machine,
+            &core,
+            &source,
+            &resting,
+            &mut output,
+            &mut changes,
+            threads,
+            stop,
+        )
+        .map_err(in_words_of_the_wire)?;
+        let written = |output: BufWriter<_>| {
+            output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))
+        };
+        let output = written(output)?;
+        let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
+        let provenance = Provenance {
+            machine_revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            input_sha256: program.sha256(),
+            output_sha256: output.sha256(),
+        };
+        let findings = findings(parameters, changes.sha256(), &report);
+        let report = serde_json::to_string(&CompensationReport { provenance, findings })?;
+        Ok(Finished { report, output: Some(output), changes: Some(changes) })
+    })
+    .await
+}
+
+/// The parameters in the core's terms, part and drives apart.
+fn in_core_terms(
+    parameters: &CompensationParameters,
+    has_part: bool,
+) -> Result<process::CompensationParameters, JobFault> {
+    let wear = match parameters.wear_alone() {
+        None => None,
+        Some(step) => {
+            let core = step.to_core(has_part).map_err(super::cutter_contact::unfit)?;
+            let plain = WearStep::new(core.nominal, core.worn);
+            Some(WearStep {
+                milling: core.milling,
+                shorter_by: core.shorter_by,
+                length_in_control: core.length_in_control,
+                contact: core.contact,
+                tool_number: core.tool_number,
+                ..plain
+            })
+        }
+    };
+    let cc = match parameters.cc_alone() {
+        None => None,
+        Some(step) => {
+            let tool = step.check(has_part).map_err(super::cutter_contact::unfit)?;
+            let core = core_parameters(&step, tool)?;
+            let process::CcParameters { tool, tolerance, contact, correction, output, budget, .. } = core;
+            Some(CcStep { tool, tolerance, contact, correction, output, budget })
+        }
+    };
+    Ok(process::CompensationParameters {
+        wear,
+        location_errors: parameters.location_errors,
+        cc,
+        setup: parameters.setup(),
+        interpolation: parameters.interpolation.map(Interpolation::to_core),
+        feed: parameters.feed(),
+        dialect: parameters.dialect.to_core(),
+        ..process::CompensationParameters::new()
+    })
+}
+
+/// The core's report in the words of the wire.
+fn findings(
+    parameters: &CompensationParameters,
+    changes_sha256: String,
+    report: &process::CompensationReport,
+) -> CompensationFindings {
+    let wear = report.wear.as_ref().zip(parameters.wear_alone());
+    CompensationFindings {
+        dialect: report.dialect.into(),
+        interpolation: report.interpolation.into(),
+        blocks_in: report.blocks_in,
+        blocks_out: report.blocks_out,
+        blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
+        location_errors: report.location_errors.as_ref().map(Into::into),
+        wear: wear.map(|(wear, step)| wear_findings(&step, wear)),
+        cc: report.cc.as_ref().map(cc_findings),
+        changes: ChangesDoc::of(changes_sha256, &report.changes),
+        error_budget: (&report.budget).into(),
+        warnings: report.warnings.iter().map(Into::into).collect(),
+    }
+}
+
+/// Files for what rests between two steps; they go with this.
+struct Resting {
+    blobs: Blobs,
+    files: Mutex<[Option<NamedTempFile>; Place::ALL.len()]>,
+}
+
+impl Resting {
+    fn new(blobs: Blobs) -> Self {
+        Self { blobs, files: Mutex::new([const { None }; Place::ALL.len()]) }
+    }
+
+    /// Does something with the file of a place.
+    fn at<T>(
+        &self,
+        place: Place,
+        work: impl FnOnce(&mut Option<NamedTempFile>) -> io::Result<T>,
+    ) -> io::Result<T> {
+        let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        work(&mut files[place as usize])
+    }
+}
+
+impl process::Spool for Resting {
+    fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
+        self.at(place, |file| {
+            let made = file.insert(self.blobs.scratch()?);
+            Ok(Box::new(made.reopen()?) as Box<dyn Write>)
+        })
+    }
+
+    fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>> {
+        self.at(place, |file| match file {
+            Some(file) => Ok(Box::new(file.reopen()?) as Box<dyn Read + Send>),
+            None => Err(io::ErrorKind::NotFound.into()),
+        })
+    }
+}
+
+/// The figure of a report, as SVG text: the contact's path where it was compensated, else the worn cutter's contact, else
+/// how far the ends were moved.
+#[must_use]
+pub fn one_pass_figure(report: &CompensationReport) -> String {
+    let findings = &report.findings;
+    let shown = (findings.cc.as_ref().map(|cc| (&cc.series, "deviation from the contact line [µm]")))
+        .or_else(|| {
+            let wear = findings.wear.as_ref();
+            wear.map(|wear| (&wear.series, "offset of the worn cutter at the contact [µm]"))
+        });
+    let (points, quantity) = match shown {
+        Some((series, quantity)) => {
+            let points =
+                DeviationPoint::zipped(&series.path_mm, &series.line, &series.before_um, &series.after_um);
+            (points, quantity)
+        }
+        None => (moves(findings), "tool tip off its place before posting anew [µm], over lines"),
+    };
+    let title = format!(
+        "One pass: {} motions changed, {} blocks inserted, error {:.1} µm before and {:.1} µm after",
+        findings.changes.motions_changed,
+        findings.blocks_inserted,
+        findings.error_budget.sum.before_um,
+        findings.error_budget.sum.after_um
+    );
+    let figure = DeviationFigure { title: &title, points: &points, tolerance_um: None, quantity };
+    deviation_along_path(&figure).unwrap_or_else(|fault| {
+        tracing::error!(error = %fault, "a figure could not be drawn");
+        String::new()
+    })
+}
+
+/// How far ends were moved for location errors, over the lines, and what rounding left at most.
+fn moves(findings: &CompensationFindings) -> Vec<DeviationPoint> {
+    let series = &findings.changes.series;
+    let after_um = findings.error_budget.location_errors.after_um + findings.error_budget.rounding.after_um;
+    let points = series.line.iter().zip(&series.location_errors_um);
+    points
+        .map(|(line, moved_um)| DeviationPoint {
+            path_mm: *line as f64,
+            line: *line,
+            before_um: *moved_um,
+            after_um,
+        })
+        .collect()
+}

@@ -1,0 +1,251 @@
+//! Where the rotary axes have to turn far for a small turn of the tool.
+//!
+//! The tool axis moves by `dt = (u × t) dθ_u + (v′ × t) dθ_v`. The smaller singular value of that map, the *gain*, says how
+//! far the tool axis turns at least for a turn of the rotary axes by 1; its inverse is how much faster than the tool
+//! axis they have to turn at worst. The product of both values is the conditioning |t·(u × v′)| of §1. All of it
+//! depends on φ, the angle between u and t, alone; it vanishes at both ends of the reach, |σ − τ| and
+//! min(σ + τ, 2π − σ − τ). Where such an end is 0 or π the tool stands along u: the pole.
+
+use std::f64::consts::{PI, TAU};
+
+use super::Kinematics;
+use crate::geometry::{GreatCircle, Vec3, angle_between, trig};
+
+/// Halvings of an interval of φ: the last digit is reached.
+const HALVINGS: usize = 60;
+/// A great circle shorter than this has no inner extreme \[rad\].
+const SHORT_RAD: f64 = 1e-12;
+
+/// What is singular.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SingularityKind {
+    /// The tool stands along the axis next to the workpiece, whose word is then free.
+    Pole,
+    /// The tool leans as far as the two rotary axes can make it: both solutions meet.
+    ReachLimit,
+}
+
+/// How near a direction of the tool is to where the rotary axes cannot follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Singularity {
+    /// Of the nearer one.
+    pub kind: SingularityKind,
+    /// Angle to it \[rad\]; 0 beyond.
+    pub angle_rad: f64,
+    /// How far the tool axis turns at least for a turn of the rotary axes by 1.
+    pub gain: f64,
+}
+
+/// The directions near a singularity on one machine, as ranges of φ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SingularZone {
+    /// Below and above these the gain is too small \[rad\].
+    inner_rad: [f64; 2],
+}
+
+impl SingularZone {
+    /// Whether a stretch with these least and largest φ \[rad\] enters the zone.
+    #[must_use]
+    pub fn is_entered(&self, polar_range_rad: [f64; 2]) -> bool {
+        polar_range_rad[0] < self.inner_rad[0] || polar_range_rad[1] > self.inner_rad[1]
+    }
+}
+
+impl Kinematics {
+    /// The angle φ between the axis next to the workpiece and the tool axis t \[rad\].
+    #[must_use]
+    pub fn polar_angle_rad(&self, axis: Vec3) -> f64 {
+        angle_between(self.screws[0].direction, axis)
+    }
+
+    /// The nearest and the farthest φ that the two rotary axes reach \[rad\].
+    #[must_use]
+    pub fn polar_reach_rad(&self) -> [f64; 2] {
+        let (sigma, tau) = (self.pointing.sigma_rad, self.pointing.tau_rad);
+        [(sigma - tau).abs(), (sigma + tau).min(TAU - (sigma + tau))]
+    }
+
+    /// How near the tool is to a singularity where it stands at φ \[rad\] to the axis next to the workpiece.
+    #[must_use]
+    pub fn singularity_at(&self, polar_rad: f64) -> Singularity {
+        let [nearest, farthest] = self.polar_reach_rad();
+        let (to_nearest, to_farthest) = (polar_rad - nearest, farthest - polar_rad);
+        let is_near = to_nearest <= to_farthest;
+        let is_pole =
+            if is_near { nearest <= self.pole_cone_rad() } else { PI - farthest <= self.pole_cone_rad() };
+        Singularity {
+            kind: if is_pole { SingularityKind::Pole } else { SingularityKind::ReachLimit },
+            angle_rad: to_nearest.min(to_farthest).max(0.0),
+            gain: self.gain(polar_rad),
+        }
+    }
+
+    /// The zone where the gain is below `least_gain`.
+    #[must_use]
+    pub fn singular_zone(&self, least_gain: f64) -> SingularZone {
+        let [nearest, farthest] = self.polar_reach_rad();
+        // B = 90°: cos φ = cos σ cos τ.
+        let middle = self.polar_at(0.5 * PI);
+        if self.gain(middle) < least_gain {
+            return SingularZone { inner_rad: [f64::INFINITY, f64::NEG_INFINITY] };
+        }
+        let edge = |mut outside: f64| {
+            let mut inside = middle;
+            for _ in 0..HALVINGS {
+                let half = 0.5 * (outside + inside);
+                if self.gain(half) < least_gain { outside = half } else { inside = half }
+            }
+            inside
+        };
+        SingularZone { inner_rad: [edge(nearest), edge(farthest)] }
+    }
+
+    /// The least and the largest φ \[rad\] on the way between two pairs of rotary words (profile order) \[deg\]: while
+    /// the words run linearly, and on the great circle between the directions at both ends.
+    #[must_use]
+    pub fn polar_range_rad(&self, rotary_rad: [[f64; 2]; 2], axes: [Vec3; 2]) -> [f64; 2] {
+        let v = self.profile_index[1];
+        let [b0, b1] = rotary_rad.map(|angles| angles[v] - self.pointing.b0_rad);
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut take = |polar: f64| range = [range[0].min(polar), range[1].max(polar)];
+        axes.map(|axis| self.polar_angle_rad(axis)).into_iter().for_each(&mut take);
+        let (low, high) = (b0.min(b1), b0.max(b1));
+        let [nearest, farthest] = self.polar_reach_rad();
+        if (low / TAU).ceil() * TAU <= high {
+            take(nearest);
+        }
+        if ((low - PI) / TAU).ceil() * TAU + PI <= high {
+            take(farthest);
+        }
+        let arc = GreatCircle::between(axes[0], axes[1], self.screws[0].direction);
+        let whole = arc.angle_rad();
+        if whole > SHORT_RAD && whole < PI - SHORT_RAD {
+            // u·t runs as p cos s + q sin s.
+            let u = self.screws[0].direction;
+            let p = u.dot(&axes[0]);
+            let (sin, cos) = trig::sin_cos(whole);
+            let q = (u.dot(&axes[1]) - p * cos) / sin;
+            let peak = trig::atan2(q, p);
+            for s in [peak, peak + PI, peak - PI] {
+                if s > 0.0 && s < whole {
+                    take(self.polar_angle_rad(arc.at(s / whole)));
+                }
+            }
+        }
+        range
+    }
+
+    /// φ at the angle B of v from where the tool is nearest to u \[rad\].
+    fn polar_at(&self, b_rad: f64) -> f64 {
+        let (sin, cos) = trig::sin_cos(0.5 * b_rad);
+        let product = self.pointing.product;
+        let sin2 = self.pointing.half[1] + product * sin * sin;
+        let cos2 = self.pointing.half[3] + product * cos * cos;
+        2.0 * trig::atan2(sin2.sqrt(), cos2.sqrt())
+    }
+
+    /// The smaller singular value of the map from turns of u and v to the turn of the tool axis.
+    fn gain(&self, polar_rad: f64) -> f64 {
+        let (sin, cos) = trig::sin_cos(0.5 * polar_rad);
+        let (sin2, cos2) = (sin * sin, cos * cos);
+        let [cd, sd, ss, cs] = self.pointing.half;
+        let product = ((sin2 * cd - cos2 * sd).max(0.0) * (cos2 * ss - sin2 * cs).max(0.0)).sqrt() * 2.0;
+        let squares = 4.0 * sin2 * cos2 + self.pointing.sin_tau * self.pointing.sin_tau;
+        let root = (squares * squares - 4.0 * product * product).max(0.0).sqrt();
+        (2.0 / (squares + root)).sqrt() * product
+    }
+
+    /// The word \[deg\] of the axis next to the tool that points it best to the unit `axis` while the axis next to the
+    /// workpiece stands at `first_deg`; of the words that differ by whole turns the one nearest to `near_deg`.
+    #[must_use]
+    pub fn best_second_deg(&self, axis: Vec3, first_deg: f64, near_deg: f64) -> f64 {
+        let word = self.held_word_deg(axis, first_deg);
+        let turned = word + 360.0 * ((near_deg - word) / 360.0).round();
+        let within = |word: f64| self.travel_deg[1].is_none_or(|travel| travel.contains(word, 0.0));
+        if within(turned) || !within(word) { turned } else { word }
+    }
+
+    /// Index in the profile of the axis next to the workpiece and of the one next to the tool.
+    #[must_use]
+    pub fn workpiece_to_tool(&self) -> [usize; 2] {
+        self.profile_index
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::Setup;
+    use crate::machine::{Machine, PRESETS, Preset};
+
+    fn kinematics(preset: &Preset) -> Kinematics {
+        Kinematics::new(&Machine::new(preset.parts()).unwrap(), &Setup::default())
+    }
+
+    /// A difference quotient over 1e-6 of numbers up to 1 keeps nine digits.
+    const QUOTIENT: f64 = 1e-8;
+
+    #[test]
+    fn the_gain_is_the_smaller_singular_value_of_the_turns() {
+        for preset in &PRESETS {
+            let kinematics = kinematics(preset);
+            for step in 1..40 {
+                let rotary_rad = [0.3 + 0.1 * f64::from(step), 0.17 * f64::from(step) - 3.0];
+                let at = kinematics.axis(rotary_rad);
+                let columns = [0, 1].map(|k| {
+                    let shifted = |by: f64| {
+                        let mut angles = rotary_rad;
+                        angles[k] += by;
+                        kinematics.axis(angles)
+                    };
+                    (shifted(1e-6) - shifted(-1e-6)) / 2e-6
+                });
+                let jacobian = nalgebra::Matrix3x2::from_columns(&columns);
+                let values = jacobian.svd(false, false).singular_values;
+                let found = kinematics.singularity_at(kinematics.polar_angle_rad(at));
+                let least = values.min();
+                assert!((found.gain - least).abs() < QUOTIENT, "{}: {} {least}", preset.id, found.gain);
+            }
+        }
+    }
+
+    #[test]
+    fn a_zone_holds_what_has_less_than_its_gain() {
+        for preset in &PRESETS {
+            let kinematics = kinematics(preset);
+            let [nearest, farthest] = kinematics.polar_reach_rad();
+            let zone = kinematics.singular_zone(0.05);
+            for step in 0..=1000 {
+                let polar = nearest + (farthest - nearest) * f64::from(step) / 1000.0;
+                let gain = kinematics.singularity_at(polar).gain;
+                assert_eq!(zone.is_entered([polar; 2]), gain < 0.05, "{} {polar} {gain}", preset.id);
+            }
+        }
+    }
+
+    #[test]
+    fn the_range_of_the_polar_angle_is_that_of_many_samples() {
+        for preset in &PRESETS {
+            let kinematics = kinematics(preset);
+            for step in 0..50 {
+                let a = f64::from(step);
+                let rotary_rad = [[0.13 * a, 0.29 * a - 4.0], [0.31 * a - 1.0, 0.11 * a]];
+                let axes = rotary_rad.map(|angles| kinematics.axis(angles));
+                let range = kinematics.polar_range_rad(rotary_rad, axes);
+                let arc = GreatCircle::between(axes[0], axes[1], Vec3::z());
+                let mut seen = [f64::INFINITY, f64::NEG_INFINITY];
+                for k in 0..=2000 {
+                    let s = f64::from(k) / 2000.0;
+                    let angles = [0, 1].map(|k| rotary_rad[0][k] + (rotary_rad[1][k] - rotary_rad[0][k]) * s);
+                    for axis in [kinematics.axis(angles), arc.at(s)] {
+                        let polar = kinematics.polar_angle_rad(axis);
+                        seen = [seen[0].min(polar), seen[1].max(polar)];
+                    }
+                }
+                // A sample misses an extreme by up to 2e-3 rad of turn.
+                assert!(range[0] <= seen[0] + 1e-12 && seen[0] < range[0] + 3e-3, "{}", preset.id);
+                assert!(range[1] >= seen[1] - 1e-12 && seen[1] > range[1] - 3e-3, "{}", preset.id);
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Where the cutter touches at the points of a region, as far as the program or the part says so.
+
+use super::super::{CcParameters, ContactSource};
+use crate::contact::{Carry, CutterContact, SourceBlock, Station, Touch, contact_on_surface, rotary_rad};
+use crate::geometry::{Vec3, across};
+use crate::kinematics::{Kinematics, ToolPose};
+use crate::machine::{Machine, Tool};
+use crate::motion::{ContactWords, Interpolation};
+
+/// Machine, set-up and cutter, and where contacts come from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cutting<'a> {
+    pub(super) machine: &'a Machine,
+    pub(super) kinematics: &'a Kinematics,
+    pub(super) parameters: &'a CcParameters,
+    pub(super) contact: ContactSource,
+}
+
+impl<'a> Cutting<'a> {
+    /// The contact at a point; `None` where it is not known, or on which side it is: the tip stands for it then.
+    /// Contacts that a rule would assume count for nothing here.
+    pub(super) fn touch(
+        &self,
+        station: &Station,
+        mode: Interpolation,
+        words: ContactWords,
+    ) -> Option<CutterContact> {
+        let (tool, pose) = (&self.parameters.tool, &station.pose);
+        let found = match (self.contact, words) {
+            (ContactSource::Program, ContactWords::Point(point)) => {
+                Touch::from_point(tool, pose, self.point_mm(point, station, mode), None)
+            }
+            (ContactSource::Normals, ContactWords::Normal(normal)) => {
+                Touch::from_normal(tool, pose, Vec3::from(normal), None)
+            }
+            (ContactSource::Surface, _) => {
+                let found = contact_on_surface(self.parameters.part.as_ref()?, tool, pose)?;
+                Touch::from_normal(tool, pose, found.normal, None)
+            }
+            _ => return None,
+        };
+        found.ok().filter(|touch| !touch.side_assumed).map(|touch| touch.contact)
+    }
+
+    /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.
+    pub(super) fn point_mm(&self, words_mm: [f64; 3], station: &Station, mode: Interpolation) -> Vec3 {
+        match mode {
+            Interpolation::Tcp => Vec3::from(words_mm),
+            Interpolation::Machine => {
+                let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
+                self.kinematics.tip_mm(Vec3::from(words_mm), rotary_rad)
+            }
+        }
+    }
+
+    /// The block between two stations. Where the contact is not known at both ends, or runs across the tool's end in
+    /// between, the tip stands for it.
+    pub(super) fn block(
+        &self,
+        mode: Interpolation,
+        ends: [Station; 2],
+        contacts: [Option<CutterContact>; 2],
+    ) -> SourceBlock<'a> {
+        let tool = self.parameters.tool;
+        let axes = ends.map(|end| end.pose.axis);
+        let carry = match &contacts {
+            [Some(start), Some(end)] if is_one_side(&tool, [start, end], axes) => {
+                Carry::between(&tool, [start, end], axes)
+            }
+            _ => Carry::Tip,
+        };
+        SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry)
+    }
+
+    /// The tip with which a cutter that leans along `axis` touches where it did at this pose \[mm\]; without a contact
+    /// the same tip.
+    pub(super) fn kept_tip_mm(&self, pose: &ToolPose, contact: Option<&CutterContact>, axis: Vec3) -> Vec3 {
+        let Some(contact) = contact else { return pose.tip_mm };
+        let [before, now] = [pose.axis, axis].map(|axis| self.offset_mm(contact, pose.axis, axis));
+        pose.tip_mm + before - now
+    }
+
+    /// From the tip to a contact that was found with the tool along `found_at`, the tool now along `axis` \[mm\].
+    pub(super) fn offset_mm(&self, contact: &CutterContact, found_at: Vec3, axis: Vec3) -> Vec3 {
+        let tool = &self.parameters.tool;
+        Carry::between(tool, [contact, contact], [found_at; 2]).at(tool, 0.0, axis).offset_mm
+    }
+}
+
+/// Whether a bull-nose or flat cutter touches within a right angle of the same side at both ends.
+fn is_one_side(tool: &Tool, contacts: [&CutterContact; 2], axes: [Vec3; 2]) -> bool {
+    if tool.is_ball() {
+        return true;
+    }
+    let [a, b] = [0, 1].map(|k| across(contacts[k].offset_mm(tool, axes[k]), axes[k]));
+    a.dot(&b) >= 0.0
+}

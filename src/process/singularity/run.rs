@@ -1,0 +1,380 @@
+//! The course of the treatment, streamed: read, collect regions, plan, write, read back.
+
+use std::collections::VecDeque;
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::rc::Rc;
+
+use super::contact::Cutting;
+use super::figures::{figures, time_s};
+use super::pending::{Collector, Pending, Seen};
+use super::plan::{Course, Moved, Planner};
+use super::regions::RegionNumber;
+use super::report::{RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
+use super::verify::{Expected, SingularityVerifier};
+use super::{LeftReason, SingularityAction, SingularityParameters};
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::motion::{InterpreterOptions, Motion};
+use crate::process::emit::Emitter;
+use crate::process::inventory::Inventory;
+use crate::process::stream::{Passage, Passages};
+use crate::process::survey::Survey;
+use crate::process::verify::{Group, Meaning};
+use crate::process::warnings::Warnings;
+use crate::process::{CcParameters, Fault, ProgramSource};
+use crate::program::{Batch, Dialect, print_changed};
+use crate::units::{Angle, Feedrate};
+
+/// So many batches wait for the end of a region at most; then it ends there.
+const MAX_HELD: usize = 64;
+
+/// Finds the singular regions of a program and treats them: reports, divides or smooths (§1 "Conditioning", "Pole").
+///
+/// Tool, contact, tolerance, set-up, dialect and budget are those of `cc`; contacts that a rule would assume from the feed count
+/// for nothing here, the tip stands for them. Blocks outside the regions are copied byte for byte, and so are those
+/// whose words need not change. What is written is read back with its own decimals before this function returns; the
+/// report's `after` comes from that reading. Memory does not grow with the program. To be run before a compensation
+/// of the contact's path, which then takes the written program for its source.
+///
+/// # Errors
+/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+pub fn treat_singular_regions(
+    machine: &Machine,
+    cc: &CcParameters,
+    singularity: &SingularityParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<SingularityReport, Fault> {
+    let survey = Survey::of(machine, cc.dialect, source, stop)?;
+    let contact = survey.contact(cc.contact, cc.part.is_some())?;
+    let kinematics = Kinematics::new(machine, &cc.setup);
+    let options = InterpreterOptions {
+        feed_mm_per_min: cc.feed.map(Feedrate::mm_per_min),
+        interpolation_stated: cc.interpolation.is_some(),
+    };
+    let cutting = Cutting { machine, kinematics: &kinematics, parameters: cc, contact };
+    let planner = Planner { cutting, survey, singularity: *singularity };
+    let mut passages = Passages::open(source, machine, cc.dialect, options)?;
+    let mut run: Option<Run<'_>> = None;
+    passages.work(stop, |passage, _, dialect| {
+        let run = run.get_or_insert_with(|| Run::new(planner, dialect, options));
+        run.passage(passage, output, stop)
+    })?;
+    let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
+    run.close(stop)?;
+    run.write_held(output)?;
+    run.inventory.inserted += run.emitter.feed_blocks;
+    run.verifier.finish(&run.inventory)?;
+    output.flush()?;
+    let mut warnings = Warnings::default();
+    passages.warn(&mut warnings);
+    let report = run.report(passages.dialect(), passages.blocks);
+    Ok(SingularityReport { warnings: warnings.into_list(), ..report })
+}
+
+/// What becomes of a motion that is held back.
+#[derive(Debug, Default)]
+struct Fate<'a> {
+    course: Course<'a>,
+    /// The region it stands in, and its figures as uploaded.
+    inside: Option<(RegionNumber, RegionFigures)>,
+}
+
+/// The work in progress.
+struct Run<'a> {
+    planner: Planner<'a>,
+    collector: Collector<'a>,
+    emitter: Emitter,
+    verifier: SingularityVerifier<'a>,
+    inventory: Inventory,
+    /// Batches that wait for the end of a region.
+    held: VecDeque<Passage>,
+    /// The fates of their motions and of those at hand.
+    fates: VecDeque<Fate<'a>>,
+    /// Number of the motion of the first fate, and of the next motion to come.
+    first: u64,
+    next: u64,
+    out: Vec<u8>,
+    evaluations: u64,
+    blocks_changed: u64,
+    blocks_inserted: u64,
+}
+
+impl<'a> Run<'a> {
+    fn new(planner: Planner<'a>, dialect: Dialect, options: InterpreterOptions) -> Self {
+        let cutting = planner.cutting;
+        let zone = cutting.kinematics.singular_zone(planner.singularity.zone.rad().sin());
+        Self {
+            planner,
+            collector: Collector::new(cutting, zone),
+            emitter: Emitter::default(),
+            verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options),
+            inventory: Inventory::default(),
+            held: VecDeque::new(),
+            fates: VecDeque::new(),
+            first: 0,
+            next: 0,
+            out: Vec::new(),
+            evaluations: 0,
+            blocks_changed: 0,
+            blocks_inserted: 0,
+        }
+    }
+
+    /// Looks at one batch; writes it unless a region goes on behind it.
+    fn passage(
+        &mut self,
+        passage: &Passage,
+        output: &mut dyn Write,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
+        self.inventory.see(&passage.batch);
+        for motion in &passage.motions {
+            self.fates.push_back(Fate::default());
+            let index = self.next;
+            self.next += 1;
+            if self.collector.see(&passage.batch, motion, index) == Seen::Closes && self.collector.is_open() {
+                self.close(stop)?;
+                self.collector.see(&passage.batch, motion, index);
+            }
+            if self.collector.is_full() {
+                self.close(stop)?;
+            }
+        }
+        if self.collector.is_open() && self.held.len() < MAX_HELD {
+            self.held.push_back(Passage { batch: passage.batch.clone(), motions: passage.motions.clone() });
+            return Ok(());
+        }
+        self.close(stop)?;
+        self.write_held(output)?;
+        self.write(passage, output)
+    }
+
+    /// Plans the region at hand.
+    fn close(&mut self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<(), Fault> {
+        let region = self.collector.take();
+        let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let kinematics = self.planner.cutting.kinematics;
+        let limits = self.planner.limits();
+        let mut before = RegionFigures::default();
+        let mut each = Vec::with_capacity(region.len());
+        let mut nearest: Option<crate::kinematics::Singularity> = None;
+        for pending in &region {
+            let block = self.planner.block(pending);
+            let time = time_s(&block, &pending.motion);
+            let found = figures(&block, &block.whole(), time, &limits, &mut self.evaluations);
+            before.take(&found);
+            each.push(found);
+            for polar_rad in pending.polar_rad {
+                let found = kinematics.singularity_at(polar_rad);
+                if nearest.is_none_or(|least| found.gain < least.gain) {
+                    nearest = Some(found);
+                }
+            }
+        }
+        let Some(nearest) = nearest else { return Ok(()) };
+        self.check_budget()?;
+        let mut courses: Vec<Course<'a>> = region.iter().map(|_| Course::Keep).collect();
+        let treatment = match self.planner.singularity.action {
+            SingularityAction::Report => RegionTreatment::Reported,
+            SingularityAction::Densify => self.densify(&region, &mut courses, stop)?,
+            SingularityAction::Smooth => self.smooth(&region, &mut courses),
+        };
+        let number = self.verifier.regions.add(SingularRegion {
+            first_line: first.motion.line,
+            last_line: last.motion.line,
+            motions: region.len() as u64,
+            kind: nearest.kind,
+            least_angle: Angle::from_rad(nearest.angle_rad),
+            least_gain: nearest.gain,
+            before,
+            after: None,
+            treatment,
+        });
+        for ((pending, course), found) in region.iter().zip(courses).zip(each) {
+            let at = usize::try_from(pending.index - self.first).ok();
+            if let Some(fate) = at.and_then(|at| self.fates.get_mut(at)) {
+                *fate = Fate { course, inside: Some((number, found)) };
+            }
+        }
+        Ok(())
+    }
+
+    fn densify(
+        &mut self,
+        region: &[Pending],
+        courses: &mut [Course<'a>],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<RegionTreatment, Fault> {
+        let (mut divided, mut inserted, mut left, mut reason) = (0, 0, 0, None);
+        for (pending, course) in region.iter().zip(courses) {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            match self.planner.densify(pending, &mut self.evaluations) {
+                Ok(None) => {}
+                Ok(Some(found)) => {
+                    divided += 1;
+                    inserted += found.division.nodes.len() as u64 - 1;
+                    *course = Course::Divide(Box::new(found));
+                }
+                Err(why) => {
+                    left += 1;
+                    reason = reason.or(Some(why));
+                }
+            }
+            self.check_budget()?;
+        }
+        Ok(match (divided, reason) {
+            (0, Some(reason)) => RegionTreatment::Left(reason),
+            (0, None) => RegionTreatment::Left(LeftReason::NothingToGain),
+            _ => RegionTreatment::Densified { divided, inserted, left, reason },
+        })
+    }
+
+    fn smooth(&self, region: &[Pending], courses: &mut [Course<'a>]) -> RegionTreatment {
+        match self.planner.smooth(region) {
+            Err(reason) => RegionTreatment::Left(reason),
+            Ok(moved) => {
+                let mut changed = 0;
+                for (course, moved) in courses.iter_mut().zip(moved) {
+                    if let Some(moved) = moved {
+                        changed += 1;
+                        *course = Course::Move(Box::new(moved));
+                    }
+                }
+                RegionTreatment::Smoothed { changed, axis_spent: Angle::ZERO }
+            }
+        }
+    }
+
+    fn write_held(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
+        while let Some(passage) = self.held.pop_front() {
+            self.write(&passage, output)?;
+        }
+        Ok(())
+    }
+
+    /// Writes a batch whose motions' fates are known, and reads it back.
+    fn write(&mut self, passage: &Passage, output: &mut dyn Write) -> Result<(), Fault> {
+        let Passage { batch, motions } = passage;
+        let mut copied = 0;
+        for motion in motions {
+            let fate = self.fates.pop_front().unwrap_or_default();
+            self.first += 1;
+            let Fate { course, inside } = fate;
+            match (course, inside) {
+                (Course::Move(moved), Some((region, _))) => {
+                    self.write_moved(batch, *moved, region, &mut copied)?;
+                }
+                (Course::Divide(divided), Some((region, _))) => {
+                    self.out.extend_from_slice(batch.blocks_text(copied, motion.block as usize));
+                    copied = motion.block as usize + 1;
+                    self.emitter
+                        .write_division(batch, &divided.checked, motion, &divided.division, &mut self.out)
+                        .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+                    let parts = divided.division.nodes.len();
+                    self.blocks_changed += 1;
+                    self.blocks_inserted += parts as u64 - 1;
+                    self.inventory.inserted += parts as u64 - 1;
+                    let (checked, division) = (divided.checked, divided.division);
+                    let group =
+                        Rc::new(Group { source: divided.source, checked, division, correction_mm: 0.0 });
+                    for index in 0..parts {
+                        let group = Rc::clone(&group);
+                        self.verifier.await_next(Expected::Part { group, index, region });
+                    }
+                }
+                (_, inside) => self.keep(batch, motion, inside, &mut copied)?,
+            }
+        }
+        self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        self.check_budget()?;
+        self.verifier.take(&self.out)?;
+        output.write_all(&self.out)?;
+        self.out.clear();
+        Ok(())
+    }
+
+    /// Copies a block, but gives it its feed back.
+    fn keep(
+        &mut self,
+        batch: &Batch,
+        motion: &Motion,
+        inside: Option<(RegionNumber, RegionFigures)>,
+        copied: &mut usize,
+    ) -> Result<(), Fault> {
+        let expected = Expected::Same { motion: Meaning::of(motion), line: motion.line, inside };
+        self.verifier.await_next(expected);
+        if !self.emitter.owes_feed() {
+            return Ok(());
+        }
+        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+        *copied = motion.block as usize;
+        let changed = self
+            .emitter
+            .restore_feed(batch, motion, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        *copied += usize::from(changed);
+        Ok(())
+    }
+
+    /// Writes a block with other ends.
+    fn write_moved(
+        &mut self,
+        batch: &Batch,
+        moved: Moved,
+        region: RegionNumber,
+        copied: &mut usize,
+    ) -> Result<(), Fault> {
+        let motion = moved.pending.motion;
+        let mut words = moved.words.clone();
+        let only_feed = words.is_empty();
+        if let Some(feed) = moved.feed {
+            self.emitter.owe(&motion.feed);
+            words.push(feed);
+        } else {
+            words.extend(self.emitter.take_owed(&motion.feed));
+            self.emitter.feeds_restored += u64::from(only_feed && !words.is_empty());
+        }
+        if !words.is_empty() {
+            self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+            print_changed(batch, motion.block as usize, &words, false, &mut self.out)
+                .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+            *copied = motion.block as usize + 1;
+            self.blocks_changed += 1;
+        }
+        self.verifier.await_next(Expected::Moved { moved: Box::new(moved), region });
+        Ok(())
+    }
+
+    fn check_budget(&self) -> Result<(), Fault> {
+        let budget = &self.planner.cutting.parameters.budget;
+        if self.evaluations + self.verifier.evaluations > budget.max_evaluations {
+            let what = "evaluations of the deviation";
+            return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
+        }
+        if self.inventory.blocks + self.inventory.inserted > budget.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
+        }
+        Ok(())
+    }
+
+    fn report(self, dialect: Dialect, blocks_in: u64) -> SingularityReport {
+        let blocks_out = self.verifier.blocks();
+        SingularityReport {
+            blocks_in,
+            blocks_out,
+            motions_checked: self.collector.checked,
+            blocks_changed: self.blocks_changed,
+            blocks_inserted: self.blocks_inserted,
+            feeds_restored: self.emitter.feeds_restored,
+            ..self.verifier.regions.report(dialect, self.planner.singularity.action)
+        }
+    }
+}

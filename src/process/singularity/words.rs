@@ -1,0 +1,129 @@
+//! The words of a block whose ends were moved: what is the same within half a unit of its last decimal keeps its text.
+
+use super::pending::{Pending, Stated};
+use crate::machine::Machine;
+use crate::motion::{AxisWords, ContactWords};
+use crate::program::{Address, MAX_DECIMALS, NewWord, round_to_decimals};
+
+/// Values closer than this are the same [program units].
+const SAME_WORD: f64 = 1e-9;
+
+/// U V W.
+pub(super) const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
+
+/// The addresses of the rotary words in the order of the profile.
+pub(super) fn rotary_addresses(machine: &Machine) -> [Address; 2] {
+    machine.rotary_axes().each_ref().map(|axis| super::super::emit::letter(axis.letter.as_char()))
+}
+
+/// How a value is to be reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// To half a unit of this last decimal.
+    Near(u8),
+    /// As it is, with at least so many decimals.
+    Exact(u8),
+}
+
+/// Where the written program stands, in program units and degrees.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pen {
+    at: [f64; 5],
+    /// U V W, where they are stated \[mm\].
+    point_mm: [f64; 3],
+    addresses: [Address; 5],
+}
+
+impl Pen {
+    /// At the start of this motion, where both programs stand.
+    pub(super) fn at_start(machine: &Machine, first: &Pending) -> Self {
+        let rotary = rotary_addresses(machine);
+        let point_mm = match first.standing {
+            ContactWords::Point(point_mm) => point_mm,
+            _ => [f64::NAN; 3],
+        };
+        Self {
+            at: in_units(&first.ends[0].words, first.motion.mm_per_unit),
+            point_mm,
+            addresses: [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]],
+        }
+    }
+
+    /// The place, in millimetres and degrees.
+    pub(super) fn words(&self, mm_per_unit: f64) -> AxisWords {
+        let [x, y, z, first, second] = self.at;
+        AxisWords { linear_mm: [x, y, z].map(|units| units * mm_per_unit), rotary_deg: [first, second] }
+    }
+
+    /// Brings coordinate `k` of the block to `target` [program units, deg]: changes nothing where the block does so by
+    /// itself, else adds a word.
+    pub(super) fn move_to(
+        &mut self,
+        block: &Pending,
+        k: usize,
+        target: f64,
+        wanted: Wanted,
+        words: &mut Vec<NewWord>,
+    ) {
+        let unit = block.motion.mm_per_unit;
+        let [start, end] = block.ends.map(|station| in_units(&station.words, unit)[k]);
+        let standing = match block.axes[k] {
+            Stated::Absent => self.at[k],
+            Stated::Absolute => end,
+            Stated::Incremental => self.at[k] + (end - start),
+        };
+        let from = if block.motion.incremental { self.at[k] } else { 0.0 };
+        let (room, decimals) = match wanted {
+            Wanted::Near(decimals) => (0.5 * 0.1_f64.powi(i32::from(decimals)) + SAME_WORD, decimals),
+            Wanted::Exact(decimals) => (SAME_WORD, exact_decimals(target - from, decimals)),
+        };
+        self.at[k] = if (target - standing).abs() <= room {
+            standing
+        } else {
+            let value = round_to_decimals(target - from, decimals);
+            words.push(NewWord { address: self.addresses[k], value, decimals });
+            from + value
+        };
+    }
+
+    /// Brings U V W to the point; gives the contact words that are read then.
+    pub(super) fn point_to(
+        &mut self,
+        block: &Pending,
+        target_mm: [f64; 3],
+        wanted: Wanted,
+        words: &mut Vec<NewWord>,
+    ) -> ContactWords {
+        let ContactWords::Point(source_mm) = block.motion.contact else { return block.motion.contact };
+        let unit = block.motion.mm_per_unit;
+        for k in 0..3 {
+            let standing_mm = if block.contact[k] { source_mm[k] } else { self.point_mm[k] };
+            let (room, decimals) = match wanted {
+                Wanted::Near(decimals) => (0.5 * 0.1_f64.powi(i32::from(decimals)) + SAME_WORD, decimals),
+                Wanted::Exact(decimals) => (SAME_WORD, exact_decimals(target_mm[k] / unit, decimals)),
+            };
+            // What is not known is not near.
+            self.point_mm[k] = if ((target_mm[k] - standing_mm) / unit).abs() <= room {
+                standing_mm
+            } else {
+                let value = round_to_decimals(target_mm[k] / unit, decimals);
+                words.push(NewWord { address: POINT[k], value, decimals });
+                value * unit
+            };
+        }
+        ContactWords::Point(self.point_mm)
+    }
+}
+
+pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+    let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
+    let [first, second] = words.rotary_deg;
+    [x, y, z, first, second]
+}
+
+/// The fewest decimals, at least `decimals`, that give `value` back.
+fn exact_decimals(value: f64, decimals: u8) -> u8 {
+    (decimals..=MAX_DECIMALS)
+        .find(|&digits| (round_to_decimals(value, digits) - value).abs() <= SAME_WORD)
+        .unwrap_or(decimals)
+}

@@ -1,0 +1,301 @@
+//! Parameters of a compensation in one pass.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{
+    CcParameters, Contact, Correction, Dialect, Fault, FaultList, Fixed, Interpolation, LengthInControl,
+    Milling, Output, SurfaceReading, ToolDoc, WearParameters, WearTableDoc,
+};
+use crate::geometry::Vec3;
+use crate::kinematics::Setup;
+use crate::units::Feedrate;
+
+/// The step for a worn cutter; its members mean what they do in a wear compensation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WearStep {
+    /// The cutter the program was made for.
+    pub nominal_tool: ToolDoc,
+    /// The cutter as measured; this or `wear_table`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actual_tool: Option<ToolDoc>,
+    /// Wear along the corner, for end milling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear_table: Option<WearTableDoc>,
+    /// Which part of the cutter makes the surface.
+    #[serde(default)]
+    pub milling: Milling,
+    /// Which length the control has; `nominal` where both lengths are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_in_control: Option<LengthInControl>,
+    /// Where the cutter contact comes from; the tip is none here.
+    #[serde(default)]
+    pub contact: Contact,
+    /// T number of the cutter, in a program of several: motions of other tools are not moved for wear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_number: Option<u32>,
+}
+
+/// The step for the cutter-contact path; its members mean what they do in a cc compensation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CcStep {
+    /// Cutter radius R the program was made for; that of the step `wear` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_radius_mm: Option<f64>,
+    /// Corner radius r; as the cutter radius (a ball) when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_radius_mm: Option<f64>,
+    /// Largest distance of the CC path from its line.
+    #[serde(default = "CcParameters::default_tolerance_um")]
+    #[schema(default = 10.0)]
+    pub tolerance_um: f64,
+    /// Where the cutter contact comes from.
+    #[serde(default)]
+    pub contact: Contact,
+    /// How a deviating block is corrected.
+    #[serde(default)]
+    pub correction: Correction,
+    /// Which blocks the answer has.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// What a compensation in one pass is asked to do: at least one of `wear`, `location_errors`, `cc`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompensationParameters {
+    /// Move the program for a worn cutter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<WearStep>,
+    /// The program was posted for the nominal machine: post it anew for the calibrated one.
+    #[serde(default)]
+    pub location_errors: bool,
+    /// Compensate the cutter-contact path between the ends of blocks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cc: Option<CcStep>,
+    /// Whether the written program is run through the drives, where the machine has any, so that the error budget has
+    /// what they leave.
+    #[serde(default = "yes")]
+    #[schema(default = true)]
+    pub servo_lag: bool,
+    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_unit_mm: Option<f64>,
+    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chordal_tolerance_um: Option<f64>,
+    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_gap_um: Option<f64>,
+    /// What the control interpolates; as the program switches it when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<Interpolation>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[serde(default)]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length the program was made for; matters to head axes only.
+    #[serde(default)]
+    pub tool_length_mm: f64,
+    /// Feed where the program has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feed_mm_per_min: Option<f64>,
+    /// The form of the program text.
+    #[serde(default)]
+    pub dialect: Dialect,
+}
+
+const fn yes() -> bool {
+    true
+}
+
+/// The same parameters as a query names them. Those of a step have its name before a dot; the step is taken where one
+/// of them is given.
+#[derive(Debug, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[expect(dead_code, reason = "describes the query")]
+pub struct CompensationQuery {
+    /// Radius of the cutter the program was made for.
+    #[param(rename = "wear.nominal_tool.radius_mm")]
+    nominal_radius: Option<f64>,
+    /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
+    #[param(rename = "wear.nominal_tool.corner_radius_mm")]
+    nominal_corner_radius: Option<f64>,
+    /// Its length.
+    #[param(rename = "wear.nominal_tool.length_mm")]
+    nominal_length: Option<f64>,
+    /// Radius of the cutter as measured; this or a wear table.
+    #[param(rename = "wear.actual_tool.radius_mm")]
+    actual_radius: Option<f64>,
+    /// Its corner radius; its radius (a ball) when absent.
+    #[param(rename = "wear.actual_tool.corner_radius_mm")]
+    actual_corner_radius: Option<f64>,
+    /// Its length.
+    #[param(rename = "wear.actual_tool.length_mm")]
+    actual_length: Option<f64>,
+    /// Angles between surface normal and tool axis, rising from 0 to at most 90.
+    #[param(rename = "wear.wear_table.contact_angle_deg", style = Form, explode = false)]
+    table_angles: Option<Vec<f64>>,
+    /// How much farther out the cutter's surface lies there; negative where worn.
+    #[param(rename = "wear.wear_table.deviation_um", style = Form, explode = false)]
+    table_deviations: Option<Vec<f64>>,
+    /// Which part of the cutter makes the surface.
+    #[param(rename = "wear.milling", inline)]
+    milling: Option<Milling>,
+    /// Which length the control has; `nominal` where both lengths are given.
+    #[param(rename = "wear.length_in_control", inline)]
+    length_in_control: Option<LengthInControl>,
+    /// Where the contact comes from for the worn cutter; the tip is none here.
+    #[param(rename = "wear.contact", inline)]
+    wear_contact: Option<Contact>,
+    /// T number of the cutter, in a program of several.
+    #[param(rename = "wear.tool_number")]
+    tool: Option<u32>,
+    /// Post the program anew for the calibrated machine.
+    #[param(rename = "location_errors", example = true)]
+    location_errors: Option<bool>,
+    /// Cutter radius R the program was made for.
+    #[param(rename = "cc.tool_radius_mm", example = 5.0)]
+    radius: Option<f64>,
+    /// Corner radius r; as the cutter radius (a ball) when absent.
+    #[param(rename = "cc.corner_radius_mm")]
+    corner_radius: Option<f64>,
+    /// Largest distance of the CC path from its line; 10 unless said.
+    #[param(rename = "cc.tolerance_um")]
+    tolerance: Option<f64>,
+    /// Where the contact comes from for the CC path.
+    #[param(rename = "cc.contact", inline)]
+    cc_contact: Option<Contact>,
+    /// How a deviating block is corrected.
+    #[param(rename = "cc.correction", inline)]
+    correction: Option<Correction>,
+    /// Which blocks the answer has.
+    #[param(rename = "cc.output", inline)]
+    output: Option<Output>,
+    /// Whether the written program is run through the drives for the error budget; true unless said.
+    #[param(rename = "servo_lag")]
+    servo_lag: Option<bool>,
+    /// What the control interpolates; as the program switches it when absent.
+    #[param(rename = "interpolation", inline)]
+    interpolation: Option<Interpolation>,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[param(rename = "work_offset_mm", value_type = Option<[f64]>, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    work_offset: Option<Fixed<3>>,
+    /// Tool length the program was made for; matters to head axes only.
+    #[param(rename = "tool_length_mm")]
+    tool_length: Option<f64>,
+    /// Feed where the program has none.
+    #[param(rename = "feed_mm_per_min")]
+    feed: Option<f64>,
+    /// The form of the program text.
+    #[param(rename = "dialect", inline)]
+    dialect: Option<Dialect>,
+}
+
+impl CompensationParameters {
+    /// How an uploaded surface is read.
+    #[must_use]
+    pub fn surface_reading(&self) -> SurfaceReading {
+        SurfaceReading {
+            unit_mm: self.surface_unit_mm,
+            chordal_tolerance_um: self.chordal_tolerance_um,
+            contact_gap_um: self.contact_gap_um,
+        }
+    }
+
+    /// The smallest tolerance that is asked for (µm), for the estimate of the work.
+    #[must_use]
+    pub fn tolerance_um(&self) -> f64 {
+        self.cc.as_ref().map_or_else(CcParameters::default_tolerance_um, |step| step.tolerance_um)
+    }
+
+    /// The step for a worn cutter as parameters of a wear compensation, what the steps share apart.
+    #[must_use]
+    pub fn wear_alone(&self) -> Option<WearParameters> {
+        self.wear.clone().map(|step| WearParameters {
+            actual_tool: step.actual_tool,
+            wear_table: step.wear_table,
+            milling: step.milling,
+            length_in_control: step.length_in_control,
+            contact: step.contact,
+            tool_number: step.tool_number,
+            ..WearParameters::of(step.nominal_tool)
+        })
+    }
+
+    /// The step for the contact's path as parameters of a cc compensation, what the steps share apart.
+    #[must_use]
+    pub fn cc_alone(&self) -> Option<CcParameters> {
+        let step = self.cc.clone()?;
+        let nominal =
+            self.wear.as_ref().map(|wear| wear.nominal_tool).filter(|_| step.tool_radius_mm.is_none());
+        Some(CcParameters {
+            tool_radius_mm: step.tool_radius_mm.or(nominal.map(|tool| tool.radius_mm)),
+            corner_radius_mm: step.corner_radius_mm.or(nominal.and_then(|tool| tool.corner_radius_mm)),
+            tolerance_um: step.tolerance_um,
+            contact: step.contact,
+            correction: step.correction,
+            output: step.output,
+            ..CcParameters::default()
+        })
+    }
+
+    /// Collects what is wrong with what the steps share.
+    fn check_shared(&self, has_part: bool, faults: &mut FaultList) {
+        self.surface_reading().check(has_part, faults);
+        let max = CcParameters::MAX_OFFSET_MM;
+        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
+            faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);
+        }
+        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
+        if let Some(feed) = self.feed_mm_per_min {
+            let max = CcParameters::MAX_FEED_MM_PER_MIN;
+            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
+        }
+        if self.wear.is_none() && !self.location_errors && self.cc.is_none() {
+            faults.push(|| Fault::new("", "nothing is asked for: name wear, location_errors or cc"));
+        }
+        let looks = |contact: Contact| matches!(contact, Contact::Auto | Contact::Surface);
+        let contacts =
+            [self.wear.as_ref().map(|step| step.contact), self.cc.as_ref().map(|step| step.contact)];
+        if has_part && !contacts.into_iter().flatten().any(looks) {
+            let detail = "a surface came with the program, but no step looks at it";
+            faults.push(|| Fault::new("", detail));
+        }
+    }
+
+    /// What every step works under.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        Setup {
+            work_offset_mm: Vec3::from(self.work_offset_mm.0),
+            tool_length_mm: self.tool_length_mm,
+            apply_errors: true,
+        }
+    }
+
+    /// The feed where the program has none.
+    #[must_use]
+    pub fn feed(&self) -> Option<Feedrate> {
+        self.feed_mm_per_min.map(Feedrate::from_mm_per_min)
+    }
+
+    /// Every bad value, with its pointer; `has_part` says whether the part's surface came with the program.
+    ///
+    /// # Errors
+    /// They are there.
+    pub fn check(&self, has_part: bool) -> Result<(), Vec<Fault>> {
+        let mut faults = FaultList::default();
+        self.check_shared(has_part, &mut faults);
+        let of_step = |contact: Contact| has_part && matches!(contact, Contact::Auto | Contact::Surface);
+        let wear = self.wear_alone().map(|step| step.to_core(of_step(step.contact)).map(|_| ()));
+        let cc = self.cc_alone().map(|step| step.check(of_step(step.contact)).map(|_| ()));
+        for (name, found) in [("/wear", wear), ("/cc", cc)] {
+            for fault in found.and_then(Result::err).into_iter().flatten() {
+                faults.push(|| Fault { pointer: format!("{name}{}", fault.pointer), ..fault });
+            }
+        }
+        faults.into_result()
+    }
+}

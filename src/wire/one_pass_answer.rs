@@ -1,0 +1,429 @@
+//! The report of a compensation in one pass, and the table of its changes.
+
+use std::io::Write;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{CcFindings, Dialect, Interpolation, Provenance, Warning, WearFindings};
+use crate::motion::MotionKind;
+use crate::process;
+use crate::units::{Angle, Length};
+
+fn um(mm: f64) -> f64 {
+    Length::from_mm(mm).um()
+}
+
+fn urad(rad: f64) -> f64 {
+    Angle::from_rad(rad).urad()
+}
+
+/// What posting the program anew for the calibrated machine did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LocationErrorFindings {
+    /// Whether the machine has any location error or squareness: without one nothing is moved.
+    pub machine_has_errors: bool,
+    /// Motions whose end was posted anew.
+    pub motions_posted: u64,
+    /// Those whose rotary words changed.
+    pub motions_turned: u64,
+    /// Largest distance of a tool tip on the calibrated machine from where the nominal one would have it.
+    pub max_tip_um: f64,
+    /// Line of the upload.
+    pub max_tip_line: Option<u64>,
+    /// Largest angle between the tool axes of the two machines.
+    pub max_axis_urad: f64,
+    /// Line of the upload.
+    pub max_axis_line: Option<u64>,
+    /// Largest change of a rotary word; near the pole far larger than the errors themselves.
+    pub max_turn_deg: f64,
+    /// Line of the upload.
+    pub max_turn_line: Option<u64>,
+    /// Largest angle left between the written tool axis and the upload's: rounding, and what the pole leaves.
+    pub max_axis_left_urad: f64,
+    /// Line of the upload.
+    pub max_axis_left_line: Option<u64>,
+    /// Motions that end in the pole cone, where the axis next to the workpiece keeps its correction.
+    pub held_at_pole: u64,
+}
+
+impl From<&process::LocationErrorReport> for LocationErrorFindings {
+    fn from(core: &process::LocationErrorReport) -> Self {
+        Self {
+            machine_has_errors: core.has_errors,
+            motions_posted: core.motions_posted,
+            motions_turned: core.motions_turned,
+            max_tip_um: core.max_tip.um(),
+            max_tip_line: core.max_tip_line,
+            max_axis_urad: core.max_axis.urad(),
+            max_axis_line: core.max_axis_line,
+            max_turn_deg: core.max_turn.deg(),
+            max_turn_line: core.max_turn_line,
+            max_axis_left_urad: core.max_axis_left.urad(),
+            max_axis_left_line: core.max_axis_left_line,
+            held_at_pole: core.held_at_pole,
+        }
+    }
+}
+
+/// What each step did to one motion of the upload.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = BlockChange)]
+pub struct BlockChangeDoc {
+    /// Line of the upload.
+    pub line: u64,
+    /// How far its end was moved because the machine is not the nominal one.
+    pub location_errors_um: f64,
+    /// By how much the tool axis at its end was turned for the same.
+    pub tool_axis_urad: f64,
+    /// How far its end was moved for the worn cutter.
+    pub wear_um: f64,
+    /// Largest correction of its course.
+    pub cc_um: f64,
+    /// How many blocks it became.
+    pub blocks_out: u32,
+}
+
+impl From<&process::BlockChange> for BlockChangeDoc {
+    fn from(core: &process::BlockChange) -> Self {
+        Self {
+            line: core.line,
+            location_errors_um: um(core.location_errors_mm),
+            tool_axis_urad: urad(core.axis_rad),
+            wear_um: um(core.wear_mm),
+            cc_um: um(core.cc_mm),
+            blocks_out: core.blocks_out,
+        }
+    }
+}
+
+/// Changes along the program, down-sampled: the largest shares of the motions that a point stands for; all of one length.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ChangeSeries)]
+pub struct ChangeSeriesDoc {
+    /// Line of the upload with the largest sum.
+    pub line: Vec<u64>,
+    /// Largest move by location errors.
+    pub location_errors_um: Vec<f64>,
+    /// Largest move for the worn cutter.
+    pub wear_um: Vec<f64>,
+    /// Largest correction of a course.
+    pub cc_um: Vec<f64>,
+}
+
+/// What the steps did to the blocks; every motion's share is in the job's table of changes.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Changes)]
+pub struct ChangesDoc {
+    /// SHA-256 of the table of changes.
+    pub changes_sha256: String,
+    /// Motions that any step did something to.
+    pub motions_changed: u64,
+    /// Those with the largest sum of shares, the largest first.
+    pub worst: Vec<BlockChangeDoc>,
+    /// All of them, down-sampled.
+    pub series: ChangeSeriesDoc,
+}
+
+impl ChangesDoc {
+    /// The core's totals, with the digest of the table.
+    #[must_use]
+    pub fn of(changes_sha256: String, core: &process::ChangeTotals) -> Self {
+        let points = core.series.points();
+        Self {
+            changes_sha256,
+            motions_changed: core.motions_changed,
+            worst: core.worst.iter().map(Into::into).collect(),
+            series: ChangeSeriesDoc {
+                line: points.iter().map(|point| point.line).collect(),
+                location_errors_um: points.iter().map(|point| um(point.location_errors_mm)).collect(),
+                wear_um: points.iter().map(|point| um(point.wear_mm)).collect(),
+                cc_um: points.iter().map(|point| um(point.cc_mm)).collect(),
+            },
+        }
+    }
+}
+
+/// One source of error over the whole program: its largest share as programmed and as written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = BudgetLine)]
+pub struct BudgetLineDoc {
+    /// As programmed.
+    pub before_um: f64,
+    /// Line of the upload.
+    pub before_line: Option<u64>,
+    /// As written.
+    pub after_um: f64,
+    /// Line of the upload.
+    pub after_line: Option<u64>,
+}
+
+impl From<&process::BudgetLine> for BudgetLineDoc {
+    fn from(core: &process::BudgetLine) -> Self {
+        Self {
+            before_um: um(core.before_mm),
+            before_line: core.before_line,
+            after_um: um(core.after_mm),
+            after_line: core.after_line,
+        }
+    }
+}
+
+/// Errors of one motion, by source.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = BlockError)]
+pub struct BlockErrorDoc {
+    /// Largest deviation of the contact from its line between the ends.
+    pub interpolation_um: f64,
+    /// Distance of the contact at the end from where the nominal machine would have it.
+    pub location_errors_um: f64,
+    /// Distance of the worn cutter's contact from the nominal one's.
+    pub wear_um: f64,
+    /// What the decimals of the written words leave.
+    pub rounding_um: f64,
+    /// Largest distance of the tip from its path through the drives.
+    pub servo_um: f64,
+    /// All of them added, as if they all pointed one way.
+    pub sum_um: f64,
+    /// Angle between the tool axis and what was meant.
+    pub tool_axis_urad: f64,
+}
+
+impl BlockErrorDoc {
+    fn of(shares: &process::ErrorShares, axis_rad: f64) -> Self {
+        Self {
+            interpolation_um: um(shares.interpolation_mm),
+            location_errors_um: um(shares.location_errors_mm),
+            wear_um: um(shares.wear_mm),
+            rounding_um: um(shares.rounding_mm),
+            servo_um: um(shares.servo_mm),
+            sum_um: um(shares.sum_mm()),
+            tool_axis_urad: urad(axis_rad),
+        }
+    }
+}
+
+/// One of the worst blocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = BlockBudget)]
+pub struct BlockBudgetDoc {
+    /// Line of the upload.
+    pub line: u64,
+    /// As programmed.
+    pub before: BlockErrorDoc,
+    /// As written.
+    pub after: BlockErrorDoc,
+}
+
+impl From<&process::BlockBudget> for BlockBudgetDoc {
+    fn from(core: &process::BlockBudget) -> Self {
+        let error = &core.error;
+        Self {
+            line: core.line,
+            before: BlockErrorDoc::of(&error.before, error.axis_before_rad),
+            after: BlockErrorDoc::of(&error.after, error.axis_after_rad),
+        }
+    }
+}
+
+/// Something the budget does not look at.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = NotModelled)]
+pub struct NotModelledDoc {
+    /// A stable word for it.
+    #[schema(example = "thermal")]
+    pub kind: String,
+    /// What it is.
+    pub detail: String,
+    /// How many motions, where it belongs to some.
+    pub count: Option<u64>,
+    /// First line of the upload, where it belongs to some motions.
+    pub line: Option<u64>,
+}
+
+impl From<&process::NotModelled> for NotModelledDoc {
+    fn from(core: &process::NotModelled) -> Self {
+        Self {
+            kind: core.kind.name().to_owned(),
+            detail: core.kind.text().to_owned(),
+            count: core.count,
+            line: core.first_line,
+        }
+    }
+}
+
+/// How much of the error comes from what, as programmed and as written.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ErrorBudget)]
+pub struct ErrorBudgetDoc {
+    /// The contact between the ends of blocks.
+    pub interpolation: BudgetLineDoc,
+    /// Location errors at the ends of blocks.
+    pub location_errors: BudgetLineDoc,
+    /// The worn cutter at the ends of blocks.
+    pub wear: BudgetLineDoc,
+    /// The decimals of the written words.
+    pub rounding: BudgetLineDoc,
+    /// The drives, on the written program.
+    pub servo: BudgetLineDoc,
+    /// The largest sum of one block.
+    pub sum: BudgetLineDoc,
+    /// Largest angle between the tool axis and what was meant, as programmed.
+    pub tool_axis_before_urad: f64,
+    /// The same as written.
+    pub tool_axis_after_urad: f64,
+    /// The blocks with the largest sum as written, the largest first.
+    pub worst: Vec<BlockBudgetDoc>,
+    /// What was not looked at.
+    pub not_modelled: Vec<NotModelledDoc>,
+}
+
+impl From<&process::ErrorBudget> for ErrorBudgetDoc {
+    fn from(core: &process::ErrorBudget) -> Self {
+        Self {
+            interpolation: (&core.interpolation).into(),
+            location_errors: (&core.location_errors).into(),
+            wear: (&core.wear).into(),
+            rounding: (&core.rounding).into(),
+            servo: (&core.servo).into(),
+            sum: (&core.sum).into(),
+            tool_axis_before_urad: urad(core.axis_before_rad),
+            tool_axis_after_urad: urad(core.axis_after_rad),
+            worst: core.worst.iter().map(Into::into).collect(),
+            not_modelled: core.not_modelled.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+/// What a compensation in one pass found and did. All lines are lines of the upload.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CompensationFindings {
+    /// Form the text was read in.
+    pub dialect: Dialect,
+    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    pub interpolation: Interpolation,
+    /// Blocks of the upload.
+    pub blocks_in: u64,
+    /// Blocks of the answer.
+    pub blocks_out: u64,
+    /// Blocks that are new.
+    pub blocks_inserted: u64,
+    /// The step for location errors; null where it was not asked for.
+    pub location_errors: Option<LocationErrorFindings>,
+    /// The step for the worn cutter; null where it was not asked for.
+    pub wear: Option<WearFindings>,
+    /// The step for the cutter-contact path; null where it was not asked for.
+    pub cc: Option<CcFindings>,
+    /// What the steps did to the blocks.
+    pub changes: ChangesDoc,
+    /// How much of the error comes from what.
+    pub error_budget: ErrorBudgetDoc,
+    /// What the caller should know of the steps that move ends; the step `cc` has its own.
+    pub warnings: Vec<Warning>,
+}
+
+/// The report of a compensation in one pass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CompensationReport {
+    /// What it was computed from.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+    /// What was found and done.
+    #[serde(flatten)]
+    pub findings: CompensationFindings,
+}
+
+/// One row of the table of changes: a motion that any step did something to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ChangeRow {
+    /// Line of the upload.
+    pub line: u64,
+    /// `rapid`, `linear`, `arc`, or `opaque` for a motion that is not followed.
+    #[serde(serialize_with = "motion_kind", skip_deserializing, default = "linear")]
+    pub kind: MotionKind,
+    /// How far its end was moved because the machine is not the nominal one.
+    pub location_errors_um: f64,
+    /// By how much the tool axis at its end was turned for the same.
+    pub tool_axis_urad: f64,
+    /// How far its end was moved for the worn cutter.
+    pub wear_um: f64,
+    /// Largest correction of its course.
+    pub cc_um: f64,
+    /// How many blocks it became.
+    pub blocks_out: u32,
+    /// Sum of its errors as programmed.
+    pub error_before_um: f64,
+    /// The same as written.
+    pub error_after_um: f64,
+}
+
+const fn linear() -> MotionKind {
+    MotionKind::Linear
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn motion_kind<S: serde::Serializer>(kind: &MotionKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match kind {
+        MotionKind::Rapid => "rapid",
+        MotionKind::Linear => "linear",
+        MotionKind::Arc => "arc",
+        MotionKind::Opaque => "opaque",
+    })
+}
+
+impl From<&process::BlockChange> for ChangeRow {
+    fn from(core: &process::BlockChange) -> Self {
+        Self {
+            line: core.line,
+            kind: core.kind,
+            location_errors_um: um(core.location_errors_mm),
+            tool_axis_urad: urad(core.axis_rad),
+            wear_um: um(core.wear_mm),
+            cc_um: um(core.cc_mm),
+            blocks_out: core.blocks_out,
+            error_before_um: um(core.error.before.sum_mm()),
+            error_after_um: um(core.error.after.sum_mm()),
+        }
+    }
+}
+
+/// Writes the table of changes row by row; the header stands also where there is none.
+pub struct ChangeTable<W: Write>(csv::Writer<W>);
+
+impl<W: Write> ChangeTable<W> {
+    const COLUMNS: [&'static str; 9] = [
+        "line",
+        "kind",
+        "location_errors_um",
+        "tool_axis_urad",
+        "wear_um",
+        "cc_um",
+        "blocks_out",
+        "error_before_um",
+        "error_after_um",
+    ];
+
+    /// A table with its header.
+    ///
+    /// # Errors
+    /// The output takes no more.
+    pub fn new(output: W) -> Result<Self, csv::Error> {
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(output);
+        writer.write_record(Self::COLUMNS)?;
+        Ok(Self(writer))
+    }
+
+    /// The output, with all rows in it.
+    ///
+    /// # Errors
+    /// The output takes no more.
+    pub fn into_inner(self) -> std::io::Result<W> {
+        self.0.into_inner().map_err(|fault| std::io::Error::other(fault.error().to_string()))
+    }
+}
+
+impl<W: Write> process::ChangeSink for ChangeTable<W> {
+    fn changed(&mut self, change: &process::BlockChange) -> std::io::Result<()> {
+        self.0.serialize(ChangeRow::from(change)).map_err(std::io::Error::from)
+    }
+}

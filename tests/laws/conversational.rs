@@ -1,0 +1,237 @@
+//! Laws of Heidenhain conversational programs and of cutter location data: tool-centre-point programs in these dialects
+//! keep the tolerance, seen by the witness, and what is not divided stays byte for byte.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+use trunnion::process::{CcParameters, CcReport, ContactSource};
+use trunnion::program::Dialect;
+use trunnion::units::Length;
+
+use crate::compensation::{parameters, run, witness};
+use crate::models::finishing::{Finishing, ac_machine, blade, impeller_flank, tool};
+use crate::models::witness::Verdict;
+use crate::tool_vectors::with_angles;
+
+/// The witness' sums and ours differ by rounding only, and by the ninth decimal of its angles [mm].
+const ARITHMETIC_MM: f64 = 1e-6;
+/// F words have no decimals, or one: 1200 is off by less than this.
+const TIME_SHARE: f64 = 0.005;
+
+/// A point as the program writes it, and as the witness needs it.
+struct Written {
+    tip: [String; 3],
+    angles: [String; 2],
+    axis: [String; 3],
+    normal: [String; 3],
+    first_of_pass: bool,
+}
+
+fn written(part: &Finishing) -> Vec<Written> {
+    let tables = witness(part, true);
+    part.points
+        .iter()
+        .map(|point| {
+            let angles = point.rotary_deg.map(|word| format!("{word:+.4}"));
+            let numbers = angles.each_ref().map(|word| word.parse().expect("a number"));
+            let axis = tables.forward(Vector3::zeros(), numbers).1;
+            Written {
+                tip: [0, 1, 2].map(|k| format!("{:+.4}", point.pose.tip_mm[k])),
+                angles,
+                axis: [0, 1, 2].map(|k| format!("{:.8}", axis[k])),
+                normal: [0, 1, 2].map(|k| format!("{:+.7}", point.normal[k])),
+                first_of_pass: point.first_of_pass,
+            }
+        })
+        .collect()
+}
+
+fn vector(words: &[String; 3]) -> Vector3<f64> {
+    Vector3::from_iterator(words.iter().map(|word| word.parse().expect("a number")))
+}
+
+/// U V W of the contact that normal and tool axis put at this tip, for the witness.
+fn contact(part: &Finishing, point: &Written, axis: Vector3<f64>) -> String {
+    let (corner, core) = (part.tool.corner_radius().mm(), part.tool.core_radius().mm());
+    let (n, t) = (vector(&point.normal).normalize(), axis.normalize());
+    let across = n - t * n.dot(&t);
+    let m = if core > 0.0 { across.normalize() } else { Vector3::zeros() };
+    let c = vector(&point.tip) + t * corner - n * corner - m * core;
+    format!("U{:.10} V{:.10} W{:.10}", c.x, c.y, c.z)
+}
+
+fn heidenhain(part: &Finishing) -> (String, String) {
+    let (mut text, mut source) = ("0 BEGIN PGM PART MM\n1 L M128\n".to_owned(), String::new());
+    let tables = witness(part, true);
+    for (k, point) in written(part).iter().enumerate() {
+        let [x, y, z] = &point.tip;
+        let [a, c] = &point.angles;
+        let [nx, ny, nz] = &point.normal;
+        let (number, place) = (10 * k + 10, format!("X{x} Y{y} Z{z}"));
+        let (normal, turn) = (format!("NX{nx} NY{ny} NZ{nz}"), format!("A{a} C{c}"));
+        let feed = if point.first_of_pass { "R0 FMAX" } else { "F1200" };
+        writeln!(text, "{number} LN {place} {normal} {turn} {feed}").expect("text");
+        let angles = point.angles.each_ref().map(|word| word.parse().expect("a number"));
+        let contact = contact(part, point, tables.forward(Vector3::zeros(), angles).1);
+        let code = if point.first_of_pass { "G0" } else { "G94 G1" };
+        writeln!(source, "{code} {place} {turn} {contact} F1200").expect("text");
+    }
+    text.push_str("99999 L M129\nEND PGM PART MM\n");
+    (text, source)
+}
+
+/// A conversational program as the witness reads it.
+fn from_heidenhain(text: &str) -> String {
+    let mut out = String::new();
+    for line in text.lines().filter(|line| line.contains(" X")) {
+        let code = if line.contains("FMAX") { "G0" } else { "G94 G1" };
+        let words: Vec<&str> = line
+            .split(' ')
+            .filter(|word| word.starts_with(['X', 'Y', 'Z', 'A', 'C', 'F']) && *word != "FMAX")
+            .collect();
+        writeln!(out, "{code} {}", words.join(" ")).expect("text");
+    }
+    out
+}
+
+fn apt(part: &Finishing) -> (String, String) {
+    let (mut text, mut source) =
+        ("PARTNO/PART\nUNITS/MM\nMULTAX/ON\nFEDRAT/1200.,MMPM\n".to_owned(), String::new());
+    for point in written(part) {
+        let plain =
+            |words: &[String; 3]| words.each_ref().map(|word| word.trim_start_matches('+').to_owned());
+        let [x, y, z] = plain(&point.tip);
+        let [i, j, k] = plain(&point.axis);
+        let [nx, ny, nz] = plain(&point.normal);
+        if point.first_of_pass {
+            text.push_str("RAPID\n");
+        }
+        writeln!(text, "GOTO/{x},{y},{z},{i},{j},{k},{nx},{ny},{nz}").expect("text");
+        let contact = contact(part, &point, vector(&point.axis));
+        let code = if point.first_of_pass { "G0" } else { "G94 G1" };
+        writeln!(source, "{code} X{x} Y{y} Z{z} I{i} J{j} K{k} {contact} F1200").expect("text");
+    }
+    text.push_str("FINI\n");
+    (text, with_angles(&source))
+}
+
+/// Cutter location data as the witness reads it.
+fn from_apt(text: &str) -> String {
+    let (mut out, mut feed, mut rapid) = (String::new(), String::new(), false);
+    for line in text.lines() {
+        if let Some(words) = line.strip_prefix("FEDRAT/") {
+            words.split(',').next().unwrap_or_default().clone_into(&mut feed);
+        } else if line.starts_with("RAPID") {
+            rapid = true;
+        } else if let Some(values) = line.strip_prefix("GOTO/") {
+            let code = if std::mem::take(&mut rapid) { "G0" } else { "G94 G1" };
+            let words: Vec<String> = values
+                .split(',')
+                .zip("XYZIJK".chars())
+                .map(|(value, letter)| format!("{letter}{value}"))
+                .collect();
+            writeln!(out, "{code} {} F{feed}", words.join(" ")).expect("text");
+        }
+    }
+    with_angles(&out)
+}
+
+fn judge(
+    part: &Finishing,
+    tolerance_um: f64,
+    text: &str,
+    source: &str,
+    back: fn(&str) -> String,
+) -> (String, CcReport, Vec<Verdict>) {
+    let parameters = CcParameters { tolerance: Length::from_um(tolerance_um), ..parameters(part) };
+    let (output, report) = run(part, &parameters, text).expect("compensated");
+    assert_eq!(report.contact, ContactSource::Normals);
+    let verdicts = witness(part, true).judge(source, &back(&output), 200);
+    let over = verdicts.iter().filter(|verdict| verdict.before > tolerance_um / 1000.0).count() as u64;
+    println!(
+        "{} {:?} {tolerance_um} µm: {} checked, {over} over, {} -> {} blocks",
+        part.name, report.dialect, report.motions_checked, report.blocks_in, report.blocks_out
+    );
+    assert_eq!(report.motions_over_tolerance, over);
+    assert!(over > 0 || tolerance_um > 1.0, "nothing to do");
+    assert_eq!(report.motions_checked, verdicts.len() as u64);
+    for verdict in &verdicts {
+        assert!(verdict.after <= tolerance_um / 1000.0 + ARITHMETIC_MM, "line {}", verdict.line);
+        assert!(verdict.parts == 1 || verdict.before > tolerance_um / 1000.0 - ARITHMETIC_MM);
+        assert!(
+            (verdict.time_ratio - 1.0).abs() < TIME_SHARE,
+            "line {}: {}",
+            verdict.line,
+            verdict.time_ratio
+        );
+    }
+    // Every line of the source that was not divided is there as it was.
+    let mut lines = output.lines();
+    let kept = text.lines().filter(|line| lines.clone().any(|written| written == *line)).count() as u64;
+    let total = text.lines().count() as u64;
+    assert!(lines.next().is_some() && total - kept <= over, "{kept} of {total}");
+    (output, report, verdicts)
+}
+
+fn parts() -> [Finishing; 2] {
+    [blade(ac_machine(), tool(5.0, 5.0), 25, 3), impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3)]
+}
+
+#[test]
+fn conversational_programs_keep_the_tolerance_seen_by_the_witness() {
+    for part in parts() {
+        let (text, source) = heidenhain(&part);
+        for tolerance_um in [2.0, 0.5] {
+            let (output, report, _) = judge(&part, tolerance_um, &text, &source, from_heidenhain);
+            assert_eq!(report.dialect, Dialect::Heidenhain);
+            for line in output.lines().filter(|line| line.contains(" X")) {
+                let (number, statement) = line.split_once(' ').expect("two words");
+                assert!(number.parse::<u32>().is_ok() && statement.starts_with("LN X"), "{line}");
+                let mut coordinates =
+                    statement.split(' ').filter(|word| word.starts_with(['X', 'Y', 'Z', 'A', 'C']));
+                assert!(coordinates.all(|word| word[1..].starts_with(['+', '-'])), "{line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cutter_location_data_keeps_the_tolerance_seen_by_the_witness() {
+    for part in parts() {
+        let (text, source) = apt(&part);
+        for tolerance_um in [2.0, 0.5] {
+            let (output, report, _) = judge(&part, tolerance_um, &text, &source, from_apt);
+            assert_eq!(report.dialect, Dialect::Apt);
+            for line in output.lines() {
+                let is_point =
+                    line.strip_prefix("GOTO/").is_some_and(|values| values.split(',').count() == 9);
+                let is_feed = line.starts_with("FEDRAT/") && line.ends_with(",MMPM");
+                assert!(is_point || is_feed || text.lines().any(|own| own == line), "{line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn within_tolerance_both_come_back_byte_for_byte() {
+    for part in parts() {
+        for text in
+            [heidenhain(&part).0, apt(&part).0, heidenhain(&part).0.replace('\n', "\r\n").replace('.', ",")]
+        {
+            let parameters = CcParameters { tolerance: Length::from_mm(1.0), ..parameters(&part) };
+            let (output, report) = run(&part, &parameters, &text).expect("compensated");
+            assert!(report.motions_checked > 60 && output == text, "{}", report.motions_checked);
+        }
+    }
+}
+
+#[test]
+fn programs_with_decimal_commas_get_decimal_commas() {
+    for part in parts() {
+        let text = heidenhain(&part).0;
+        let parameters = CcParameters { tolerance: Length::from_um(0.5), ..parameters(&part) };
+        let (output, _) = run(&part, &parameters, &text).expect("compensated");
+        let (with_commas, _) = run(&part, &parameters, &text.replace('.', ",")).expect("compensated");
+        assert!(output != text && with_commas == output.replace('.', ","));
+    }
+}
