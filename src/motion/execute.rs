@@ -307,6 +307,11 @@ impl Interpreter {
                     self.modal.macro_call = Some(false);
                     self.position.forget_all();
                 }
+                Code::Statement(statement) => {
+                    if let Some(new) = self.apply_statement(statement, reason) {
+                        also(&mut action, new);
+                    }
+                }
                 Code::ProgramFrame(frame, added) => {
                     self.program_frame(frame, added);
                     also(&mut action, Action::Frame);
@@ -350,11 +355,6 @@ impl Interpreter {
                 }
                 Code::RoundsCorners(on) => self.modal.rounds_corners = on,
                 Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
-                Code::Statement(statement) => {
-                    if let Some(new) = self.apply_statement(statement, reason) {
-                        also(&mut action, new);
-                    }
-                }
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }

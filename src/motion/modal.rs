@@ -35,6 +35,10 @@ pub(super) enum Transformation {
     PolarWords,
     PolarInterpolation,
     Cylinder,
+    /// A tilted working plane of a conversational program.
+    Tilt,
+    /// The tool stands along another axis than Z.
+    ToolAxis,
     /// TOROT, TOFRAME.
     ToolFrame,
     /// PAROT.
@@ -47,10 +51,6 @@ pub(super) enum Transformation {
     Orientation,
     /// DIAMON.
     Diameter,
-    /// A tilted working plane of a conversational program.
-    Tilt,
-    /// The tool stands along another axis than Z.
-    ToolAxis,
 }
 
 /// How many transformations there are.

@@ -44,11 +44,11 @@ pub struct Motion {
     pub linear_end_mm: Option<[f64; 3]>,
     /// The tool axis at the end, as written (not normalised), where the program states it as a vector.
     pub tool_axis: Option<[f64; 3]>,
+    /// X Y Z \[mm\] and the tool axis at the start, where it was stated as a vector before.
+    pub vector_start: Option<([f64; 3], [f64; 3])>,
     /// What TRANS and ATRANS add to X Y Z of this motion to give the place in the work offset \[mm\]; `None` where
     /// that is not known. Where it is not zero, `offset_changed` is set.
     pub program_offset_mm: Option<[f64; 3]>,
-    /// X Y Z \[mm\] and the tool axis at the start, where it was stated as a vector before.
-    pub vector_start: Option<([f64; 3], [f64; 3])>,
     /// Contact words of the block.
     pub contact: ContactWords,
     /// Feed, after the block's own words.

@@ -132,9 +132,6 @@ pub enum Unfollowable {
     /// M83, or E in G91: E counts from the block before.
     #[error("the extruder word counts from the block before")]
     RelativeExtruder,
-    /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
-    #[error("a word of the block changes the motion in a way that is not followed")]
-    ControlWord,
     /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
     #[error("the control works out where this motion ends")]
     ContourElement,
@@ -144,6 +141,9 @@ pub enum Unfollowable {
     /// M126 and a turn by half a turn or more.
     #[error("a rotary axis takes the shorter way around, not the one its words say")]
     ShortestPath,
+    /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
+    #[error("a word of the block changes the motion in a way that is not followed")]
+    ControlWord,
     /// Two codes of the motion group, or codes that use the same words, in one block.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,

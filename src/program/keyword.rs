@@ -77,6 +77,8 @@ keywords! {
     Spline,
     /// `TURN=`, `FB=`: the motion ends where it says, but takes another course or time there.
     OtherCourse,
+    /// `CIRCLE/`: of cutter location data.
+    Circle,
     /// A standard cycle, executed once.
     Cycle,
     /// `MCALL CYCLE81(…)`: a standard cycle at every motion.
@@ -111,6 +113,10 @@ keywords! {
     CornerRoundingOff,
     /// `PRESETON`: axes are given other positions.
     AxisPreset,
+    /// A datum preset of a conversational program.
+    Preset,
+    /// A statement whose meaning for the path is not known.
+    UnknownStatement,
     /// `REPOSA` and its kin.
     Reposition,
     // --- Heidenhain

@@ -199,13 +199,13 @@ impl Reader {
                     Dialect::Iso | Dialect::Csv => {
                         Some(LineRead::one(iso::read_line(text, start, shift, line, &mut self.current)))
                     }
-                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
                     Dialect::Heidenhain => {
                         heidenhain::read_line(text, start, shift, line, self.finished, &mut self.current)
                     }
                     Dialect::Apt => {
                         apt::read_line(text, start, shift, line, self.finished, &mut self.current)
                     }
+                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
                 };
                 // A statement that runs on needs its last line.
                 let Some(read) = read else {

@@ -178,6 +178,8 @@ pub(super) enum Code {
     Call,
     ModalCall,
     EndModalCall,
+    /// A statement word with a meaning of its own.
+    Statement(Statement),
     /// TRANS, ROT, SCALE, MIRROR; true: added to the programmable frame, not in place of it.
     ProgramFrame(ProgramFrame, bool),
     /// MCALL of a standard cycle, which leaves modes as they are.
@@ -202,8 +204,6 @@ pub(super) enum Code {
     ToolOffset,
     RoundsCorners(bool),
     VectorsInMachine(bool),
-    /// A statement word with a meaning of its own.
-    Statement(Statement),
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,

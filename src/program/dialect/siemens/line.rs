@@ -200,7 +200,7 @@ impl Line<'_> {
             b'/' if self.has_only_number() => {
                 self.flags.set(BlockFlags::DELETE);
                 self.at += 1;
-                if matches!(self.byte(self.at), b'0'..=b'9') && !self.byte(self.at + 1).is_ascii_digit() {
+                if self.byte(self.at).is_ascii_digit() && !self.byte(self.at + 1).is_ascii_digit() {
                     self.at += 1;
                 }
             }
