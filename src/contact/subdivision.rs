@@ -48,6 +48,21 @@ impl Resolution {
             origin_deg + round_to_decimals(angles_deg[k] - origin_deg, self.rotary_decimals)
         })
     }
+
+    /// The angles that the control turns to when a point of this block is written at these \[deg\]; and the tool axis as it
+    /// is written, where it is written as a vector and turns.
+    #[must_use]
+    pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
+        let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
+        let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);
+        if start == end {
+            return (start, None);
+        }
+        let axis: [f64; 3] = block.kinematics.axis(rotary_rad(block.machine, angles_deg)).into();
+        let written = axis.map(|component| round_to_decimals(component, decimals));
+        let near = block.kinematics.words_near(Vec3::from(written), angles_deg, 0.0);
+        (near.map_or(angles_deg, |near| near.words_deg), Some(written))
+    }
 }
 
 /// The end of an inserted block.
@@ -97,13 +112,8 @@ pub fn nodes(
 
 fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resolution: &Resolution) -> Node {
     let mut words = block.words_at(fraction);
-    let written_axis = match resolution.axis_decimals {
-        Some(decimals) => write_axis(block, &mut words.rotary_deg, decimals),
-        None => {
-            words.rotary_deg = resolution.rotary_deg(words.rotary_deg);
-            None
-        }
-    };
+    let (rotary_deg, written_axis) = resolution.turned(block, words.rotary_deg);
+    words.rotary_deg = rotary_deg;
     let pose = Station::new(block.machine, block.kinematics, block.mode, words).pose;
     let tip_mm = repaired_tip_mm(block, correction, fraction, &pose);
     let exact = match block.mode {
@@ -117,21 +127,6 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
     let station = Station::new(block.machine, block.kinematics, block.mode, written);
     let contact_mm = tip_mm + block.carry.at(&block.tool, fraction, pose.axis).offset_mm;
     Node { fraction, station, contact_mm, written_axis }
-}
-
-/// The tool axis at these rotary words as it is written, and the words that a control turns it into; `None` where it
-/// stands still through the block, so that nothing is written.
-fn write_axis(block: &SourceBlock<'_>, rotary_deg: &mut [f64; 2], decimals: u8) -> Option<[f64; 3]> {
-    let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);
-    if start == end {
-        return None;
-    }
-    let axis: [f64; 3] = block.kinematics.axis(rotary_rad(block.machine, *rotary_deg)).into();
-    let written = axis.map(|component| round_to_decimals(component, decimals));
-    if let Ok(near) = block.kinematics.words_near(Vec3::from(written), *rotary_deg, 0.0) {
-        *rotary_deg = near.words_deg;
-    }
-    Some(written)
 }
 
 /// The parts of a divided block as the machine will run them.

@@ -41,7 +41,7 @@ impl Numbering {
     /// no number or there is no room before the next one; behind the last one of a batch the program's smallest step
     /// is the room.
     pub(super) fn behind(&self, batch: &Batch, block: usize, count: u64) -> Option<u64> {
-        if !self.increases || count == 0 {
+        if !self.increases || self.last.is_none() || count == 0 {
             return None;
         }
         let number =

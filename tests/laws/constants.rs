@@ -33,6 +33,7 @@ fn without_parameters(text: &str) -> String {
 
 #[test]
 fn expressions_are_compensated_as_their_values_are() {
+    let mut over = 0;
     for part in
         [blade(ac_machine(), tool(5.0, 5.0), 25, 3), impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3)]
     {
@@ -44,11 +45,12 @@ fn expressions_are_compensated_as_their_values_are() {
             let (expected, by_values) = run(&part, &parameters, &plain).expect("compensated");
             let (output, by_expressions) = run(&part, &parameters, &text).expect("compensated");
             assert!(without_parameters(&output) == expected, "{} {form:?}", part.name);
-            assert!(by_values.motions_over_tolerance > 0);
+            over += by_values.motions_over_tolerance;
             let after = [by_expressions, by_values].map(|report| report.after.max_mm.to_bits());
             assert_eq!(after[0], after[1]);
             // What does not move keeps its expression.
-            assert!(output.matches("[#<s>*").count() > 100);
+            assert!(output.matches("[#<s>*").count() > 10);
         }
     }
+    assert!(over > 100, "{over}");
 }

@@ -248,7 +248,7 @@ impl Task<'_, '_> {
             }
             let mut rotary_deg = [0.0; 2];
             (rotary_deg[u], rotary_deg[v]) = (words[0], words[1]);
-            let rotary_deg = self.resolution.rotary_deg(rotary_deg);
+            let (rotary_deg, written_axis) = self.resolution.turned(self.block, rotary_deg);
             let angles = rotary_rad(self.planner.cutting.machine, rotary_deg);
             let axis = kinematics.axis(angles);
             let offset_mm = self.block.carry.at(&self.block.tool, fraction, axis).offset_mm;
@@ -261,7 +261,7 @@ impl Task<'_, '_> {
             let linear_mm = self.resolution.linear_mm(exact.into());
             let words = AxisWords { linear_mm, rotary_deg };
             let station: Station = self.planner.station(self.pending.mode, words);
-            nodes.push(Node { fraction, station, contact_mm, written_axis: None });
+            nodes.push(Node { fraction, station, contact_mm, written_axis });
         }
         nodes
     }

@@ -66,6 +66,7 @@ pub fn treat_singular_regions(
     run.close(stop)?;
     run.write_held(output)?;
     run.inventory.inserted += run.emitter.feed_blocks;
+    run.inventory.join(&run.emitter.numbers);
     run.verifier.finish(&run.inventory)?;
     output.flush()?;
     let mut warnings = Warnings::default();
@@ -109,7 +110,7 @@ impl<'a> Run<'a> {
         Self {
             planner,
             collector: Collector::new(cutting, zone),
-            emitter: Emitter::default(),
+            emitter: Emitter::new(planner.survey.numbering),
             verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options),
             inventory: Inventory::default(),
             held: VecDeque::new(),
