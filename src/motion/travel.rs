@@ -1,7 +1,7 @@
 //! Axis words into a motion.
 
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
-use super::modal::{ModalFeed, MotionMode, ToolLength};
+use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
 use super::{
     AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
@@ -376,15 +376,15 @@ impl Interpreter {
         let now = self.modal.offset();
         now.is_none()
             || self.modal.program_offset_mm != Some([0.0; 3])
-            || self.first_offset.is_some_and(|first| first != now)
+            || (self.first_offset != FirstOffset::NoPoint && self.first_offset != FirstOffset::At(now))
     }
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
         let is_complete =
             motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
-        if self.first_offset.is_none() && is_complete {
-            self.first_offset = Some(self.modal.offset());
+        if self.first_offset == FirstOffset::NoPoint && is_complete {
+            self.first_offset = FirstOffset::At(self.modal.offset());
         }
         motion.offset_changed = self.offset_changed();
     }
