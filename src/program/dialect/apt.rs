@@ -389,7 +389,7 @@ fn feed(scan: &mut Scan<'_>, start: usize) -> BlockKind {
         let end = word_end(scan, from);
         if end == from {
             scan.fail_unexpected(from);
-            break;
+            return BlockKind::Malformed;
         }
         let keyword = match Upper::of(scan.slice(from, end)).as_bytes() {
             b"MMPM" => Keyword::MmPerMinute,
