@@ -19,6 +19,7 @@ mod programs;
 mod servo;
 mod side_by_side;
 mod singularity;
+mod statements;
 mod surface_contact;
 mod tool_vectors;
 mod virtual_cutting;
