@@ -219,6 +219,8 @@ keywords! {
     CycleOn,
     /// `CYCLE/OFF`
     CycleOff,
+    /// `CUTTER/`: the shape of the tool; equal shapes have equal P words.
+    Cutter,
     /// `MULTAX/ON`
     MultaxOn,
     /// `MULTAX/OFF`
