@@ -68,6 +68,9 @@ impl Interpreter {
         let vector_start = self.position.linear_mm().zip(self.position.tool_axis());
         let word_reason = self.word_reason(kind);
         self.take_axis_words();
+        if self.modal.vectors_in_machine && present & VECTORS != 0 {
+            self.position.forget_rotary();
+        }
         let extra = self.take_other_words();
         let mut motion = self.motion_shell(index, block, kind);
         let in_program_axes = !matches!(
@@ -122,6 +125,10 @@ impl Interpreter {
             });
             self.corner_open |= block.present & R != 0;
         }
+        if kind == MotionKind::Arc && block.absolute & (I | J | K) != 0 {
+            // `I=AC(…)`: a centre that does not move with the ends.
+            reason = Some(Unfollowable::ControlWord);
+        }
         if block.present & bit(self.foreign_address) != 0
             && (block.value(self.foreign_address).is_none()
                 || block.value(self.foreign_address) != self.position.foreign_deg
@@ -132,6 +139,9 @@ impl Interpreter {
         let has_axis = matches!(self.modal.tool_length, Some(ToolLength::Tcp | ToolLength::Vector) | None);
         if block.present & VECTORS != 0 && !has_axis {
             reason = Some(Unfollowable::VectorWord { address: Address::TI });
+        }
+        if block.present & VECTORS != 0 && self.modal.vectors_in_machine {
+            reason = Some(Unfollowable::ControlWord);
         }
         if block.present & POINTS != 0
             && CONTACT.iter().any(|&address| {

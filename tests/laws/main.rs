@@ -18,6 +18,7 @@ mod program;
 mod programs;
 mod servo;
 mod side_by_side;
+mod siemens;
 mod singularity;
 mod statements;
 mod surface_contact;
