@@ -158,7 +158,8 @@ impl Interpreter {
             Some(Action::Unknown) => {
                 let odd = batch.words(block).iter().find(|word| is_unknown(self.dialect, word));
                 let (start, end) = odd.map_or((block.start, block.body_end), |word| (word.start, word.end));
-                let text = odd.map_or(&b""[..], |word| batch.word_text(word));
+                let text =
+                    odd.map_or_else(|| batch.block_text(block).trim_ascii(), |word| batch.word_text(word));
                 let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
                 diagnostics.push(at_bytes(batch, block, start, end, code));
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
