@@ -1,6 +1,8 @@
 //! Laws of Heidenhain conversational programs and of cutter location data: tool-centre-point programs in these dialects
 //! keep the tolerance, seen by the witness, and what is not divided stays byte for byte.
 
+#![expect(clippy::print_stdout, reason = "it tells what it measured")]
+
 use std::fmt::Write;
 use std::ops::ControlFlow;
 
