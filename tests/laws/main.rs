@@ -20,6 +20,7 @@ mod servo;
 mod side_by_side;
 mod siemens;
 mod singularity;
+mod statements;
 mod surface_contact;
 mod tool_vectors;
 mod virtual_cutting;

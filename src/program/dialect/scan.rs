@@ -277,6 +277,9 @@ impl<'a> Scan<'a> {
 
     #[inline]
     fn push(&mut self, word: Word) {
+        if self.kind == Some(BlockKind::Malformed) {
+            return;
+        }
         if self.batch.words.len() - self.first_word >= MAX_WORDS {
             return self.fail(
                 DiagnosticCode::TooManyWords { max: MAX_WORDS },
