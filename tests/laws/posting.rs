@@ -11,7 +11,9 @@ use proptest::prelude::*;
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Joints, Kinematics, Setup};
 use trunnion::machine::{Machine, MachineParts, RotaryAxis, Squareness, Travel};
-use trunnion::process::{CompensationParameters, Fault, LineFaultKind, NotModelledKind};
+use trunnion::process::{
+    CompensationParameters, ContactSource, Fault, LineFaultKind, NotModelledKind, WearStep, WornCutter,
+};
 use trunnion::program::Dialect;
 
 use super::compensation::witness;
@@ -124,6 +126,63 @@ fn under_tool_centre_point_control_rotary_words_alone_are_posted_in_every_dialec
     let mixed = vectors.replace("TRAORI\n", "TRAORI\nG1 X0.0000 Y0.0000 Z20.0000 A-30.0000 C40.0000 F800\n");
     let Err(Fault::Lines(faults)) = run(&machine, &location, &mixed) else { panic!("a mixed program") };
     assert_eq!(faults.kept[0].line, 4, "{faults:?}");
+}
+
+#[test]
+fn words_with_a_sense_of_their_own_lead_where_plain_ones_do() {
+    let machine = with_errors(&ac_machine(), errors());
+    let siemens = |machine: &Machine, text: &str, location_errors: bool| {
+        let wear = WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)));
+        let wear = Some(WearStep { contact: ContactSource::FeedPlane, ..wear });
+        let parameters = CompensationParameters {
+            wear: wear.filter(|_| !location_errors),
+            location_errors,
+            dialect: Some(Dialect::Siemens),
+            ..CompensationParameters::new()
+        };
+        done(machine, &parameters, text).0
+    };
+    let head = "G90 G71 G94\nG0 X0.0000 Y0.0000 Z20.0000 A=-30.0000 C=40.0000\n";
+    let plain = format!(
+        "{head}G1 X10.0000 Y3.0000 Z21.0000 F800\nX15.0000 A-35.0000 C43.0000\nX0.0000 Y4.0000\nM30\n"
+    );
+    let own = format!(
+        "{head}G1 X=IC(10.0000) Y3.0000 Z=IC(1.0000) F800\nG91 X5.0000 A=AC(-35.0000) C3.0000\nX=AC(0.0000) Y1.0000\nM30\n"
+    );
+    assert_eq!(siemens(&ac_machine(), &own, false), own);
+    assert_eq!(siemens(&ac_machine(), &own, true), own);
+    let (by_plain, by_own) = (siemens(&machine, &plain, true), siemens(&machine, &own, true));
+    let plain_places: Vec<[f64; 5]> = places(&by_plain);
+    let own_places = places(&by_own);
+    assert_eq!((plain_places.len(), own_places.len()), (4, 4), "{by_own}");
+    for (a, b) in plain_places.iter().flatten().zip(own_places.iter().flatten()) {
+        assert!((a - b).abs() < 1.01e-4, "{by_plain}\n{by_own}");
+    }
+}
+
+/// Where X Y Z A C stand behind every block with one of them, by a reading of its own.
+fn places(text: &str) -> Vec<[f64; 5]> {
+    let (mut at, mut incremental, mut found) = ([0.0; 5], false, Vec::new());
+    for line in text.lines() {
+        let mut moved = false;
+        for word in line.split(' ') {
+            incremental = if word == "G91" { true } else { incremental && word != "G90" };
+            let Some(k) = ["X", "Y", "Z", "A", "C"].iter().position(|letter| word.starts_with(letter)) else {
+                continue;
+            };
+            let value = word[1..].trim_start_matches('=').trim_end_matches(')');
+            let (counts, value) = match (value.strip_prefix("IC("), value.strip_prefix("AC(")) {
+                (Some(value), _) => (true, value),
+                (_, Some(value)) => (false, value),
+                _ => (incremental, value),
+            };
+            let value: f64 = value.parse().expect("a number");
+            at[k] = if counts { at[k] + value } else { value };
+            moved = true;
+        }
+        found.extend(moved.then_some(at));
+    }
+    found
 }
 
 fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
