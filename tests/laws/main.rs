@@ -19,6 +19,7 @@ mod program;
 mod programs;
 mod servo;
 mod side_by_side;
+mod siemens;
 mod singularity;
 mod surface_contact;
 mod tool_vectors;
