@@ -14,6 +14,7 @@ mod numbering;
 mod one_pass;
 mod path;
 mod post;
+mod posting;
 mod program;
 mod programs;
 mod servo;

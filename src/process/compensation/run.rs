@@ -36,6 +36,7 @@ use crate::wear::SideBySide;
 /// # Errors
 /// No step named, or why the program is refused; `output` then holds text that must not be run and has to be thrown
 /// away, and so has what `changes` got.
+#[expect(clippy::too_many_arguments, reason = "what goes in, what comes out, and who does the work")]
 pub fn compensate_program(
     machine: &Machine,
     parameters: &CompensationParameters,
