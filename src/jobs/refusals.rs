@@ -26,7 +26,9 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
             plain(program, first.map(|(_, line)| line), Vec::new())
         }
         // faults of the drives only come of a simulation, which has looked at them already
-        process::Fault::NoMotion | process::Fault::Servo(_) => plain(program, None, Vec::new()),
+        process::Fault::NoMotion
+        | process::Fault::Servo(_)
+        | process::Fault::NotCutterLocationData { .. } => plain(program, None, Vec::new()),
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }

@@ -4,11 +4,11 @@ use std::io;
 
 use thiserror::Error;
 
-use super::{LeftOutReason, VerificationFault};
+use super::{LeftOutReason, NotPosted, VerificationFault};
 use crate::contact::ContactFault;
 use crate::machine::Travel;
 use crate::motion::Unfollowable;
-use crate::program::{Diagnostics, ReadFault, WriteFault};
+use crate::program::{Diagnostics, Dialect, ReadFault, WriteFault};
 use crate::servo::ServoFault;
 use crate::wear::ShiftFault;
 
@@ -91,6 +91,9 @@ pub enum LineFaultKind {
         /// Largest angle within reach \[deg\].
         max_deg: f64,
     },
+    /// A line of cutter location data that cannot be posted.
+    #[error(transparent)]
+    NotPosted(#[from] NotPosted),
     /// The same under another work offset.
     #[error("the motion has to be moved, but another work offset than the first is active")]
     OtherWorkOffset,
@@ -188,6 +191,12 @@ pub enum Fault {
         left_out: u64,
         /// Why the first of them, and its line.
         first: Option<(LeftOutReason, u64)>,
+    },
+    /// A program in another dialect than cutter location data was to be posted.
+    #[error("only cutter location data can be posted; this program is {dialect}")]
+    NotCutterLocationData {
+        /// Its dialect.
+        dialect: Dialect,
     },
     /// What a verification is asked to do makes no sense.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]

@@ -9,6 +9,7 @@ mod judge;
 mod numbering;
 mod parameters;
 mod plan;
+mod post;
 mod read_back;
 mod report;
 mod sampler;
@@ -32,6 +33,7 @@ pub use compensation::{
 };
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
+pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};

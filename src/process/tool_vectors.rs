@@ -8,7 +8,7 @@ use crate::contact::rotary_rad;
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{Kinematics, Setup, ToolPose};
 use crate::machine::{Machine, Travel};
-use crate::motion::{AxisWords, Interpolation, Motion, Unfollowable};
+use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 
 /// Tool axes half way along a motion by linear rotary axes and by the great circle that count as one \[rad\]: at the
 /// end of a radius of 5 mm they are 5 µm apart, a quarter of that in two parts.
@@ -59,7 +59,9 @@ impl ToolVectors {
         if motion.unfollowable != Some(Unfollowable::ToolVector) {
             return;
         }
-        let is_same = motion.start.is_none_or(|start| self.course_rad(&start, &words) <= SAME_COURSE_RAD);
+        // What a rapid does on its way cuts nothing.
+        let is_same = motion.kind == MotionKind::Rapid
+            || motion.start.is_none_or(|start| self.course_rad(&start, &words) <= SAME_COURSE_RAD);
         if is_same {
             motion.unfollowable = None;
         }

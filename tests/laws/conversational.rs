@@ -2,15 +2,16 @@
 //! keep the tolerance, seen by the witness, and what is not divided stays byte for byte.
 
 use std::fmt::Write;
+use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
-use trunnion::process::{CcParameters, CcReport, ContactSource};
+use trunnion::process::{CcParameters, CcReport, ContactSource, WearParameters, WornCutter, compensate_wear};
 use trunnion::program::Dialect;
 use trunnion::units::Length;
 
 use crate::compensation::{parameters, run, witness};
 use crate::models::finishing::{Finishing, ac_machine, blade, impeller_flank, tool};
-use crate::models::witness::Verdict;
+use crate::models::witness::{Verdict, scan};
 use crate::tool_vectors::with_angles;
 
 /// The witness' sums and ours differ by rounding only, and by the ninth decimal of its angles [mm].
@@ -94,7 +95,7 @@ fn from_heidenhain(text: &str) -> String {
     out
 }
 
-fn apt(part: &Finishing) -> (String, String) {
+pub(crate) fn apt(part: &Finishing) -> (String, String) {
     let (mut text, mut source) =
         ("PARTNO/PART\nUNITS/MM\nMULTAX/ON\nFEDRAT/1200.,MMPM\n".to_owned(), String::new());
     for point in written(part) {
@@ -233,5 +234,51 @@ fn programs_with_decimal_commas_get_decimal_commas() {
         let (output, _) = run(&part, &parameters, &text).expect("compensated");
         let (with_commas, _) = run(&part, &parameters, &text.replace('.', ",")).expect("compensated");
         assert!(output != text && with_commas == output.replace('.', ","));
+    }
+}
+
+/// Half the last of four decimals in each of three words [mm].
+const ROUNDING_MM: f64 = 0.000_05 * 1.732_051 + 1e-6;
+
+#[test]
+fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
+    let worn = tool(5.8, 1.4);
+    for part in parts() {
+        let (corner, core) = (part.tool.corner_radius().mm(), part.tool.core_radius().mm());
+        for (text, back) in
+            [(heidenhain(&part).0, from_heidenhain as fn(&str) -> String), (apt(&part).0, from_apt)]
+        {
+            let run = |cutter| {
+                let parameters = WearParameters {
+                    setup: part.setup,
+                    ..WearParameters::new(part.tool, WornCutter::Tool(cutter))
+                };
+                let mut output = Vec::new();
+                let source = text.as_bytes().to_vec();
+                compensate_wear(&part.machine, &parameters, &source, &mut output, &|| {
+                    ControlFlow::Continue(())
+                })
+                .map(|_| String::from_utf8(output).expect("text"))
+            };
+            assert_eq!(run(part.tool).expect("no wear"), text, "{}", part.name);
+            if core <= 0.0 {
+                continue;
+            }
+            let output = run(worn).expect("moved");
+            let tables = witness(&part, true);
+            let moved = scan(&back(&output), tables.letters);
+            assert_eq!(moved.len(), part.points.len());
+            for ((line, point), source) in
+                moved.iter().zip(written(&part)).zip(scan(&back(&text), tables.letters))
+            {
+                let t = tables.forward(source.q, source.angle).1;
+                let n = vector(&point.normal).normalize();
+                let m = (n - t * n.dot(&t)).normalize();
+                let shift =
+                    (n - t) * (worn.corner_radius().mm() - corner) + m * (worn.core_radius().mm() - core);
+                let off_mm = (line.q - source.q - shift).norm();
+                assert!(off_mm <= ROUNDING_MM, "line {}: {off_mm}", line.number);
+            }
+        }
     }
 }

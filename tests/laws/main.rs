@@ -13,6 +13,7 @@ mod machines;
 mod numbering;
 mod one_pass;
 mod path;
+mod post;
 mod program;
 mod programs;
 mod servo;

@@ -1,0 +1,80 @@
+//! Arcs of cutter location data as chords.
+
+use super::NotPosted;
+use crate::geometry::{Vec3, angle_about, trig};
+
+/// Ends may be off their circle by this \[mm\], or by this share of its radius: six decimals of a text, and chords.
+const OFF_CIRCLE_MM: f64 = 0.01;
+/// Ends this near are one point: a full circle \[mm\].
+const SAME_POINT_MM: f64 = 1e-6;
+/// Most chords of an arc.
+const MAX_CHORDS: f64 = 100_000.0;
+
+/// `CIRCLE/x,y,z,i,j,k…`: centre and axis; the arc turns counterclockwise seen from where the axis points to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Circle {
+    centre_mm: Vec3,
+    axis: Vec3,
+}
+
+impl Circle {
+    /// Reads the statement; lengths in program units of `mm_per_unit`.
+    pub(super) fn read(statement: &[u8], mm_per_unit: f64) -> Option<Self> {
+        let text = std::str::from_utf8(statement).ok()?;
+        let mut numbers = text.split_once('/')?.1.split(',').map(|item| {
+            item.trim_matches(|c: char| c.is_whitespace() || c == '$')
+                .parse::<f64>()
+                .ok()
+                .filter(|x| x.is_finite())
+        });
+        let mut vector = || Some(Vec3::new(numbers.next()??, numbers.next()??, numbers.next()??));
+        let centre_mm = vector()? * mm_per_unit;
+        let axis = vector()?.try_normalize(1e-3)?;
+        Some(Self { centre_mm, axis })
+    }
+
+    /// The points behind `start` at which chords end, `end` the last.
+    ///
+    /// # Errors
+    /// Why it is no arc.
+    pub(super) fn chords(&self, start: Vec3, end: Vec3, tolerance_mm: f64) -> Result<Vec<Vec3>, NotPosted> {
+        let across = |point: Vec3| {
+            let from = point - self.centre_mm;
+            let along = from.dot(&self.axis);
+            (from - self.axis * along, along)
+        };
+        let ((from, low), (to, high)) = (across(start), across(end));
+        let (radius_mm, other_mm) = (from.norm(), to.norm());
+        if (radius_mm - other_mm).abs() > OFF_CIRCLE_MM.max(1e-3 * radius_mm) || radius_mm < SAME_POINT_MM {
+            return Err(NotPosted::Arc { why: "its ends are not on one circle about its centre" });
+        }
+        let turn = angle_about(self.axis, from, to);
+        let turn_rad = if (start - end).norm() < SAME_POINT_MM || turn.abs() < 1e-12 {
+            std::f64::consts::TAU
+        } else if turn < 0.0 {
+            turn + std::f64::consts::TAU
+        } else {
+            turn
+        };
+        // Sagitta r(1 − cos(step/2)) ≤ tolerance, with sin²(step/4) = sagitta / 2r.
+        let sagitta = (tolerance_mm / (2.0 * radius_mm)).clamp(0.0, 0.5);
+        let step_rad = 4.0 * trig::atan2(sagitta.sqrt(), (1.0 - sagitta).sqrt());
+        let chords = (turn_rad / step_rad).ceil().max(1.0);
+        if chords.is_nan() || chords > MAX_CHORDS {
+            return Err(NotPosted::Arc { why: "it would take too many lines" });
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to MAX_CHORDS")]
+        let count = chords as u32;
+        let side = self.axis.cross(&from);
+        let mut points: Vec<Vec3> = (1..count)
+            .map(|k| {
+                let u = f64::from(k) / chords;
+                let (sin, cos) = trig::sin_cos(turn_rad * u);
+                let scale = 1.0 + (other_mm / radius_mm - 1.0) * u;
+                self.centre_mm + (from * cos + side * sin) * scale + self.axis * (low + (high - low) * u)
+            })
+            .collect();
+        points.push(end);
+        Ok(points)
+    }
+}

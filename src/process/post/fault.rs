@@ -1,0 +1,35 @@
+//! Why a line of cutter location data cannot be posted.
+
+use thiserror::Error;
+
+use crate::kinematics::InverseError;
+use crate::motion::Unfollowable;
+
+/// What stands in the way.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum NotPosted {
+    /// The motion cannot be followed.
+    #[error("the motion cannot be posted: {0}")]
+    Unfollowable(Unfollowable),
+    /// Its end or its tool axis is not known.
+    #[error("the motion cannot be posted: its end or its tool axis is not known")]
+    Unknown,
+    /// Another coordinate system than that of the first point.
+    #[error("the motion cannot be posted: it belongs to another set-up than the first point")]
+    OtherSetup,
+    /// A cut without a feed that is known.
+    #[error("the motion cannot be posted: its feed is not known")]
+    NoFeed,
+    /// A feed per turn in machine coordinates.
+    #[error("the motion cannot be posted in machine coordinates: its feed counts by turns of the spindle")]
+    FeedPerTurn,
+    /// An arc that is none: without a circle before it, off the circle, or with a tool axis that turns.
+    #[error("the arc cannot be posted: {why}")]
+    Arc {
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// The machine does not get there.
+    #[error("the point cannot be posted: {0}")]
+    Machine(InverseError),
+}

@@ -1,0 +1,13 @@
+//! Posting: cutter location data becomes an ISO program for one machine by the inverse kinematics.
+
+mod arc;
+mod fault;
+mod parameters;
+mod points;
+mod read_back;
+mod run;
+mod write;
+
+pub use fault::NotPosted;
+pub use parameters::{PostForm, PostParameters};
+pub use run::{PostReport, post};

@@ -1,0 +1,57 @@
+//! What a posting is asked to do.
+
+use crate::kinematics::{REWIND_DEG, Setup};
+use crate::program::Dialect;
+use crate::units::Length;
+
+/// What X Y Z of the posted program are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PostForm {
+    /// Tool tips in W under G43.4; F is the tip's feed.
+    #[default]
+    Tcp,
+    /// Axis positions in the work offset; F is inverse time (G93).
+    Machine,
+}
+
+/// The parameters of a posting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PostParameters {
+    /// Work offset, tool length, location errors.
+    pub setup: Setup,
+    /// What X Y Z are.
+    pub form: PostForm,
+    /// H of G43.4.
+    pub length_number: u32,
+    /// Rotary words before the first point, in the profile's order \[deg\].
+    pub start_words_deg: Option<[f64; 2]>,
+    /// A rotary step over this is a rewind \[deg\].
+    pub rewind_deg: f64,
+    /// Digits behind the point of X Y Z.
+    pub linear_decimals: u8,
+    /// Digits behind the point of the rotary words.
+    pub rotary_decimals: u8,
+    /// How far lines in place of an arc may stand off it.
+    pub arc_tolerance: Length,
+    /// The dialect of the source; `None` detects it.
+    pub dialect: Option<Dialect>,
+    /// Most blocks written.
+    pub max_blocks_out: u64,
+}
+
+impl Default for PostParameters {
+    fn default() -> Self {
+        Self {
+            setup: Setup::default(),
+            form: PostForm::Tcp,
+            length_number: 1,
+            start_words_deg: None,
+            rewind_deg: REWIND_DEG,
+            linear_decimals: 4,
+            rotary_decimals: 4,
+            arc_tolerance: Length::from_mm(0.005),
+            dialect: None,
+            max_blocks_out: 20_000_000,
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! The course of a posting: points are gathered, ways through them chosen window by window, written and read back.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+
+use super::points::{Item, Point, Points};
+use super::read_back::{Expected, ReadBack};
+use super::write::{Writer, words};
+use super::{NotPosted, PostForm, PostParameters};
+use crate::contact::{Station, rotary_rad};
+use crate::geometry::{Vec3, angle_between};
+use crate::kinematics::{InverseError, Kinematics, Path, PathOptions, ToolPose, WarningKind};
+use crate::machine::Machine;
+use crate::motion::{AxisWords, FeedMode, Interpolation, InterpreterOptions};
+use crate::process::fault::LineFaultKind;
+use crate::process::stream::{Passage, Passages};
+use crate::process::{Fault, LineFaults, ProgramSource};
+use crate::program::Dialect;
+
+/// Points through which one way is chosen, and how many of them are looked at again with the next ones.
+const WINDOW: usize = 4096;
+const OVERLAP: usize = 1024;
+/// What was written is handed on when it has come to this \[bytes\].
+const FLUSH_BYTES: usize = 1 << 18;
+
+/// What was made of the source.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PostReport {
+    /// Blocks of the source and of the program.
+    pub blocks_in: u64,
+    /// Of the posted program.
+    pub blocks_out: u64,
+    /// Points of the posted program.
+    pub points: u64,
+    /// Arcs that became lines.
+    pub arcs: u64,
+    /// Statements for the post-processor that were carried along as comments.
+    pub notes: u64,
+    /// Ways were chosen over so many stretches of points, each with knowledge of the next ones only.
+    pub windows: u64,
+    /// Points at which a rotary axis turns by more than the threshold, and the first one's line.
+    pub rewinds: u64,
+    /// Line of the first rewind.
+    pub first_rewind_line: Option<u64>,
+    /// Points inside the pole cone, where the rotary axis next to the workpiece was held.
+    pub pole_holds: u64,
+    /// Largest distance of a tip, read back, from the source's \[mm\].
+    pub largest_tip_error_mm: f64,
+    /// Largest angle of a tool axis, read back, from the source's \[deg\].
+    pub largest_axis_error_deg: f64,
+    /// Half way between two points: largest angle of the tool axis from the great circle \[deg\], and the line.
+    pub largest_axis_swing_deg: f64,
+    /// Line of that motion.
+    pub axis_swing_line: Option<u64>,
+    /// Half way between two points: largest distance of the tip from the straight line \[mm\]; in machine coordinates
+    /// only, under tool-centre-point control the control keeps it straight.
+    pub largest_tip_swing_mm: f64,
+    /// Line of that motion.
+    pub tip_swing_line: Option<u64>,
+}
+
+/// Posts cutter location data to one machine as an ISO program (§1): ways by dynamic programming over windows of
+/// points, rewinds first, so that memory does not grow with the program. Rotary words are rounded before the linear
+/// ones are computed. Every point is read back and put through the forward kinematics before this returns.
+///
+/// Statements for the post-processor become comments: spindle, coolant and tools are for the caller's frame.
+///
+/// # Errors
+/// Lines that cannot be posted, all of them; another dialect than cutter location data; the write fails. `output` then
+/// holds text that must not be run.
+pub fn post(
+    machine: &Machine,
+    parameters: &PostParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &(dyn Fn() -> ControlFlow<()> + Sync),
+) -> Result<PostReport, Fault> {
+    let kinematics = Kinematics::new(machine, &parameters.setup);
+    let mut passages = Passages::open(source, machine, parameters.dialect, InterpreterOptions::default())?;
+    let mut run = Run {
+        machine,
+        kinematics: &kinematics,
+        parameters,
+        points: Points::default(),
+        window: Vec::new(),
+        start_words_deg: parameters.start_words_deg,
+        last: None,
+        writer: Writer::default(),
+        read_back: ReadBack::new(machine, &kinematics, parameters),
+        out: Vec::new(),
+        faults: LineFaults::default(),
+        report: PostReport::default(),
+    };
+    run.writer.open(parameters, &mut run.out);
+    passages.work(stop, |passage, _, dialect| {
+        if dialect != Dialect::Apt {
+            return Err(Fault::NotCutterLocationData { dialect });
+        }
+        run.passage(passage, output, stop)
+    })?;
+    if passages.motions == 0 {
+        return Err(Fault::NoMotion);
+    }
+    run.settle(true, output, stop)?;
+    if run.faults.total > 0 {
+        return Err(Fault::Lines(run.faults));
+    }
+    run.writer.close(parameters, &mut run.out);
+    run.flush(output)?;
+    run.read_back.finish()?;
+    output.flush()?;
+    let mut report = run.report;
+    report.blocks_in = passages.blocks;
+    report.blocks_out = run.writer.blocks;
+    (report.arcs, report.notes) = (run.points.arcs, run.points.notes);
+    report.largest_tip_error_mm = run.read_back.largest_tip_mm;
+    report.largest_axis_error_deg = run.read_back.largest_axis_rad.to_degrees();
+    Ok(report)
+}
+
+struct Run<'a> {
+    machine: &'a Machine,
+    kinematics: &'a Kinematics,
+    parameters: &'a PostParameters,
+    points: Points,
+    window: Vec<Item>,
+    start_words_deg: Option<[f64; 2]>,
+    /// The last point written.
+    last: Option<(AxisWords, ToolPose)>,
+    writer: Writer,
+    read_back: ReadBack<'a>,
+    out: Vec<u8>,
+    faults: LineFaults,
+    report: PostReport,
+}
+
+impl Run<'_> {
+    fn passage(
+        &mut self,
+        passage: &Passage,
+        output: &mut dyn Write,
+        stop: &(dyn Fn() -> ControlFlow<()> + Sync),
+    ) -> Result<(), Fault> {
+        let Passage { batch, motions, .. } = passage;
+        let mut motions = motions.iter().peekable();
+        for (index, block) in batch.blocks().iter().enumerate() {
+            let mut moves = false;
+            while let Some(motion) = motions.next_if(|motion| motion.block as usize == index) {
+                moves = true;
+                if let Err(why) = self.points.motion(self.parameters, motion, &mut self.window) {
+                    self.faults.add(motion.line, batch.block_text(block), LineFaultKind::NotPosted(why));
+                }
+            }
+            if !moves {
+                self.window.extend(self.points.statement(batch, block));
+            }
+            if self.window.len() >= WINDOW {
+                self.settle(false, output, stop)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Chooses the way through the points gathered and writes them, but for the last ones of a window that goes on.
+    fn settle(
+        &mut self,
+        last: bool,
+        output: &mut dyn Write,
+        stop: &(dyn Fn() -> ControlFlow<()> + Sync),
+    ) -> Result<(), Fault> {
+        let point = |item: &Item| match item {
+            Item::Point(point) => Some(*point),
+            Item::Note(_) => None,
+        };
+        if self.faults.total > 0 {
+            // It is read to its end, so that every fault is named.
+            self.window.clear();
+            return Ok(());
+        }
+        let poses: Vec<ToolPose> =
+            self.window.iter().filter_map(|item| point(item).map(|point| point.pose)).collect();
+        let options = PathOptions {
+            start_words_deg: self.start_words_deg,
+            rewind_deg: self.parameters.rewind_deg,
+            ..PathOptions::default()
+        };
+        let path = if poses.is_empty() {
+            Path::default()
+        } else {
+            self.report.windows += 1;
+            match self.kinematics.path(&poses, &options, &|| stop()) {
+                Ok(path) => path,
+                Err(InverseError::Stopped) => return Err(Fault::Cancelled),
+                Err(fault) => {
+                    let index = pose_of(&fault);
+                    let line = self.window.iter().filter_map(point).nth(index).map_or(0, |point| point.line);
+                    self.faults.add(line, b"", LineFaultKind::NotPosted(NotPosted::Machine(fault)));
+                    self.window.clear();
+                    return Ok(());
+                }
+            }
+        };
+        let keep = if last { 0 } else { OVERLAP.min(self.window.len() / 2) };
+        let items: Vec<Item> = self.window.drain(..self.window.len() - keep).collect();
+        let mut warnings = path.warnings.iter().peekable();
+        let mut index = 0;
+        for item in items {
+            let point = match item {
+                Item::Note(note) => {
+                    self.writer.note(&note, &mut self.out);
+                    continue;
+                }
+                Item::Point(point) => point,
+            };
+            let Some(joints) = path.get(index) else { break };
+            let mut residual_rad = 0.0;
+            while let Some(warning) = warnings.next_if(|warning| warning.pose == index) {
+                residual_rad = f64::max(residual_rad, warning.axis_residual_rad);
+                self.report.pole_holds += u64::from(warning.kind == WarningKind::PoleHold);
+                if warning.kind == WarningKind::Rewind {
+                    self.report.rewinds += 1;
+                    self.report.first_rewind_line.get_or_insert(point.line);
+                }
+            }
+            index += 1;
+            let axes = self.machine.rotary_axes();
+            let rotary_deg = [0, 1].map(|k: usize| axes[k].word_deg(joints.rotary_rad[k]));
+            self.write(&point, rotary_deg, residual_rad);
+            if self.out.len() > FLUSH_BYTES {
+                self.flush(output)?;
+            }
+        }
+        self.flush(output)
+    }
+
+    fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {
+        let words = words(self.machine, self.kinematics, point, rotary_deg, self.parameters);
+        let minutes = match (self.parameters.form, point.feed) {
+            (PostForm::Machine, Some((FeedMode::PerMinute, feed))) => {
+                Some(self.minutes(&words, point, feed)).filter(|minutes| *minutes > 0.0)
+            }
+            _ => None,
+        };
+        if let Some((before, pose)) = self.last.filter(|_| !point.rapid) {
+            self.swing(&before, &words, &pose, point);
+        }
+        // A cut that goes nowhere takes no time that could be written: no block.
+        let rests = self.parameters.form == PostForm::Machine && point.feed.is_some() && minutes.is_none();
+        if !rests {
+            let written =
+                self.writer.point(self.machine, &words, point, minutes, self.parameters, &mut self.out);
+            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad });
+            self.report.points += 1;
+        }
+        self.start_words_deg = Some(words.rotary_deg);
+        self.last = Some((words, point.pose));
+    }
+
+    /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests.
+    fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> f64 {
+        let Some((before, pose)) = self.last else {
+            // Nothing is known of the way to the first point: at a minute it cannot be too fast for long.
+            return 1.0;
+        };
+        let way_mm = (point.pose.tip_mm - pose.tip_mm).norm();
+        let turn_deg =
+            before.rotary_deg.iter().zip(&words.rotary_deg).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
+        let least_mm = 0.5 / 10_f64.powi(i32::from(self.parameters.linear_decimals));
+        (if way_mm > least_mm { way_mm } else { turn_deg }) / feed
+    }
+
+    /// How far the machine is off half way between two points.
+    fn swing(&mut self, before: &AxisWords, words: &AxisWords, from: &ToolPose, point: &Point) {
+        let half = |a: f64, b: f64| f64::midpoint(a, b);
+        let rotary_deg = [0, 1].map(|k: usize| half(before.rotary_deg[k], words.rotary_deg[k]));
+        let axis = self.kinematics.axis(rotary_rad(self.machine, rotary_deg));
+        if let Some(middle) = (from.axis + point.pose.axis).try_normalize(1e-6) {
+            let swing_deg = angle_between(axis, middle).to_degrees();
+            if swing_deg > self.report.largest_axis_swing_deg {
+                self.report.largest_axis_swing_deg = swing_deg;
+                self.report.axis_swing_line = Some(point.line);
+            }
+        }
+        if self.parameters.form == PostForm::Machine {
+            let linear_mm = [0, 1, 2].map(|k: usize| half(before.linear_mm[k], words.linear_mm[k]));
+            let middle = AxisWords { linear_mm, rotary_deg };
+            let tip = Station::new(self.machine, self.kinematics, Interpolation::Machine, middle).pose.tip_mm;
+            let straight: Vec3 = (from.tip_mm + point.pose.tip_mm) * 0.5;
+            let swing_mm = (tip - straight).norm();
+            if swing_mm > self.report.largest_tip_swing_mm {
+                self.report.largest_tip_swing_mm = swing_mm;
+                self.report.tip_swing_line = Some(point.line);
+            }
+        }
+    }
+
+    fn flush(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
+        if self.writer.blocks > self.parameters.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: self.parameters.max_blocks_out });
+        }
+        self.read_back.take(&self.out)?;
+        output.write_all(&self.out)?;
+        self.out.clear();
+        Ok(())
+    }
+}
+
+fn pose_of(fault: &InverseError) -> usize {
+    match *fault {
+        InverseError::NoDirection { pose }
+        | InverseError::OutOfReach { pose, .. }
+        | InverseError::OutOfTravel { pose, .. }
+        | InverseError::NoWay { pose } => pose,
+        InverseError::StartOutOfTravel { .. }
+        | InverseError::TooManyStates { .. }
+        | InverseError::Stopped => 0,
+    }
+}

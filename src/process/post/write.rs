@@ -1,0 +1,147 @@
+//! The text of a posted program.
+
+use super::points::Point;
+use super::{PostForm, PostParameters};
+use crate::contact::rotary_rad;
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::motion::{AxisWords, FeedMode};
+use crate::program::{print_decimal, round_to_decimals};
+
+/// An F word may be off by this share.
+const FEED_ROUNDING: f64 = 1e-3;
+const MAX_FEED_DECIMALS: u8 = 9;
+
+/// Writes blocks and remembers what is modal.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Writer {
+    rapid: Option<bool>,
+    mode: Option<FeedMode>,
+    feed: Option<f64>,
+    pub(super) blocks: u64,
+}
+
+/// A point as it is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct WrittenPoint {
+    pub(super) words: AxisWords,
+    /// F as it stands in the block, or before it.
+    pub(super) feed: Option<f64>,
+}
+
+impl Writer {
+    pub(super) fn line(&mut self, text: &str, out: &mut Vec<u8>) {
+        out.extend_from_slice(text.as_bytes());
+        out.push(b'\n');
+        self.blocks += 1;
+    }
+
+    pub(super) fn open(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
+        self.line("%", out);
+        self.line("G21 G17 G90 G40 G80 G94", out);
+        self.line("G54", out);
+        if parameters.form == PostForm::Tcp {
+            self.line(&format!("G43.4 H{}", parameters.length_number), out);
+        }
+        self.mode = Some(FeedMode::PerMinute);
+    }
+
+    pub(super) fn close(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
+        if parameters.form == PostForm::Tcp {
+            self.line("G49", out);
+        }
+        self.line("M30", out);
+        self.line("%", out);
+    }
+
+    pub(super) fn note(&mut self, note: &[u8], out: &mut Vec<u8>) {
+        out.extend_from_slice(note);
+        out.push(b'\n');
+    }
+
+    /// A block with all five words; F where it changes, in inverse time always.
+    pub(super) fn point(
+        &mut self,
+        machine: &Machine,
+        words: &AxisWords,
+        point: &Point,
+        minutes: Option<f64>,
+        parameters: &PostParameters,
+        out: &mut Vec<u8>,
+    ) -> WrittenPoint {
+        self.blocks += 1;
+        let mut blank = false;
+        let mut put = |text: &[u8], out: &mut Vec<u8>| {
+            if std::mem::replace(&mut blank, true) {
+                out.push(b' ');
+            }
+            out.extend_from_slice(text);
+        };
+        let (mode, feed) = match (point.feed, minutes) {
+            (Some(_), Some(minutes)) => (Some(FeedMode::InverseTime), Some(1.0 / minutes)),
+            (Some((mode, feed)), None) => (Some(mode), Some(feed)),
+            (None, _) => (self.mode, None),
+        };
+        if let Some(mode) = mode.filter(|mode| self.mode != Some(*mode)) {
+            put(
+                match mode {
+                    FeedMode::PerMinute => b"G94",
+                    FeedMode::InverseTime => b"G93",
+                    FeedMode::PerRevolution => b"G95",
+                },
+                out,
+            );
+            (self.mode, self.feed) = (Some(mode), None);
+        }
+        if self.rapid != Some(point.rapid) {
+            put(if point.rapid { b"G0" } else { b"G1" }, out);
+            self.rapid = Some(point.rapid);
+        }
+        let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+        let [x, y, z] = words.linear_mm;
+        let [a, b] = words.rotary_deg;
+        let (linear, rotary) = (parameters.linear_decimals, parameters.rotary_decimals);
+        for (letter, value, decimals) in
+            [('X', x, linear), ('Y', y, linear), ('Z', z, linear), (first, a, rotary), (second, b, rotary)]
+        {
+            let mut text = [0; 4];
+            put(letter.encode_utf8(&mut text).as_bytes(), out);
+            print_decimal(value, decimals, out);
+        }
+        let written = feed.map(|feed| {
+            let decimals = (1..MAX_FEED_DECIMALS)
+                .find(|decimals| (round_to_decimals(feed, *decimals) / feed - 1.0).abs() <= FEED_ROUNDING)
+                .unwrap_or(MAX_FEED_DECIMALS);
+            (round_to_decimals(feed, decimals), decimals)
+        });
+        if let Some((value, decimals)) = written {
+            let same = self.feed.is_some_and(|before| (before - value).abs() <= 0.0);
+            if !same || self.mode == Some(FeedMode::InverseTime) {
+                put(b"F", out);
+                print_decimal(value, decimals, out);
+                self.feed = Some(value);
+            }
+        }
+        out.push(b'\n');
+        WrittenPoint { words: *words, feed: written.map(|(value, _)| value) }
+    }
+}
+
+/// The words of a point: rotary words rounded first, then the linear ones computed from them and rounded.
+pub(super) fn words(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    point: &Point,
+    rotary_deg: [f64; 2],
+    parameters: &PostParameters,
+) -> AxisWords {
+    let rotary_deg = rotary_deg.map(|word| round_to_decimals(word, parameters.rotary_decimals));
+    let linear_mm: [f64; 3] = match parameters.form {
+        PostForm::Tcp => point.pose.tip_mm.into(),
+        PostForm::Machine => kinematics.linear_mm(point.pose.tip_mm, rotary_rad(machine, rotary_deg)).into(),
+    };
+    AxisWords {
+        linear_mm: linear_mm.map(|word| round_to_decimals(word, parameters.linear_decimals)),
+        rotary_deg,
+    }
+}

@@ -1,0 +1,154 @@
+//! Laws of posting: every point of the source is reached, seen by the witness' own kinematics.
+
+use std::fmt::Write;
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+use trunnion::machine::Machine;
+use trunnion::process::{Fault, LineFaultKind, NotPosted, PostForm, PostParameters, PostReport, post};
+
+use crate::compensation::witness;
+use crate::conversational::apt;
+use crate::models::finishing::{ac_machine, blade, dome_near_pole, impeller_flank, tool};
+use crate::models::witness::scan;
+
+/// Half the last of four decimals in each of three words [mm].
+const ROUNDING_MM: f64 = 0.000_05 * 1.732_051 + 1e-6;
+/// The same for two rotary words, and for the eight decimals of the source's vectors [rad].
+const ROUNDING_RAD: f64 = 2.0 * 0.000_05 * std::f64::consts::PI / 180.0 + 1e-7;
+
+fn run(machine: &Machine, parameters: &PostParameters, text: &str) -> Result<(String, PostReport), Fault> {
+    let mut output = Vec::new();
+    let report =
+        post(machine, parameters, &text.as_bytes().to_vec(), &mut output, &|| ControlFlow::Continue(()))?;
+    Ok((String::from_utf8(output).expect("text"), report))
+}
+
+/// Tip and tool axis of every point of cutter location data.
+fn points(text: &str) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let number = |value: &str| value.parse::<f64>().expect("a number");
+    let rows = text.lines().filter_map(|line| line.strip_prefix("GOTO/"));
+    rows.map(|row| row.split(',').map(number).collect::<Vec<_>>())
+        .map(|row| (Vector3::new(row[0], row[1], row[2]), Vector3::new(row[3], row[4], row[5]).normalize()))
+        .collect()
+}
+
+#[test]
+fn the_machine_reaches_every_point_with_its_tool_axis_in_both_forms() {
+    let tool = tool(6.0, 1.5);
+    for part in [
+        blade(ac_machine(), tool, 25, 3),
+        impeller_flank(ac_machine(), tool, 30, 3),
+        dome_near_pole(ac_machine(), tool, 41, 3),
+    ] {
+        let source = apt(&part).0;
+        let points = points(&source);
+        for form in [PostForm::Tcp, PostForm::Machine] {
+            let parameters = PostParameters { setup: part.setup, form, ..PostParameters::default() };
+            let (output, report) = run(&part.machine, &parameters, &source).expect("posted");
+            let tables = witness(&part, form == PostForm::Tcp);
+            let lines = scan(&output, tables.letters);
+            assert_eq!(lines.len(), points.len(), "{}", part.name);
+            let mut worst = [0.0_f64; 2];
+            for (line, (tip, axis)) in lines.iter().zip(&points) {
+                let (w, t) = tables.forward(line.q, line.angle);
+                worst[0] = worst[0].max((w - tip).norm());
+                worst[1] = worst[1].max(t.cross(axis).norm());
+            }
+            println!("{} {form:?}: {:.2e} mm {:.2e} rad, {report:?}", part.name, worst[0], worst[1]);
+            assert!(
+                worst[0] <= ROUNDING_MM
+                    && worst[1] <= ROUNDING_RAD + report.largest_axis_error_deg.to_radians()
+            );
+            assert!(report.largest_tip_error_mm <= ROUNDING_MM && report.points == points.len() as u64);
+            assert!(report.pole_holds > 0 || worst[1] <= ROUNDING_RAD);
+            // The posted program is one of this machine: it is read as it was written.
+            assert!(output.starts_with("%\nG21") && output.ends_with("M30\n%\n"));
+        }
+    }
+}
+
+#[test]
+fn feeds_are_the_tips_under_tcp_and_times_in_machine_coordinates() {
+    let part = impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3);
+    let source = apt(&part).0;
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        let parameters = PostParameters { setup: part.setup, form, ..PostParameters::default() };
+        let (output, _) = run(&part.machine, &parameters, &source).expect("posted");
+        let tables = witness(&part, form == PostForm::Tcp);
+        let lines = scan(&output, tables.letters);
+        for pair in lines.windows(2).filter(|pair| !pair[1].rapid) {
+            let [from, to] = [&pair[0], &pair[1]].map(|line| tables.forward(line.q, line.angle).0);
+            let minutes = (to - from).norm() / 1200.0;
+            let written = if form == PostForm::Machine {
+                1.0 / pair[1].feed
+            } else {
+                (to - from).norm() / pair[1].feed
+            };
+            assert_eq!(pair[1].inverse_time, form == PostForm::Machine);
+            assert!((written / minutes - 1.0).abs() < 0.002, "{written} {minutes}");
+        }
+    }
+}
+
+#[test]
+fn long_programs_are_posted_window_by_window_without_a_rewind() {
+    let mut text = String::from("UNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\n");
+    for k in 0..11_000_i32 {
+        let turn = f64::from(k) * 0.02;
+        let (sin, cos) = turn.sin_cos();
+        let (x, y, z) = (40.0 * cos, 40.0 * sin, -0.001 * f64::from(k));
+        writeln!(text, "GOTO/{x:.4},{y:.4},{z:.4},{:.8},{:.8},{:.8}", 0.3 * cos, 0.3 * sin, 0.91_f64.sqrt())
+            .expect("text");
+    }
+    let mut parts = trunnion::machine::Preset::by_id("ac-table").expect("a preset").parts();
+    parts.rotary_axes[1].travel_deg = None;
+    let machine = Machine::new(parts).expect("a machine");
+    let (output, report) = run(&machine, &PostParameters::default(), &text).expect("posted");
+    assert!(report.windows >= 3 && report.rewinds == 0 && report.points == 11_000, "{report:?}");
+    // 220 rad are 35 turns of C, unwound.
+    let lines = scan(&output, ['A', 'C']);
+    let way = lines.last().expect("lines").angle[1] - lines[0].angle[1];
+    assert!((way.abs() - 10_999.0 * 0.02_f64.to_degrees()).abs() < 0.01, "{way}");
+    assert!(lines.windows(2).all(|pair| (pair[1].angle[0] - pair[0].angle[0]).abs() < 0.01));
+}
+
+#[test]
+fn arcs_become_chords_within_their_tolerance_in_the_sense_of_their_axis() {
+    for (axis, middle) in [("0,0,1.", 10.0), ("0,0,-1.", -10.0)] {
+        let text =
+            format!("RAPID\nGOTO/10.,0,5.\nFEDRAT/500.,MMPM\nCIRCLE/0,0,5.,{axis},10.\nGOTO/-10.,0,5.\n");
+        let (output, report) = run(&ac_machine(), &PostParameters::default(), &text).expect("posted");
+        let lines = scan(&output, ['A', 'C']);
+        assert_eq!((report.arcs, lines.len() as u64), (1, report.points));
+        let half = lines[lines.len() / 2].q;
+        assert!((half.y - middle).abs() < 1.0 && half.x.abs() < 2.0, "{half}");
+        for pair in lines.windows(2) {
+            let sagitta = 10.0 - ((pair[0].q + pair[1].q) / 2.0).xy().norm();
+            assert!((pair[1].q.xy().norm() - 10.0).abs() < 1e-4 && sagitta < 0.0051, "{sagitta}");
+        }
+        // Fewest chords: 2 acos(1 − 0.005/10) each.
+        assert_eq!(report.points - 1, (std::f64::consts::PI / (2.0 * 0.9995_f64.acos())).ceil() as u64);
+    }
+}
+
+#[test]
+fn lines_that_cannot_be_posted_are_all_named() {
+    let text = "GOTO/1,1,1\nFEDRAT/100,MMPM\nCUTCOM/LEFT\nGOTO/2,1,1\nCUTCOM/OFF\nCYCLE/DRILL,5\nGOTO/3,1,1\nCYCLE/OFF\nCIRCLE/0,0,0,0,0,1\nGOTO/9,9,1\nCSYS/0,0,1.,0,1.,0,0,0,0,1.,0,0\nGOTO/1,1,1\n";
+    let Err(Fault::Lines(faults)) = run(&ac_machine(), &PostParameters::default(), text) else {
+        panic!("not refused");
+    };
+    let lines: Vec<u64> = faults.kept.iter().map(|fault| fault.line).collect();
+    assert_eq!(lines, [1, 4, 7, 10, 12]);
+    assert!(matches!(faults.kept[0].kind, LineFaultKind::NotPosted(NotPosted::NoFeed)));
+    let iso = run(&ac_machine(), &PostParameters::default(), "G1 X1 F100\n");
+    assert!(matches!(iso, Err(Fault::NotCutterLocationData { .. })));
+    let parts = trunnion::machine::Preset::by_id("ac-table").expect("a preset").parts();
+    let limited = Machine::new(parts).expect("a machine");
+    let Err(Fault::Lines(faults)) =
+        run(&limited, &PostParameters::default(), "FEDRAT/100,MMPM\nGOTO/1,1,1,0,0,-1\n")
+    else {
+        panic!("A does not reach 180 degrees");
+    };
+    assert_eq!(faults.kept[0].line, 2);
+}
