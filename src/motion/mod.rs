@@ -11,6 +11,7 @@ mod codes;
     clippy::items_after_statements,
     reason = "values as they stand in the text, exact"
 )]
+#[path = "conversational/tests.rs"]
 mod conversational_tests;
 mod execute;
 mod feed;

@@ -11,6 +11,7 @@ mod jobs;
 mod limits;
 mod machines;
 mod mutations;
+mod one_pass;
 mod pages;
 mod process;
 mod real_programs;
