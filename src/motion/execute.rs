@@ -341,7 +341,7 @@ impl Interpreter {
                 }
                 Code::OrientationWord => {
                     self.position.forget_rotary();
-                    also(&mut action, Action::Odd(Unfollowable::ToolVector));
+                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
                 }
                 Code::OtherAxis => {
                     self.position.forget_axes();

@@ -1,7 +1,7 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
 use super::codes::{MCode, code_of, m_meaning};
-use super::modal::{Modal, MotionMode, Offset, ToolLength};
+use super::modal::{FirstOffset, Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
@@ -39,7 +39,7 @@ pub struct Interpreter {
     pub(super) rotary_addresses: [Address; 2],
     pub(super) foreign_address: Address,
     /// Work offset and shifts at the first complete point.
-    pub(super) first_offset: Option<Option<Offset>>,
+    pub(super) first_offset: FirstOffset,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
     has_blocks: bool,
@@ -208,7 +208,7 @@ impl Interpreter {
             obstacle: None,
             rotary_addresses,
             foreign_address,
-            first_offset: None,
+            first_offset: FirstOffset::NoPoint,
             corner_open: false,
             has_blocks: false,
             has_motions: false,

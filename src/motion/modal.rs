@@ -75,8 +75,18 @@ pub(super) struct Offset {
     datum_mm: [f64; 3],
 }
 
+/// The work offset at the program's first complete point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum FirstOffset {
+    /// There was none yet.
+    NoPoint,
+    /// This one, or one that was not known.
+    At(Option<Offset>),
+}
+
 /// All that is modal but for positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent modes")]
 pub(super) struct Modal {
     pub(super) motion: Option<MotionMode>,
     pub(super) plane: Option<u8>,
@@ -177,6 +187,8 @@ impl Modal {
         self.mm_per_unit = before.mm_per_unit;
         self.incremental = before.incremental;
         self.feed_mode = before.feed_mode;
+        // Offsets and edges of Sinumerik programs.
+        (self.program_offset_mm, self.edge) = (before.program_offset_mm, before.edge);
         self.transformations[Transformation::Tilt as usize] = None;
         self.datum_mm = [None; 3];
     }

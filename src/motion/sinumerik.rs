@@ -39,6 +39,7 @@ impl Interpreter {
         self.transform(Transformation::Cylinder, false);
         if self.modal.tool_length != Some(length) {
             self.position.forget_linear();
+            self.position.tool_axis = [None; 3];
             self.modal.tool_length = Some(length);
         }
     }

@@ -1,7 +1,7 @@
 //! Axis words into a motion.
 
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
-use super::modal::{ModalFeed, MotionMode, ToolLength};
+use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
 use super::{
     AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
     Unfollowable,
@@ -68,6 +68,9 @@ impl Interpreter {
         let vector_start = self.position.linear_mm().zip(self.position.tool_axis());
         let word_reason = self.word_reason(kind);
         self.take_axis_words();
+        if self.modal.vectors_in_machine && present & VECTORS != 0 {
+            self.position.forget_rotary();
+        }
         let extra = self.take_other_words();
         let mut motion = self.motion_shell(index, block, kind);
         let in_program_axes = !matches!(
@@ -122,6 +125,10 @@ impl Interpreter {
             });
             self.corner_open |= block.present & R != 0;
         }
+        if kind == MotionKind::Arc && block.absolute & (I | J | K) != 0 {
+            // `I=AC(…)`: a centre that does not move with the ends.
+            reason = Some(Unfollowable::ControlWord);
+        }
         if block.present & bit(self.foreign_address) != 0
             && (block.value(self.foreign_address).is_none()
                 || block.value(self.foreign_address) != self.position.foreign_deg
@@ -132,6 +139,9 @@ impl Interpreter {
         let has_axis = matches!(self.modal.tool_length, Some(ToolLength::Tcp | ToolLength::Vector) | None);
         if block.present & VECTORS != 0 && !has_axis {
             reason = Some(Unfollowable::VectorWord { address: Address::TI });
+        }
+        if block.present & VECTORS != 0 && self.modal.vectors_in_machine {
+            reason = Some(Unfollowable::ControlWord);
         }
         if block.present & POINTS != 0
             && CONTACT.iter().any(|&address| {
@@ -366,15 +376,15 @@ impl Interpreter {
         let now = self.modal.offset();
         now.is_none()
             || self.modal.program_offset_mm != Some([0.0; 3])
-            || self.first_offset.is_some_and(|first| first != now)
+            || (self.first_offset != FirstOffset::NoPoint && self.first_offset != FirstOffset::At(now))
     }
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
         let is_complete =
             motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
-        if self.first_offset.is_none() && is_complete {
-            self.first_offset = Some(self.modal.offset());
+        if self.first_offset == FirstOffset::NoPoint && is_complete {
+            self.first_offset = FirstOffset::At(self.modal.offset());
         }
         motion.offset_changed = self.offset_changed();
     }

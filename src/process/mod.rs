@@ -39,7 +39,7 @@ pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
 pub use singularity::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
-    SingularityParameters, SingularityReport, treat_singular_regions,
+    SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
 pub use stream::{ProgramSource, Stop};
 pub use verification::{

@@ -192,6 +192,7 @@ impl Block {
 
 /// How the program so far is written, for blocks that have to be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent habits")]
 pub(super) struct Habits {
     /// Some number below one was written without its zero: `.5`.
     pub(super) drops_zero: bool,

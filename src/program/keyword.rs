@@ -73,9 +73,11 @@ keywords! {
     Diameter,
     /// `DIAMOF`.
     DiameterOff,
-    /// `BSPLINE`, `POLY` and their kin.
+    /// `BSPLINE`, `POLY` and their kin, and circles by other points than their centre (`CIP`, `CT`).
     Spline,
-    /// `CIP`, `CT`: a circle.
+    /// `TURN=`, `FB=`: the motion ends where it says, but takes another course or time there.
+    OtherCourse,
+    /// `CIRCLE/`: of cutter location data.
     Circle,
     /// A standard cycle, executed once.
     Cycle,
@@ -101,7 +103,7 @@ keywords! {
     Assigned,
     /// `DEF …`.
     Declaration,
-    /// `FB=`, `PO[X]=`, `FLIN`: a word that changes its block in a way that is not followed.
+    /// `PO[X]=`, `FLIN`: a word that changes its block in a way that is not followed.
     BlockWord,
     /// `TOFFL=`, `TCARR=`: another tool length.
     ToolOffset,
@@ -110,11 +112,13 @@ keywords! {
     /// `RNDM=0`.
     CornerRoundingOff,
     /// `PRESETON`: axes are given other positions.
+    AxisPreset,
+    /// A datum preset of a conversational program.
     Preset,
-    /// `REPOSA` and its kin.
-    Reposition,
     /// A statement whose meaning for the path is not known.
     UnknownStatement,
+    /// `REPOSA` and its kin.
+    Reposition,
     // --- Heidenhain
     /// `L`: a straight line.
     L,
@@ -158,6 +162,8 @@ keywords! {
     DatumReset,
     /// A datum shift from a table.
     DatumTable,
+    /// Cycle 247: another preset.
+    Preset,
     /// `PLANE …` but for RESET, cycle 19.
     TiltOn,
     /// `PLANE RESET`, cycle 19 with no angle.
@@ -194,6 +200,8 @@ keywords! {
     Probe,
     /// A statement that changes nothing the path depends on.
     Statement,
+    /// A statement that is not known.
+    UnknownStatement,
     // --- APT
     /// `GOTO/`: a straight motion to a point; an arc behind `CIRCLE/`.
     Goto,
@@ -215,6 +223,8 @@ keywords! {
     InchPerRevolution,
     /// `PERREV`, `UPR`: in the unit of the program.
     UnitPerRevolution,
+    /// `CIRCLE/`: the next point is the end of an arc.
+    Circle,
     /// `CYCLE/…`: the points behind it are those of a cycle.
     CycleOn,
     /// `CYCLE/OFF`

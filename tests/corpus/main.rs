@@ -2,8 +2,11 @@
 
 mod compensation;
 mod conversational;
+#[path = "../models/displaced.rs"]
+mod displaced;
 mod kinematics;
 mod linuxcnc;
+mod one_pass;
 mod program;
 mod rotary_sphere;
 mod siemens;

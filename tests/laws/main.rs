@@ -18,6 +18,7 @@ mod program;
 mod programs;
 mod servo;
 mod side_by_side;
+mod siemens;
 mod singularity;
 mod surface_contact;
 mod tool_vectors;

@@ -1,10 +1,15 @@
 //! Laws of compensation in one pass, seen by an independent witness: rotation matrices, axes displaced by hand, the
 //! cutters written out.
-#![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
+#![expect(
+    clippy::panic,
+    clippy::float_cmp,
+    reason = "a test may stop at what it did not expect; what nobody added to is zero to the bit"
+)]
 
+use std::cell::Cell;
+use std::fmt::Write;
 use std::ops::ControlFlow;
 
-use nalgebra::Rotation3;
 use proptest::prelude::*;
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Joints, Kinematics, Setup};
@@ -21,6 +26,7 @@ use trunnion::wear::OneAfterAnother;
 
 use super::compensation::witness;
 use super::machines::{any_machine, preset_machine, setup};
+use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
@@ -38,44 +44,10 @@ const ROUNDED_TWICE_MM: f64 = 2.6e-4;
 /// Records between steps are single precision (share).
 const SINGLE: f64 = 2e-7;
 
-/// Errors of a trunnion as a calibration finds them, and three times that.
-fn errors() -> [LocationError; 2] {
-    [
-        LocationError {
-            translation_mm: Vec3::new(0.012, -0.021, 0.034),
-            rotation_rad: Vec3::new(4.1e-5, -6.3e-5, 2.9e-5),
-        },
-        LocationError {
-            translation_mm: Vec3::new(0.0, 0.045, 0.0),
-            rotation_rad: Vec3::new(0.0, 8.1e-5, 0.0),
-        },
-    ]
-}
-
-/// The machine with these errors.
-fn with_errors(machine: &Machine, errors: [LocationError; 2]) -> Machine {
-    let axes = machine.rotary_axes().iter().zip(errors);
-    Machine::new(MachineParts {
-        name: machine.name().to_owned(),
-        rotary_axes: axes
-            .map(|(axis, location_error)| RotaryAxis { location_error, ..axis.clone() })
-            .collect(),
-        linear_travel_mm: *machine.linear_travel_mm(),
-        squareness: *machine.squareness(),
-        interpolation_period_s: machine.interpolation_period_s(),
-    })
-    .expect("a machine")
-}
-
-/// The witness' machine with its axes displaced: A by its own error, C by A's and its own, each about its own point.
+/// The witness' machine with its axes displaced.
 fn displaced(tables: &Tables, errors: [LocationError; 2]) -> Tables {
-    let moved = |error: &LocationError, about: Vec3, line: (Vec3, Vec3)| {
-        let turn = Rotation3::new(error.rotation_rad);
-        (turn * line.0, turn * (line.1 - about) + about + error.translation_mm)
-    };
-    let first = moved(&errors[0], tables.first.1, tables.first);
-    let own = moved(&errors[1], tables.second.1, tables.second);
-    Tables { first, second: moved(&errors[0], tables.first.1, own), ..*tables }
+    let [first, second] = crate::models::displaced::displaced([tables.first, tables.second], errors);
+    Tables { first, second, ..*tables }
 }
 
 fn parts(tool: Tool) -> [Finishing; 3] {
@@ -477,6 +449,70 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
     assert_eq!(changes.len(), 6);
 }
 
+#[test]
+fn a_table_that_turns_with_the_tool_upright_still_turns() {
+    let machine = with_errors(&ac_machine(), errors());
+    let text = "G90 G21 G94\nG0 X40.0000 Y5.0000 Z20.0000 A0.0000 C0.0000\nG1 X42.0000 F800\nC90.0000\nX44.0000 Y6.0000\n\
+                C400.0000\nA0.0020 C401.0000\nA20.0000\nA0.0030 C402.0000\nC500.0000\nM30\n";
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
+    let (output, report, _) = done(&machine, &location, text);
+    let part = blade(ac_machine(), tool(5.0, 5.0), 3, 1);
+    let meant = Tables { offset: Vec3::zeros(), ..witness(&part, false) };
+    let real = displaced(&meant, errors());
+    let [source, written] = [text, &output].map(|text| scan(text, meant.letters));
+    assert_eq!(source.len(), written.len());
+    let cone = Kinematics::new(&machine, &Setup::default()).pole_cone_rad();
+    let mut held = 0;
+    let correction = |k: usize| written[k].angle[1] - source[k].angle[1];
+    for (k, (before, after)) in source.iter().zip(&written).enumerate() {
+        let ((tip, t), (real_tip, real_t)) =
+            (meant.forward(before.q, before.angle), real.forward(after.q, after.angle));
+        assert!((tip - real_tip).norm() <= 0.866_025_404e-4 * 1.1, "{}", after.number);
+        let upright = before.angle[0].abs() < 0.01;
+        held += u64::from(upright);
+        assert!(angle(t, real_t) <= if upright { cone } else { TURNED_RAD }, "{}", after.number);
+        if upright {
+            let last = (0..k).rev().find(|k| source[*k].angle[0] > 1.0).map_or(0.0, correction);
+            assert!((correction(k) - last).abs() < 1e-9, "{output}");
+        }
+    }
+    let report = report.location_errors.expect("a step");
+    assert_eq!((report.held_at_pole, report.motions_posted), (held, 9));
+    assert!(report.max_axis_left.rad() <= cone && report.max_axis_left.rad() > TURNED_RAD);
+}
+
+#[test]
+fn the_stop_signal_is_heard_in_every_step() {
+    let part = blade(ac_machine(), tool(5.0, 5.0), 15, 2);
+    let machine = with_errors(&part.machine, errors());
+    let text = part.program(Form::ContactWords, FeedForm::PerMinute).into_bytes();
+    let parameters = CompensationParameters {
+        wear: Some(wear_step(&part, tool(4.8, 4.8))),
+        location_errors: true,
+        cc: Some(cc_step(&part, 5.0)),
+        servo: Some(ServoStep::new(drives())),
+        ..with_setup(part.setup)
+    };
+    let stopped_after = |calls: u64| {
+        let asked = Cell::new(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            if asked.get() > calls { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let spool = MemorySpool::default();
+        let result =
+            compensate_program(&machine, &parameters, &text, &spool, &mut Vec::new(), &mut (), &stop);
+        (result.map(|_| ()), asked.get())
+    };
+    let (done, asked) = stopped_after(u64::MAX);
+    assert!(done.is_ok() && asked > 20, "{done:?} {asked}");
+    for calls in 0..asked {
+        let (stopped, asked) = stopped_after(calls);
+        assert!(matches!(stopped, Err(Fault::Cancelled)), "{calls}: {stopped:?}");
+        assert_eq!(asked, calls + 1);
+    }
+}
+
 fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
     let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
     match run(machine, &parameters, text) {
@@ -570,7 +606,8 @@ proptest! {
         let mut text = String::from("G90 G21 G94 T1 M6\n");
         for (k, ([x, y, z], [first, second])) in points.iter().enumerate() {
             let code = if k == 0 { "G0" } else { "G1" };
-            text += &format!("{code} X{x:.4} Y{y:.4} Z{z:.4} {}{first:.4} {}{second:.4} F900\n", letters[0], letters[1]);
+            let [a, b] = letters;
+            writeln!(text, "{code} X{x:.4} Y{y:.4} Z{z:.4} {a}{first:.4} {b}{second:.4} F900").expect("text");
         }
         let parameters = CompensationParameters { location_errors: true, ..with_setup(setup) };
         let outcome = run(&free, &parameters, &text);

@@ -3,6 +3,7 @@
 #![expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 
 pub mod axes_witness;
+pub mod displaced;
 pub mod finishing;
 pub mod pole_passes;
 pub mod surface_passes;

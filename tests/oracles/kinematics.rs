@@ -152,3 +152,37 @@ proptest! {
         }
     }
 }
+
+/// Where the C axis is tilted by 50 µrad, the tool trammed at zero makes the pole go round in a circle of twice that: the
+/// largest correction of C is arcsin(2·50e-6/sin A), 0.33° at a lean of 1°.
+#[test]
+fn rotary_words_next_to_nominal_ones_differ_as_far_as_a_tilt_of_50_urad_demands() {
+    use trunnion::machine::{LocationError, MachineParts, RotaryAxis};
+    let parts = Preset::by_id("ac-table").expect("a preset").parts();
+    let tilted = LocationError { translation_mm: Vec3::zeros(), rotation_rad: Vec3::new(0.0, 5e-5, 0.0) };
+    let [first, second] = [0, 1].map(|k| RotaryAxis { travel_deg: None, ..parts.rotary_axes[k].clone() });
+    let machine = Machine::new(MachineParts {
+        rotary_axes: vec![first, RotaryAxis { location_error: tilted, ..second }],
+        ..parts
+    })
+    .expect("a machine");
+    let [meant, real] = [false, true]
+        .map(|apply_errors| Kinematics::new(&machine, &Setup { apply_errors, ..Setup::default() }));
+    for (lean_deg, largest_deg) in [(1.0, 0.33), (0.03, 11.01)] {
+        let mut most = 0.0_f64;
+        for c_deg in 0..360 {
+            let words = [lean_deg, f64::from(c_deg)];
+            let axis = meant.axis(words.map(f64::to_radians));
+            let near = real.words_near(axis, words, 0.0).expect("within reach");
+            assert!(!near.held && near.axis_residual_rad == 0.0);
+            assert!(real.axis_miss_rad(axis, near.words_deg.map(f64::to_radians)) < 1e-12);
+            most = most.max((near.words_deg[1] - words[1]).abs());
+            // Inside the cone the word is held, and the axis misses by no more than its circle.
+            let upright = meant.axis([0.005_f64.to_radians(), words[1].to_radians()]);
+            let held = real.words_near(upright, [0.005, words[1]], 2.5).expect("within reach");
+            assert!(held.held && (held.words_deg[1] - words[1] - 2.5).abs() < 1e-12);
+            assert!(held.axis_residual_rad <= 1e-4 + 0.005_f64.to_radians() * 2.6_f64.to_radians());
+        }
+        assert!((most / largest_deg - 1.0).abs() < 0.02, "{lean_deg}: {most}");
+    }
+}

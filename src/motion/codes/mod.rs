@@ -196,7 +196,7 @@ pub(super) enum Code {
     OrientationWord,
     /// Another axis moves, perhaps one of the machine's five under another name.
     OtherAxis,
-    /// A name that nothing is known of stands in the block.
+    /// A word that nothing is known of, or that changes the course of the motion and not its end.
     ForeignWord,
     /// Changes the motion of its block.
     BlockWord,

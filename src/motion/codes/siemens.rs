@@ -87,7 +87,6 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         Keyword::Diameter => Code::Transform(Diameter, true),
         Keyword::DiameterOff => Code::Transform(Diameter, false),
         Keyword::Spline => Code::Motion(MotionMode::Spline),
-        Keyword::Circle => Code::Motion(MotionMode::Arc),
         Keyword::Cycle => Code::Cycle,
         Keyword::ModalCycle => Code::ModalCycle,
         Keyword::ModalCall | Keyword::ContourTable => Code::ModalCall,
@@ -96,13 +95,13 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         Keyword::PolarEnd => Code::PolarEnd,
         // What is still `Named` here, nobody has told.
         Keyword::MachineAxis | Keyword::Named => Code::OtherAxis,
-        Keyword::ForeignAxis => Code::ForeignWord,
+        Keyword::ForeignAxis | Keyword::OtherCourse => Code::ForeignWord,
         Keyword::Assigned | Keyword::Declaration | Keyword::PlaneAngle => Code::Harmless,
         Keyword::BlockWord => Code::BlockWord,
         Keyword::ToolOffset => Code::ToolOffset,
         Keyword::CornerRounding => Code::RoundsCorners(true),
         Keyword::CornerRoundingOff => Code::RoundsCorners(false),
-        Keyword::Preset => Code::OtherShift,
+        Keyword::AxisPreset => Code::OtherShift,
         Keyword::Reposition => Code::Elsewhere,
         _ => Code::Unknown,
     }

@@ -81,7 +81,7 @@ impl ChangeSink for Vec<BlockChange> {
     }
 }
 
-/// One bucket of the series: the largest shares of the motions it stands for.
+/// One bucket of the series: the largest shares and errors of the motions it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ChangePoint {
     /// Line of the upload with the largest sum in the bucket.
@@ -94,9 +94,13 @@ pub struct ChangePoint {
     pub cc_mm: f64,
     /// That largest sum \[mm\].
     pub sum_mm: f64,
+    /// Largest sum of the errors of a motion as programmed \[mm\].
+    pub error_before_mm: f64,
+    /// The same as written \[mm\].
+    pub error_after_mm: f64,
 }
 
-/// Changes along the program in at most [`ChangeSeries::MAX_POINTS`] points.
+/// Changes along the program, motion after motion, in at most [`ChangeSeries::MAX_POINTS`] points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChangeSeries {
     points: Vec<ChangePoint>,
@@ -144,6 +148,8 @@ fn joined(a: ChangePoint, b: &ChangePoint) -> ChangePoint {
         wear_mm: a.wear_mm.max(b.wear_mm),
         cc_mm: a.cc_mm.max(b.cc_mm),
         sum_mm: a.sum_mm.max(b.sum_mm),
+        error_before_mm: a.error_before_mm.max(b.error_before_mm),
+        error_after_mm: a.error_after_mm.max(b.error_after_mm),
     }
 }
 
@@ -154,7 +160,7 @@ pub struct ChangeTotals {
     pub motions_changed: u64,
     /// Those with the largest sum of shares, the largest first.
     pub worst: Vec<BlockChange>,
-    /// All of them, down-sampled.
+    /// Those of all motions, down-sampled.
     pub series: ChangeSeries,
 }
 
@@ -163,14 +169,21 @@ impl ChangeTotals {
     pub const WORST: usize = 10;
 
     pub(super) fn take(&mut self, change: &BlockChange, sink: &mut dyn ChangeSink) -> Result<(), Fault> {
+        let &BlockChange { line, location_errors_mm, wear_mm, cc_mm, error, .. } = change;
+        self.series.push(ChangePoint {
+            line,
+            location_errors_mm,
+            wear_mm,
+            cc_mm,
+            sum_mm: change.sum_mm(),
+            error_before_mm: error.before.sum_mm(),
+            error_after_mm: error.after.sum_mm(),
+        });
         if !change.is_change() {
             return Ok(());
         }
         self.motions_changed += 1;
-        let sum_mm = change.sum_mm();
         keep_worst(&mut self.worst, change, BlockChange::sum_mm);
-        let &BlockChange { line, location_errors_mm, wear_mm, cc_mm, .. } = change;
-        self.series.push(ChangePoint { line, location_errors_mm, wear_mm, cc_mm, sum_mm });
         Ok(sink.changed(change)?)
     }
 }
@@ -186,5 +199,43 @@ pub(super) fn keep_worst(
     if at < ChangeTotals::WORST {
         worst.truncate(ChangeTotals::WORST - 1);
         worst.insert(at, *change);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(line: u64, wear_mm: f64) -> BlockChange {
+        BlockChange { wear_mm, ..BlockChange::none(line, MotionKind::Linear) }
+    }
+
+    #[test]
+    fn the_worst_are_the_largest_in_order_and_the_first_of_equals() {
+        let mut totals = ChangeTotals::default();
+        let mut sink = Vec::new();
+        for line in 1..=5000 {
+            let size = f64::from(u32::try_from(line * 7919 % 1000).unwrap());
+            totals.take(&moved(line, size), &mut sink).unwrap();
+        }
+        let expected: Vec<f64> =
+            (0..ChangeTotals::WORST).map(|k| 999.0 - f64::from(u32::try_from(k / 5).unwrap())).collect();
+        assert_eq!(totals.worst.iter().map(BlockChange::sum_mm).collect::<Vec<_>>(), expected);
+        assert!(totals.worst[..5].is_sorted_by_key(|change| change.line));
+        assert!(totals.worst[5..].is_sorted_by_key(|change| change.line));
+        // Every thousandth is not moved at all.
+        assert_eq!((totals.motions_changed, sink.len()), (4995, 4995));
+    }
+
+    #[test]
+    fn a_long_series_stays_short_and_keeps_its_peaks() {
+        let mut series = ChangeTotals::default();
+        for line in 1..=100_000 {
+            series.take(&moved(line, if line == 77_777 { 1.0 } else { 0.001 }), &mut ()).unwrap();
+        }
+        let points = series.series.points();
+        assert!(points.len() <= ChangeSeries::MAX_POINTS && points.is_sorted_by_key(|point| point.line));
+        let peak = points.iter().find(|point| point.sum_mm > 0.5);
+        assert_eq!(peak.map(|point| point.line), Some(77_777));
     }
 }

@@ -24,3 +24,4 @@ pub use run::compensate_program;
 pub use spool::{MemorySpool, Place, Spool};
 
 pub(super) use line_map::{LineCursor, LineMap, line_ends};
+pub(super) use spool::Resting;

@@ -139,9 +139,8 @@ impl Course<'_> {
         let moving = parameters.moving(cutter);
         let posts = parameters.location_errors && has_errors;
         // A machine without errors is the nominal one, to the bit.
-        let exact = |setup: Setup, real: bool| match parameters.location_errors {
-            true => Setup { apply_errors: posts && real, ..setup },
-            false => setup,
+        let exact = |setup: Setup, real: bool| {
+            if parameters.location_errors { Setup { apply_errors: posts && real, ..setup } } else { setup }
         };
         let moves = Moves {
             parameters: &moving,
@@ -186,7 +185,7 @@ impl Course<'_> {
             profile: servo.profile,
             dialect: self.parameters.dialect,
             max_samples: servo.max_samples,
-            ..SimulationParameters::new(servo.drives.clone())
+            ..SimulationParameters::new(servo.drives)
         };
         let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);

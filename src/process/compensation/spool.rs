@@ -18,11 +18,14 @@ pub enum Place {
     Changes,
     /// What the drives leave of every line, 12 bytes each.
     Lags,
+    /// The program whose singular regions were treated.
+    Treated,
 }
 
 impl Place {
     /// Every place.
-    pub const ALL: [Self; 5] = [Self::Moved, Self::Moves, Self::Written, Self::Changes, Self::Lags];
+    pub const ALL: [Self; 6] =
+        [Self::Moved, Self::Moves, Self::Written, Self::Changes, Self::Lags, Self::Treated];
 }
 
 /// Places to put text in and read it from again; what is put there is of no use once the compensation is done.
@@ -41,9 +44,9 @@ pub trait Spool: Sync {
 }
 
 /// A program that rests in a spool.
-pub(super) struct Resting<'a> {
-    pub(super) spool: &'a dyn Spool,
-    pub(super) place: Place,
+pub(in crate::process) struct Resting<'a> {
+    pub(in crate::process) spool: &'a dyn Spool,
+    pub(in crate::process) place: Place,
 }
 
 impl ProgramSource for Resting<'_> {
@@ -54,7 +57,7 @@ impl ProgramSource for Resting<'_> {
 
 /// Places in memory: for short programs.
 #[derive(Debug, Default)]
-pub struct MemorySpool([Mutex<Vec<u8>>; 5]);
+pub struct MemorySpool([Mutex<Vec<u8>>; 6]);
 
 struct MemoryWriter<'a>(&'a Mutex<Vec<u8>>);
 

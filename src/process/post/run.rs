@@ -207,7 +207,8 @@ impl Run<'_> {
         for item in items {
             let point = match item {
                 Item::Note(note) => {
-                    self.writer.note(&note, &mut self.out);
+                    self.out.extend_from_slice(&note);
+                    self.out.push(b'\n');
                     continue;
                 }
                 Item::Point(point) => point,

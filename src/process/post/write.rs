@@ -54,11 +54,6 @@ impl Writer {
         self.line("%", out);
     }
 
-    pub(super) fn note(&mut self, note: &[u8], out: &mut Vec<u8>) {
-        out.extend_from_slice(note);
-        out.push(b'\n');
-    }
-
     /// A block with all five words; F where it changes, in inverse time always.
     pub(super) fn point(
         &mut self,

@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::Write;
-use std::ops::ControlFlow;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::contact::Cutting;
 use super::figures::{figures, time_s};
@@ -16,13 +15,15 @@ use super::{LeftReason, SingularityAction, SingularityParameters};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{InterpreterOptions, Motion};
+use crate::process::compensate::Upstream;
+use crate::process::compensation::{LineMap, line_ends};
 use crate::process::emit::Emitter;
 use crate::process::inventory::Inventory;
 use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
-use crate::process::{CcParameters, Fault, ProgramSource};
+use crate::process::{CcParameters, Fault, ProgramSource, Stop};
 use crate::program::{Batch, Dialect, print_changed};
 use crate::units::{Angle, Feedrate};
 
@@ -45,8 +46,25 @@ pub fn treat_singular_regions(
     singularity: &SingularityParameters,
     source: &dyn ProgramSource,
     output: &mut dyn Write,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    stop: &Stop<'_>,
 ) -> Result<SingularityReport, Fault> {
+    let source = Upstream { source, lines: Vec::new() };
+    Ok(treat_from(machine, cc, singularity, source, output, stop)?.0)
+}
+
+/// [`treat_singular_regions`] for a program that was itself written from the upload. Beside the report the lines of
+/// blocks that came in.
+///
+/// # Errors
+/// As [`treat_singular_regions`].
+pub(in crate::process) fn treat_from(
+    machine: &Machine,
+    cc: &CcParameters,
+    singularity: &SingularityParameters,
+    Upstream { source, lines }: Upstream<'_>,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<(SingularityReport, LineMap), Fault> {
     let survey = Survey::of(machine, cc.dialect, source, stop)?;
     let contact = survey.contact(cc.contact, cc.part.is_some())?;
     let kinematics = Kinematics::new(machine, &cc.setup);
@@ -56,7 +74,7 @@ pub fn treat_singular_regions(
     };
     let cutting = Cutting { machine, kinematics: &kinematics, parameters: cc, contact };
     let planner = Planner { cutting, survey, singularity: *singularity };
-    let mut passages = Passages::open(source, machine, cc.dialect, options)?;
+    let mut passages = Passages::open(source, machine, cc.dialect, options)?.with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, _, dialect| {
         let run = run.get_or_insert_with(|| Run::new(planner, dialect, options));
@@ -71,8 +89,9 @@ pub fn treat_singular_regions(
     output.flush()?;
     let mut warnings = Warnings::default();
     passages.warn(&mut warnings);
+    let lines = std::mem::take(&mut run.lines);
     let report = run.report(passages.dialect(), passages.blocks);
-    Ok(SingularityReport { warnings: warnings.into_list(), ..report })
+    Ok((SingularityReport { warnings: warnings.into_list(), ..report }, lines))
 }
 
 /// What becomes of a motion that is held back.
@@ -101,6 +120,8 @@ struct Run<'a> {
     evaluations: u64,
     blocks_changed: u64,
     blocks_inserted: u64,
+    /// Of inserted blocks, in the lines of what is read.
+    lines: LineMap,
 }
 
 impl<'a> Run<'a> {
@@ -121,16 +142,12 @@ impl<'a> Run<'a> {
             evaluations: 0,
             blocks_changed: 0,
             blocks_inserted: 0,
+            lines: LineMap::default(),
         }
     }
 
     /// Looks at one batch; writes it unless a region goes on behind it.
-    fn passage(
-        &mut self,
-        passage: &Passage,
-        output: &mut dyn Write,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<(), Fault> {
+    fn passage(&mut self, passage: &Passage, output: &mut dyn Write, stop: &Stop<'_>) -> Result<(), Fault> {
         self.inventory.see(&passage.batch);
         for motion in &passage.motions {
             self.fates.push_back(Fate::default());
@@ -154,7 +171,7 @@ impl<'a> Run<'a> {
     }
 
     /// Plans the region at hand.
-    fn close(&mut self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<(), Fault> {
+    fn close(&mut self, stop: &Stop<'_>) -> Result<(), Fault> {
         let region = self.collector.take();
         let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
         if stop().is_break() {
@@ -210,7 +227,7 @@ impl<'a> Run<'a> {
         &mut self,
         region: &[Pending],
         courses: &mut [Course<'a>],
-        stop: &dyn Fn() -> ControlFlow<()>,
+        stop: &Stop<'_>,
     ) -> Result<RegionTreatment, Fault> {
         let (mut divided, mut inserted, mut left, mut reason) = (0, 0, 0, None);
         for (pending, course) in region.iter().zip(courses) {
@@ -276,18 +293,22 @@ impl<'a> Run<'a> {
                 (Course::Divide(divided), Some((region, _))) => {
                     self.out.extend_from_slice(batch.blocks_text(copied, motion.block as usize));
                     copied = motion.block as usize + 1;
+                    let written_from = self.out.len();
                     self.emitter
                         .write_division(batch, &divided.checked, motion, &divided.division, &mut self.out)
                         .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+                    let own = batch.blocks().get(motion.block as usize);
+                    let own = own.map_or(0, |block| line_ends(batch.block_text(block)));
+                    self.note_lines(batch, motion, written_from, own)?;
                     let parts = divided.division.nodes.len();
                     self.blocks_changed += 1;
                     self.blocks_inserted += parts as u64 - 1;
                     self.inventory.inserted += parts as u64 - 1;
                     let (checked, division) = (divided.checked, divided.division);
                     let group =
-                        Rc::new(Group { source: divided.source, checked, division, correction_mm: 0.0 });
+                        Arc::new(Group { source: divided.source, checked, division, correction_mm: 0.0 });
                     for index in 0..parts {
-                        let group = Rc::clone(&group);
+                        let group = Arc::clone(&group);
                         self.verifier.await_next(Expected::Part { group, index, region });
                     }
                 }
@@ -317,12 +338,24 @@ impl<'a> Run<'a> {
         }
         self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
         *copied = motion.block as usize;
+        let (blocks, written_from) = (self.emitter.feed_blocks, self.out.len());
         let changed = self
             .emitter
             .restore_feed(batch, motion, &mut self.out)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        if self.emitter.feed_blocks > blocks {
+            self.note_lines(batch, motion, written_from, 0)?;
+        }
         *copied += usize::from(changed);
         Ok(())
+    }
+
+    /// Lines written for this motion since `from`, of which the source has `own`; where it has none they stand before
+    /// its block.
+    fn note_lines(&mut self, batch: &Batch, motion: &Motion, from: usize, own: u64) -> Result<(), Fault> {
+        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+        let written = line_ends(self.out.get(from..).unwrap_or_default());
+        self.lines.insert(line.saturating_sub(u64::from(own == 0)), written.saturating_sub(own))
     }
 
     /// Writes a block with other ends.

@@ -1,7 +1,7 @@
 //! The written program read back as a control would read it: every motion against what was planned, tool axis and
 //! contact from the words that were read.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::densify::part;
 use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, time_s};
@@ -41,7 +41,7 @@ pub(super) enum Expected<'a> {
     /// A block with other ends.
     Moved { moved: Box<Moved>, region: RegionNumber },
     /// Part of a divided block.
-    Part { group: Rc<Group<'a>>, index: usize, region: RegionNumber },
+    Part { group: Arc<Group<'a>>, index: usize, region: RegionNumber },
 }
 
 impl Awaited for Expected<'_> {

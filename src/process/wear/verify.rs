@@ -20,7 +20,7 @@ use crate::program::Dialect;
 /// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Half a unit of the last decimal on two rotary axes.
-const TURNED: f64 = 1.414_213_562 * 1.1;
+const TURNED: f64 = std::f64::consts::SQRT_2 * 1.1;
 /// Arithmetic of inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
 

@@ -104,9 +104,10 @@ impl Parameters {
     /// The right side of `FN n: Q = …`.
     fn function(&self, text: &[u8], right: &[u8]) -> Option<f64> {
         let digits = text.get(2..)?.trim_ascii_start();
-        let number = read_unsigned(digits, 0)?.value;
+        let number = read_unsigned(digits, 0)?;
+        let number: u32 = std::str::from_utf8(digits.get(..number.end)?).ok()?.parse().ok()?;
         let mut formula = Formula { text: right, at: 0, parameters: self };
-        let value = match number as u32 {
+        let value = match number {
             0 => formula.signed()?,
             1 => {
                 let a = formula.signed()?;
@@ -253,13 +254,11 @@ impl Formula<'_> {
         }
         let number: Option<u32> =
             std::str::from_utf8(self.text.get(digits..self.at)?).ok().and_then(|text| text.parse().ok());
-        match number.filter(|number| *number < MAX_NUMBER) {
-            Some(number) => Some(kind * MAX_NUMBER + number),
-            None => {
-                self.at = from;
-                None
-            }
+        let number = number.filter(|number| *number < MAX_NUMBER);
+        if number.is_none() {
+            self.at = from;
         }
+        number.map(|number| kind * MAX_NUMBER + number)
     }
 
     /// A number or a parameter with signs before it.

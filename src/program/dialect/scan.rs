@@ -57,6 +57,7 @@ pub(super) fn extent(
 
 /// A number with its sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about its spelling")]
 pub(super) struct Number {
     pub(super) value: f64,
     pub(super) decimals: u8,

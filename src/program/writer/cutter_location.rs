@@ -162,8 +162,8 @@ fn print_feed(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) 
 
 /// How the last feed before this block was written.
 fn statement_before(batch: &Batch, block: &Block) -> FeedStatement {
-    let before = batch.blocks.iter().rev().skip_while(|other| other.start > block.start);
-    before.filter_map(|other| FeedStatement::of(batch, other)).next().unwrap_or(batch.habits.feed_before)
+    let mut before = batch.blocks.iter().rev().skip_while(|other| other.start > block.start);
+    before.find_map(|other| FeedStatement::of(batch, other)).unwrap_or(batch.habits.feed_before)
 }
 
 fn body<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {

@@ -3,7 +3,8 @@
 use super::NewWord;
 use crate::program::{Address, Batch, Block};
 
-/// A row of a table: cells with a new word are written anew, blanks before them kept.
+/// A row of a table: cells with a new word are written anew, blanks before them kept. What a row has beyond its columns
+/// stays, and cells that it lacks stay away where nothing new comes behind them.
 pub(super) fn print_row(
     batch: &Batch,
     block: &Block,
@@ -12,8 +13,14 @@ pub(super) fn print_row(
     out: &mut Vec<u8>,
 ) {
     let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
-    let mut cells = body.split(|&byte| byte == batch.separator);
+    let mut cells = body.split(|&byte| byte == batch.separator).peekable();
     for (index, address) in batch.columns.iter().enumerate() {
+        let later = batch.columns.get(index..).unwrap_or_default();
+        if cells.peek().is_none()
+            && !later.iter().any(|address| new.iter().any(|word| word.address == *address))
+        {
+            return;
+        }
         if index > 0 {
             out.push(batch.separator);
         }
@@ -27,5 +34,9 @@ pub(super) fn print_row(
             None if dropped.contains(address) => {}
             None => out.extend_from_slice(cell),
         }
+    }
+    for cell in cells {
+        out.push(batch.separator);
+        out.extend_from_slice(cell);
     }
 }

@@ -9,6 +9,8 @@ use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
 pub(super) struct Setting<'a> {
     /// Blanks before the word.
     separator: &'a [u8],
+    /// What stands between the letter and the number: `=`, or nothing.
+    mark: &'a [u8],
     /// Bytes from behind the letter to the end of the number, and whether there are blanks among them.
     field: usize,
     has_gap: bool,
@@ -33,7 +35,7 @@ impl<'a> Style<'a> {
         let is_plain = |word: &&Word| word.form == WordForm::Number;
         let look =
             Look { drops_zero: batch.habits.drops_zero, ends_in_point: batch.habits.points, plus: false };
-        let fallback = Setting { separator: b" ", field: 0, has_gap: false, lower: false, look };
+        let fallback = Setting { separator: b" ", mark: b"", field: 0, has_gap: false, lower: false, look };
         let mut style = Self { batch, words, usual: fallback };
         let last = words.iter().rposition(|word| is_plain(&word) && word.address.is_coordinate());
         let model = last.or_else(|| words.iter().rposition(|word| is_plain(&word)));
@@ -69,6 +71,7 @@ impl<'a> Style<'a> {
         let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
         Setting {
             separator: self.separator_before(index),
+            mark: self.mark(word),
             field: if is_plain { number.len() } else { 0 },
             has_gap: matches!(number.first(), Some(b' ' | b'\t')),
             lower: text.first().is_some_and(u8::is_ascii_lowercase),
@@ -78,6 +81,15 @@ impl<'a> Style<'a> {
                 plus: (is_plain && sign == b'+') || self.always_signs(word.address),
             },
         }
+    }
+
+    /// `=` behind the letter of a word of one letter, with its blanks.
+    fn mark(&self, word: &Word) -> &'a [u8] {
+        let text = self.batch.word_text(word);
+        let mark = text.get(1..usize::from(word.lead)).unwrap_or_default();
+        let is_mark =
+            self.batch.dialect == Dialect::Siemens && mark.iter().all(|byte| b" \t=".contains(byte));
+        if is_mark { mark } else { b"" }
     }
 
     /// Whether the program writes coordinates with their sign, whatever it is.
@@ -135,6 +147,7 @@ impl<'a> Style<'a> {
             out.extend_from_slice(setting.separator);
         }
         out.push(if setting.lower { letter.to_ascii_lowercase() } else { letter });
+        out.extend_from_slice(setting.mark);
         self.print_value(&setting, new, out);
     }
 

@@ -234,7 +234,7 @@ impl<'a, N: Names> Walk<'a, N> {
         Ok(value.filter(|_| !digits.starts_with('+')).map(|value| Number::whole(f64::from(value))))
     }
 
-    /// A variable, a function, or NOT and B_NOT with what they turn.
+    /// A variable, a function, or `NOT` and `B_NOT` with what they turn.
     fn name(&mut self) -> Result<Option<Number>, Mistake> {
         let start = self.at;
         let end = operand_name_end(self.text, start);

@@ -89,5 +89,6 @@ fn cut(value: f64, how: fn(f64) -> f64) -> Option<Number> {
 /// Rounded half up; halves below zero are not told of.
 pub(super) fn rounded(value: f64) -> Option<Number> {
     let is_half = ((value - value.floor()) - 0.5).abs() <= NEARLY_WHOLE;
-    (value >= 0.0 && value.fract() == 0.5 || !is_half).then(|| Number::whole((value + 0.5).floor() + 0.0))
+    let is_exact_half = value.fract().to_bits() == 0.5_f64.to_bits();
+    (is_exact_half || !is_half).then(|| Number::whole((value + 0.5).floor() + 0.0))
 }

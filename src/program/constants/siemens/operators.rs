@@ -141,7 +141,7 @@ fn quotient(a: f64, b: f64) -> Option<f64> {
         return Some(exact.floor());
     }
     // Exactly whole (7 DIV 3.5) or one rounding away from it (1 DIV 0.1).
-    (nearest * b == a).then_some(nearest)
+    (nearest * b).to_bits().eq(&a.to_bits()).then_some(nearest)
 }
 
 fn bits(operator: Operator, left: Number, right: Number) -> Option<Number> {

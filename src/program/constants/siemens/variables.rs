@@ -233,25 +233,24 @@ impl Variables {
         let mut walk = Walk::new(text, end, self);
         let mut subscripts = Vec::new();
         if walk.is_next(b'[') {
-            match walk.list(b']') {
-                Ok(list) if list.count == list.values().len() => subscripts.extend_from_slice(list.values()),
-                _ => return self.lose(key),
+            let Ok(list) = walk.list(b']') else { return self.lose(&key) };
+            if list.count > list.values().len() {
+                return self.lose(&key);
             }
+            subscripts.extend_from_slice(list.values());
         }
         if !walk.take_equals() {
-            return self.lose(key);
+            return self.lose(&key);
         }
         let from = walk.at;
         let is_parameter = is_parameter(&key);
         if key == b"R" {
-            match parameter_key(&subscripts) {
-                Some(parameter) => key = parameter,
+            let Some(parameter) = parameter_key(&subscripts) else {
                 // Any of them.
-                None => {
-                    self.forget();
-                    return Keyword::Assigned;
-                }
-            }
+                self.forget();
+                return Keyword::Assigned;
+            };
+            key = parameter;
             subscripts.clear();
         }
         let value_text = text.get(from..).unwrap_or_default();
@@ -263,14 +262,14 @@ impl Variables {
     }
 
     /// The value of a variable is not known any more.
-    fn lose(&mut self, key: Vec<u8>) -> Keyword {
+    fn lose(&mut self, key: &[u8]) -> Keyword {
         let mut declared = false;
-        if let Some(variable) = self.known.get_mut(&key) {
+        if let Some(variable) = self.known.get_mut(key) {
             variable.elements.fill(None);
             declared = variable.is_declared;
         }
-        self.fresh.push(key.clone());
-        if declared { Keyword::Assigned } else { undeclared(&key) }
+        self.fresh.push(key.to_owned());
+        if declared { Keyword::Assigned } else { undeclared(key) }
     }
 
     fn put(

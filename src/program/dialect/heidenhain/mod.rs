@@ -41,13 +41,8 @@ pub(in crate::program) fn read_line(
     let kind = match scan.byte(from) {
         b'\n' | b'\r' if first.is_deleted => BlockKind::Words,
         b'\n' | b'\r' => BlockKind::Blank,
-        b';' => {
-            scan.flags.set(BlockFlags::COMMENT);
-            scan.skip_all();
-            BlockKind::Comment
-        }
         // `* - …` structures the program for the reader.
-        b'*' => {
+        b';' | b'*' => {
             scan.flags.set(BlockFlags::COMMENT);
             scan.skip_all();
             BlockKind::Comment

@@ -294,7 +294,7 @@ fn plane(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 fn control_function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     let body = scan.slice(end, scan.extent.body_end);
     let body = body.get(..memchr::memchr(b';', body).unwrap_or(body.len())).unwrap_or_default();
-    let words = || body.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty());
+    let words = || body.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     let follows = |first: &[u8], second: &[u8]| {
         words()
             .zip(words().skip(1))

@@ -175,6 +175,7 @@ impl Line<'_> {
 
     /// Adds a statement word between two bytes of the line.
     pub(super) fn push_keyword(&mut self, keyword: Keyword, start: usize, end: usize) {
+        self.at = self.at.max(end);
         let (from, to) = (self.in_batch(start), self.in_batch(end));
         self.push(Word::of_keyword(keyword, from, to));
     }
@@ -199,7 +200,7 @@ impl Line<'_> {
             b'/' if self.has_only_number() => {
                 self.flags.set(BlockFlags::DELETE);
                 self.at += 1;
-                if matches!(self.byte(self.at), b'0'..=b'9') && !self.byte(self.at + 1).is_ascii_digit() {
+                if self.byte(self.at).is_ascii_digit() && !self.byte(self.at + 1).is_ascii_digit() {
                     self.at += 1;
                 }
             }
@@ -272,7 +273,9 @@ impl Line<'_> {
 
     /// Says what the line as a whole is; the rest of it is walked over, its comment apart.
     pub(super) fn settle(&mut self, kind: BlockKind) {
-        self.kind = Some(kind);
+        if self.kind != Some(BlockKind::Malformed) {
+            self.kind = Some(kind);
+        }
         self.at = self.line_end();
     }
 

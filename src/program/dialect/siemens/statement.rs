@@ -61,12 +61,15 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
                 other => other,
             };
             line.push_keyword(keyword, start, tail.end);
-            line.at = tail.end;
         }
         Name::Value(address) if line.has_equals(end) => value_word(line, address, start, end),
         Name::Corner(address) if line.has_equals(end) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
-            push(line, address, WordForm::Comma, start, tail.end, 0, tail.value.unwrap_or_default());
+            let value = tail.value.unwrap_or_default();
+            if value.abs() > MAX_MAGNITUDE {
+                return line.too_large(address.letter().unwrap_or(b'R'), value, tail.end);
+            }
+            push(line, address, WordForm::Comma, start, tail.end, 0, value);
         }
         Name::Value(_) | Name::Corner(_) => line.fail_unexpected(start),
     }
@@ -103,7 +106,6 @@ fn numbered_cycle(line: &mut Line<'_>, start: usize, end: usize, number: u32) {
         _ => return line.settle(BlockKind::Call),
     };
     line.push_keyword(keyword, start, tail.end);
-    line.at = tail.end;
 }
 
 fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
@@ -123,7 +125,6 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
     let keyword = if is_standard { Keyword::ModalCycle } else { Keyword::ModalCall };
     let line_end = line.line_end();
     line.push_keyword(keyword, start, line_end);
-    line.at = line_end;
 }
 
 /// What stands behind a name: how many arguments, their second if it is a number, a value behind `=`.
@@ -178,7 +179,6 @@ fn assignment(line: &mut Line<'_>, start: usize, name_end: usize, keyword: Keywo
     }
     line.flags.set(BlockFlags::ASSIGNS);
     line.push_keyword(keyword, start, tail.end);
-    line.at = line.at.max(tail.end);
 }
 
 /// `$P_UIFR[1]=…`: offsets, frames, tools and machine data may change. Inputs, timers and markers do not matter.
@@ -234,7 +234,6 @@ fn lone_letter(line: &mut Line<'_>, start: usize, letter: u8) {
 fn machine_axis(line: &mut Line<'_>, start: usize, end: usize) {
     let Some(tail) = skip_tail(line, start, end) else { return };
     line.push_keyword(Keyword::MachineAxis, start, tail.end);
-    line.at = line.at.max(tail.end);
 }
 
 /// A letter with a number that something odd follows, or whose letter has a meaning of its own.
@@ -265,11 +264,10 @@ pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usiz
         (b'A'..=b'C', [b'2' | b'4'..=b'8']) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
             line.push_keyword(Keyword::OrientationWord, start, tail.end);
-            line.at = line.at.max(tail.end);
         }
         (b'M', b"0") => value_word(line, Address::M, start, end),
         (b'T', _) => value_word(line, Address::T, start, end),
-        // Of another spindle, and the middle of a circle through a point.
+        // Of another spindle; the middle of a circle through a point, which has no meaning elsewhere.
         (b'M' | b'H' | b'S', _) | (b'I'..=b'K', b"1") => {
             if let Some(tail) = skip_tail(line, start, end) {
                 line.at = tail.end;
