@@ -162,8 +162,6 @@ keywords! {
     DatumReset,
     /// A datum shift from a table.
     DatumTable,
-    /// Cycle 247: another preset.
-    Preset,
     /// `PLANE …` but for RESET, cycle 19.
     TiltOn,
     /// `PLANE RESET`, cycle 19 with no angle.
@@ -200,8 +198,6 @@ keywords! {
     Probe,
     /// A statement that changes nothing the path depends on.
     Statement,
-    /// A statement that is not known.
-    UnknownStatement,
     // --- APT
     /// `GOTO/`: a straight motion to a point; an arc behind `CIRCLE/`.
     Goto,
@@ -223,8 +219,6 @@ keywords! {
     InchPerRevolution,
     /// `PERREV`, `UPR`: in the unit of the program.
     UnitPerRevolution,
-    /// `CIRCLE/`: the next point is the end of an arc.
-    Circle,
     /// `CYCLE/…`: the points behind it are those of a cycle.
     CycleOn,
     /// `CYCLE/OFF`
