@@ -13,6 +13,7 @@ use trunnion::process::{
     compensate_program,
 };
 use trunnion::units::Length;
+use trunnion::wear::OneAfterAnother;
 
 use crate::displaced::{Line, displaced, errors, with_errors};
 use crate::tables::tables;
@@ -36,7 +37,16 @@ fn run(
     let mut output = Vec::new();
     let (source, spool) = (program.to_vec(), MemorySpool::default());
     let go_on = || ControlFlow::Continue(());
-    let report = compensate_program(machine, parameters, &source, &spool, &mut output, &mut (), &go_on)?;
+    let report = compensate_program(
+        machine,
+        parameters,
+        &source,
+        &spool,
+        &mut output,
+        &mut (),
+        &OneAfterAnother,
+        &go_on,
+    )?;
     Ok((output, report))
 }
 

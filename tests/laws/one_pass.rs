@@ -6,9 +6,9 @@
     reason = "a test may stop at what it did not expect; what nobody added to is zero to the bit"
 )]
 
-use std::cell::Cell;
 use std::fmt::Write;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use proptest::prelude::*;
 use trunnion::geometry::Vec3;
@@ -494,15 +494,26 @@ fn the_stop_signal_is_heard_in_every_step() {
         ..with_setup(part.setup)
     };
     let stopped_after = |calls: u64| {
-        let asked = Cell::new(0);
+        let asked = AtomicU64::new(0);
         let stop = || {
-            asked.set(asked.get() + 1);
-            if asked.get() > calls { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if asked.fetch_add(1, Ordering::Relaxed) >= calls {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         };
         let spool = MemorySpool::default();
-        let result =
-            compensate_program(&machine, &parameters, &text, &spool, &mut Vec::new(), &mut (), &stop);
-        (result.map(|_| ()), asked.get())
+        let result = compensate_program(
+            &machine,
+            &parameters,
+            &text,
+            &spool,
+            &mut Vec::new(),
+            &mut (),
+            &OneAfterAnother,
+            &stop,
+        );
+        (result.map(|_| ()), asked.into_inner())
     };
     let (done, asked) = stopped_after(u64::MAX);
     assert!(done.is_ok() && asked > 20, "{done:?} {asked}");
