@@ -52,6 +52,7 @@ impl Resolution {
     /// The angles that the control turns to when a point of this block is written at these \[deg\]; and the tool axis as it
     /// is written, where it is written as a vector and turns.
     #[must_use]
+    #[expect(clippy::float_cmp, reason = "words that stand are the same to the bit")]
     pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
         let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
         let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);

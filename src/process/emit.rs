@@ -62,6 +62,15 @@ impl Emitter {
         (!given_again).then_some(NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals })
     }
 
+    /// A block was written with these words: in cutter location data a feed is a statement of its own. Whether there is
+    /// one.
+    pub(super) fn count_feed(&mut self, batch: &Batch, words: &[NewWord]) -> bool {
+        let states_feed =
+            batch.dialect() == Dialect::Apt && words.iter().any(|word| word.address == Address::F);
+        self.feed_blocks += u64::from(states_feed);
+        states_feed
+    }
+
     /// What a block that is left alone needs before or in it, so that it runs at the source's feed: writes the
     /// block and returns true, or returns false where it can be copied as it is.
     pub(super) fn restore_feed(
@@ -84,6 +93,7 @@ impl Emitter {
             Linear | Arc if motion.unfollowable != Some(Unfollowable::BlockDelete) => {
                 let word = NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals };
                 print_changed(batch, motion.block as usize, &[word], false, out)?;
+                self.count_feed(batch, &[word]);
                 self.owed = None;
                 self.feeds_restored += 1;
                 return Ok(true);

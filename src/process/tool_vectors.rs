@@ -18,6 +18,9 @@ const SAME_AXIS_RAD: f64 = 1e-7;
 /// Words this far outside the travel are still rounding \[deg\].
 const TRAVEL_SLACK_DEG: f64 = 1e-6;
 
+/// X Y Z \[mm\] and the tool axis as written.
+type VectorPoint = ([f64; 3], [f64; 3]);
+
 /// Follows the rotary axes through the motions of a program.
 #[derive(Debug, Clone)]
 pub(super) struct ToolVectors {
@@ -26,7 +29,7 @@ pub(super) struct ToolVectors {
     /// Where the rotary axes stand, or stood last \[deg\].
     near_deg: Option<[f64; 2]>,
     /// The last point and its vector, with its words.
-    last: Option<(([f64; 3], [f64; 3]), AxisWords)>,
+    last: Option<(VectorPoint, AxisWords)>,
 }
 
 impl ToolVectors {
@@ -50,7 +53,7 @@ impl ToolVectors {
         }
     }
 
-    fn resolve_one(&mut self, motion: &mut Motion, end: ([f64; 3], [f64; 3])) {
+    fn resolve_one(&mut self, motion: &mut Motion, end: VectorPoint) {
         if motion.start.is_none() {
             motion.start = motion.vector_start.and_then(|start| self.words(start));
         }
@@ -68,7 +71,7 @@ impl ToolVectors {
     }
 
     /// The words of a point and its vector.
-    fn words(&mut self, point: ([f64; 3], [f64; 3])) -> Option<AxisWords> {
+    fn words(&mut self, point: VectorPoint) -> Option<AxisWords> {
         if let Some((_, words)) = self.last.filter(|(last, _)| *last == point) {
             return Some(words);
         }

@@ -155,8 +155,9 @@ fn case(name: &str) -> Option<(Vec<Motion>, Vec<[f64; 5]>)> {
     };
     let expected = canonical_positions(&std::fs::read_to_string(expected).unwrap());
     // The reference starts at the origin; here a position is known once it has been programmed.
-    let mut text = b"G0 X0 Y0 Z0 A0 C0\n".to_vec();
-    text.extend(std::fs::read(program).unwrap());
+    let text = std::fs::read(program).unwrap();
+    // A second tape mark would end the program.
+    let text = [b"G0 X0 Y0 Z0 A0 C0\n", text.strip_prefix(b"%\n").unwrap_or(&text)].concat();
     let (mut motions, diagnostics) = follow(&text);
     let refused: Vec<_> = diagnostics.refusals().map(ToString::to_string).collect();
     assert!(refused.is_empty(), "{name}: {refused:?}");
@@ -306,7 +307,11 @@ fn a_program_of_expressions_is_followed_to_its_last_block() {
     for motion in &motions[1..] {
         assert_eq!(motion.unfollowable, None, "line {}", motion.line);
         let line = lines[usize::try_from(motion.line).unwrap() - 2];
-        let end = motion.end.unwrap().linear_mm;
+        // The tool change takes the place along.
+        let Some(end) = motion.end.map(|end| end.linear_mm) else {
+            assert_eq!(line, "N90G0Z[#<zscale>*10.]", "only the first height comes without X and Y");
+            continue;
+        };
         for (start, found) in ["X[#<xscale>*", "Y[#<yscale>*", "Z[#<zscale>*"].into_iter().zip(end) {
             if let Some(expected) = factor(line, start) {
                 assert!((found - expected).abs() < 1e-9, "line {}: {found}, {expected}", motion.line);
@@ -314,6 +319,6 @@ fn a_program_of_expressions_is_followed_to_its_last_block() {
             }
         }
     }
-    // As many as the file has, by another count.
-    assert_eq!(seen, 675 + 4680 + 3566);
+    // As many as the file has, by another count, but for the first height.
+    assert_eq!(seen, 675 + 4680 + 3566 - 1);
 }

@@ -380,6 +380,7 @@ impl<'a> Run<'a> {
             self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
             print_changed(batch, motion.block as usize, &words, false, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+            self.emitter.count_feed(batch, &words);
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
         }

@@ -373,6 +373,9 @@ impl<'a> Run<'a> {
             self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
             print_changed(batch, motion.block as usize, &words, false, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+            if self.emitter.count_feed(batch, &words) {
+                self.lines.insert(motion.line.saturating_sub(1), 1)?;
+            }
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
             self.emitter.feeds_restored += u64::from(only_feed && lowered.is_none());

@@ -85,7 +85,7 @@ pub(super) fn exp(value: f64) -> Option<f64> {
 
 /// `base` to the power of `exponent`: a product for whole exponents, else of a base that is not negative.
 pub(super) fn power(base: f64, exponent: f64) -> Option<f64> {
-    let value = if exponent.abs() <= MAX_PRODUCT && exponent == exponent.trunc() {
+    let value = if exponent.abs() <= MAX_PRODUCT && exponent.fract() == 0.0 {
         let value = product(base, exponent.abs());
         if exponent < 0.0 { 1.0 / value } else { value }
     } else if base == 0.0 && exponent > 0.0 {

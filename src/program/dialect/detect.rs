@@ -84,6 +84,10 @@ fn marked(text: &[u8]) -> Option<Dialect> {
 
 fn mark(line: &[u8]) -> Option<Dialect> {
     let line = line.trim_ascii();
+    if line.starts_with(b"{") {
+        // Template text: whatever it is to become, it is refused as such.
+        return Some(Dialect::Iso);
+    }
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
         return Some(Dialect::Siemens);
     }

@@ -92,6 +92,7 @@ impl Operator {
 }
 
 /// Reads values from one line, with the parameters as they stand before it.
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about the reading")]
 pub(super) struct Expression<'a> {
     text: &'a [u8],
     pub(super) at: usize,
