@@ -7,12 +7,13 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::one_pass::Resting;
 use super::part_surface::{cost_of_part, part_surface};
 use super::program_job::{Finished, Workplace, run_program_job};
 use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
-use crate::process::Stop;
+use crate::process::{self, Stop};
 use crate::store::{JobRow, Store};
 use crate::wear::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport, Fault, Provenance};
@@ -34,6 +35,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
+        spool: &dyn process::Spool,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault>;
@@ -145,12 +147,14 @@ pub async fn compensate(
             let CompensationRequest { machine, parameters, tool, .. } = &request;
             let part = part_surface(surface, &parameters.surface_reading(), stop)?;
             let contact = ToolAndPart { tool: *tool, part };
+            let resting = Resting::new(spool.blobs().clone());
             let findings = compensator.compensate(
                 machine,
                 parameters,
                 contact,
                 program.path(),
                 &mut output,
+                &resting,
                 threads,
                 stop,
             )?;

@@ -16,7 +16,7 @@ use crate::units::{Feedrate, Length, UM_PER_MM};
 use crate::wear::SideBySide;
 use crate::wire::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault,
-    Interpolation, Output,
+    Interpolation, Output, SingularityAction,
 };
 
 /// Compensates programs with the core.
@@ -31,14 +31,40 @@ impl Compensator for CutterContactCompensator {
         ToolAndPart { tool, part }: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
+        spool: &dyn process::Spool,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
-        let parameters = process::CcParameters { part, ..core_parameters(parameters, tool)? };
+        let core = process::CcParameters { part, ..core_parameters(parameters, tool)? };
         let source = FileSource(source);
-        let report = process::compensate_side_by_side(machine, &parameters, &source, output, parts, stop)
+        let singularity = parameters.singular_regions.to_core(parameters.singularity);
+        if parameters.singularity != SingularityAction::Report {
+            let both = process::treat_and_compensate(
+                machine,
+                &core,
+                &singularity,
+                &source,
+                spool,
+                output,
+                parts,
+                stop,
+            );
+            let (treated, report) = both.map_err(in_words_of_the_wire)?;
+            return Ok(CcFindings { singularity: Some((&treated).into()), ..findings(&report) });
+        }
+        let report = process::compensate_side_by_side(machine, &core, &source, output, parts, stop)
             .map_err(in_words_of_the_wire)?;
-        Ok(findings(&report))
+        // What is only to be reported refuses nothing.
+        let nowhere = &mut std::io::sink();
+        let found = process::treat_singular_regions(machine, &core, &singularity, &source, nowhere, stop);
+        let singularity = match found {
+            Ok(found) => Some((&found).into()),
+            Err(fault @ (process::Fault::Cancelled | process::Fault::Io(_))) => {
+                return Err(in_words_of_the_wire(fault));
+            }
+            Err(_) => None,
+        };
+        Ok(CcFindings { singularity, ..findings(&report) })
     }
 
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
@@ -122,6 +148,7 @@ pub(super) fn findings(report: &process::CcReport) -> CcFindings {
         before: summary(&report.before),
         after: summary(&report.after),
         cc_path_length_mm: report.cc_path_length_mm,
+        singularity: None,
         series: series(&report.series),
         warnings: report.warnings.iter().map(Into::into).collect(),
     }

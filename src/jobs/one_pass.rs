@@ -130,6 +130,7 @@ fn in_core_terms(
     Ok(process::CompensationParameters {
         wear,
         location_errors: parameters.location_errors,
+        singularity: Some(parameters.singular_regions.to_core(parameters.singularity)),
         cc,
         setup: parameters.setup(),
         interpolation: parameters.interpolation.map(Interpolation::to_core),
@@ -152,6 +153,7 @@ fn findings(
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
         blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
+        singularity: report.singularity.as_ref().map(Into::into),
         location_errors: report.location_errors.as_ref().map(Into::into),
         wear: wear.map(|(wear, step)| wear_findings(&step, wear)),
         cc: report.cc.as_ref().map(cc_findings),
@@ -162,13 +164,13 @@ fn findings(
 }
 
 /// Files for what rests between two steps; they go with this.
-struct Resting {
+pub(super) struct Resting {
     blobs: Blobs,
     files: Mutex<[Option<NamedTempFile>; Place::ALL.len()]>,
 }
 
 impl Resting {
-    fn new(blobs: Blobs) -> Self {
+    pub(super) fn new(blobs: Blobs) -> Self {
         Self { blobs, files: Mutex::new([const { None }; Place::ALL.len()]) }
     }
 

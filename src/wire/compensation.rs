@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
+use super::{SingularRegions, SingularityAction, SingularityFindings};
 use super::{Fault, FaultList, Fixed, SurfaceReading};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
@@ -180,6 +181,14 @@ pub struct CcParameters {
     /// Feed where the program has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed_mm_per_min: Option<f64>,
+    /// What is done about singular regions, before everything else.
+    #[serde(default)]
+    #[param(inline)]
+    pub singularity: SingularityAction,
+    /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
+    #[serde(default)]
+    #[param(inline)]
+    pub singular_regions: SingularRegions,
     /// The form of the program text.
     #[serde(default)]
     #[param(inline)]
@@ -202,6 +211,8 @@ impl Default for CcParameters {
             work_offset_mm: Fixed::default(),
             tool_length_mm: 0.0,
             feed_mm_per_min: None,
+            singularity: SingularityAction::default(),
+            singular_regions: SingularRegions::default(),
             dialect: Dialect::default(),
         }
     }
@@ -249,6 +260,7 @@ impl CcParameters {
         if let Some(feed) = self.feed_mm_per_min {
             faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, Self::MAX_FEED_MM_PER_MIN);
         }
+        self.singular_regions.check(&mut faults);
         let tool = self.tool(&mut faults);
         faults.into_result().map(|()| tool)
     }
@@ -378,6 +390,9 @@ pub struct CcFindings {
     pub after: DeviationSummary,
     /// Chords of the checked motions, summed.
     pub cc_path_length_mm: f64,
+    /// Singular regions; null where they could not be looked for.
+    #[serde(default)]
+    pub singularity: Option<SingularityFindings>,
     /// Deviation along the path.
     pub series: DeviationSeries,
     /// What the caller should know.

@@ -25,6 +25,7 @@ mod servo;
 mod servo_answer;
 mod servo_path;
 mod servo_program;
+mod singularity;
 mod solved_poses;
 mod sphere_answer;
 mod surface_mesh;
@@ -90,6 +91,10 @@ pub use servo_answer::{
 };
 pub use servo_path::{CorePath, LinearLetter, Plane, PolylinePoint, RotarySweep, ServoPathDoc};
 pub use servo_program::{LeftOutDoc, ServoProgramParameters, ServoReport};
+pub use singularity::{
+    RegionFiguresDoc, RegionsLeftDoc, SingularRegionDoc, SingularRegions, SingularityAction,
+    SingularityFindings,
+};
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};

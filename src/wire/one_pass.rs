@@ -5,7 +5,8 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::{
     CcParameters, Contact, Correction, Dialect, Fault, FaultList, Fixed, Interpolation, LengthInControl,
-    Milling, Output, SurfaceReading, ToolDoc, WearParameters, WearTableDoc,
+    Milling, Output, SingularRegions, SingularityAction, SurfaceReading, ToolDoc, WearParameters,
+    WearTableDoc,
 };
 use crate::geometry::Vec3;
 use crate::kinematics::Setup;
@@ -101,6 +102,12 @@ pub struct CompensationParameters {
     /// Feed where the program has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed_mm_per_min: Option<f64>,
+    /// What is done about singular regions, before every other step.
+    #[serde(default)]
+    pub singularity: SingularityAction,
+    /// How they are found and treated.
+    #[serde(default)]
+    pub singular_regions: SingularRegions,
     /// The form of the program text.
     #[serde(default)]
     pub dialect: Dialect,
@@ -188,6 +195,12 @@ pub struct CompensationQuery {
     /// Feed where the program has none.
     #[param(rename = "feed_mm_per_min")]
     feed: Option<f64>,
+    /// What is done about singular regions, before every other step.
+    #[param(rename = "singularity", inline)]
+    singularity: Option<SingularityAction>,
+    /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
+    #[param(rename = "singular_regions", inline)]
+    singular_regions: Option<SingularRegions>,
     /// The form of the program text.
     #[param(rename = "dialect", inline)]
     dialect: Option<Dialect>,
@@ -244,6 +257,7 @@ impl CompensationParameters {
     /// Collects what is wrong with what the steps share.
     fn check_shared(&self, has_part: bool, faults: &mut FaultList) {
         self.surface_reading().check(has_part, faults);
+        self.singular_regions.check(faults);
         let max = CcParameters::MAX_OFFSET_MM;
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
             faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);

@@ -5,7 +5,7 @@ use std::io::Write;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{CcFindings, Dialect, Interpolation, Provenance, Warning, WearFindings};
+use super::{CcFindings, Dialect, Interpolation, Provenance, SingularityFindings, Warning, WearFindings};
 use crate::motion::MotionKind;
 use crate::process;
 use crate::units::{Angle, Length};
@@ -308,6 +308,8 @@ pub struct CompensationFindings {
     pub blocks_out: u64,
     /// Blocks that are new.
     pub blocks_inserted: u64,
+    /// Singular regions; null where they could not be looked for.
+    pub singularity: Option<SingularityFindings>,
     /// The step for location errors; null where it was not asked for.
     pub location_errors: Option<LocationErrorFindings>,
     /// The step for the worn cutter; null where it was not asked for.

@@ -14,7 +14,7 @@ use trunnion::jobs::{
     Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
 };
 use trunnion::machine::Machine;
-use trunnion::process::Stop;
+use trunnion::process::{Spool, Stop};
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
@@ -204,6 +204,7 @@ impl Compensator for Upper {
         _contact: ToolAndPart,
         source: &Path,
         output: &mut dyn Write,
+        _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
@@ -250,6 +251,7 @@ impl Compensator for Upper {
             before: DeviationSummary::default(),
             after: DeviationSummary::default(),
             cc_path_length_mm: 0.0,
+            singularity: None,
             series: DeviationSeries::default(),
             warnings: Vec::new(),
         })
