@@ -158,7 +158,8 @@ impl Interpreter {
             Some(Action::Unknown) => {
                 let odd = batch.words(block).iter().find(|word| is_unknown(self.dialect, word));
                 let (start, end) = odd.map_or((block.start, block.body_end), |word| (word.start, word.end));
-                let text = odd.map_or(&b""[..], |word| batch.word_text(word));
+                let text =
+                    odd.map_or_else(|| batch.block_text(block).trim_ascii(), |word| batch.word_text(word));
                 let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
                 diagnostics.push(at_bytes(batch, block, start, end, code));
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
@@ -245,49 +246,20 @@ impl Interpreter {
                     also(&mut action, Action::Odd(Unfollowable::SpecialMotion));
                 }
                 Code::EndCycle => ends_cycle = true,
-                Code::Plane(plane) => self.modal.plane = Some(plane),
-                Code::Incremental(incremental) => self.modal.incremental = Some(incremental),
-                Code::Units(mm_per_unit) => {
-                    if self.modal.mm_per_unit != Some(mm_per_unit) {
-                        self.modal.void_feed();
-                    }
-                    self.modal.mm_per_unit = Some(mm_per_unit);
-                }
-                Code::Feed(mode) => {
-                    if self.modal.feed_mode != Some(mode) {
-                        self.modal.void_feed();
-                    }
-                    self.modal.feed_mode = Some(mode);
-                }
-                Code::Compensation(on) => self.modal.compensation = Some(on),
-                // TRAORI again, or TRAFOOF again: nothing new.
-                Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
-                Code::ToolLength(length) => {
-                    if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
-                        self.position.tool_axis = [None; 3];
-                    }
-                    if self.modal.tool_length == Some(length) {
-                        // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
-                        self.position.axes[2] = None;
-                    } else {
-                        self.position.forget_linear();
-                    }
-                    self.modal.tool_length = Some(length);
-                    let settles = SETTLING.contains(&self.block.g_codes[index]);
-                    self.modal.kinematics_switched &= !settles;
-                }
-                Code::WorkOffset => self.change_work_offset(self.block.g_codes[index]),
-                Code::Transform(which, on) => self.transform(which, on),
+                Code::Plane(_)
+                | Code::Incremental(_)
+                | Code::Units(_)
+                | Code::Feed(_)
+                | Code::Compensation(_)
+                | Code::ToolLength(_)
+                | Code::WorkOffset
+                | Code::Transform(..)
+                | Code::ToolOffset
+                | Code::RoundsCorners(_)
+                | Code::VectorsInMachine(_) => self.set_mode(code, index),
                 Code::NoMotion => also(&mut action, Action::Consume),
                 Code::WriteOffsets => {
-                    // L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are
-                    // tool offsets: the length may be the active one.
-                    let table = self.block.value(Address::L);
-                    if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
-                        self.shift_offsets();
-                    } else {
-                        self.position.forget_linear();
-                    }
+                    self.write_offsets();
                     also(&mut action, Action::Consume);
                 }
                 Code::Shift => also(&mut action, Action::Shift),
@@ -316,45 +288,19 @@ impl Interpreter {
                     self.program_frame(frame, added);
                     also(&mut action, Action::Frame);
                 }
-                Code::ModalCycle => {
-                    self.modal.macro_call = Some(true);
-                    self.position.forget_axes();
-                }
-                Code::Cycle => {
-                    self.position.forget_axes();
-                    also(&mut action, Action::Odd(Unfollowable::CannedCycle));
-                }
-                Code::Swivel(on) => {
-                    self.transform(Transformation::Swivel, on);
-                    if on {
-                        self.position.forget_axes();
-                        also(&mut action, Action::Odd(Unfollowable::Transformation));
+                Code::ModalCycle
+                | Code::Cycle
+                | Code::Swivel(_)
+                | Code::Probing
+                | Code::PolarEnd
+                | Code::OrientationWord
+                | Code::OtherAxis => {
+                    if let Some(new) = self.leave(code) {
+                        also(&mut action, new);
                     }
-                }
-                Code::Probing => {
-                    self.position.forget_axes();
-                    also(&mut action, Action::Odd(Unfollowable::Probing));
-                }
-                Code::PolarEnd => {
-                    self.position.forget_linear();
-                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
-                }
-                Code::OrientationWord => {
-                    self.position.forget_rotary();
-                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
-                }
-                Code::OtherAxis => {
-                    self.position.forget_axes();
-                    also(&mut action, Action::Odd(Unfollowable::ControlWord));
                 }
                 Code::BlockWord => also(&mut action, Action::Odd(Unfollowable::ControlWord)),
                 Code::ForeignWord => *reason = Some(Unfollowable::ControlWord),
-                Code::ToolOffset => {
-                    self.position.forget_linear();
-                    self.modal.edge = None;
-                }
-                Code::RoundsCorners(on) => self.modal.rounds_corners = on,
-                Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
                 Code::Harmless | Code::MotionWithAxes(_) => {}
                 Code::Unknown => also(&mut action, Action::Unknown),
             }
@@ -375,6 +321,102 @@ impl Interpreter {
             action = Some(Action::Unknown);
         }
         (action, machine_coordinates)
+    }
+
+    /// G10: L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are tool offsets: the
+    /// length may be the active one.
+    fn write_offsets(&mut self) {
+        let table = self.block.value(Address::L);
+        if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
+            self.shift_offsets();
+        } else {
+            self.position.forget_linear();
+        }
+    }
+
+    /// Sets the mode that the code of this index names.
+    fn set_mode(&mut self, code: Code, index: usize) {
+        match code {
+            Code::Plane(plane) => self.modal.plane = Some(plane),
+            Code::Incremental(incremental) => self.modal.incremental = Some(incremental),
+            Code::Units(mm_per_unit) => {
+                if self.modal.mm_per_unit != Some(mm_per_unit) {
+                    self.modal.void_feed();
+                }
+                self.modal.mm_per_unit = Some(mm_per_unit);
+            }
+            Code::Feed(mode) => {
+                if self.modal.feed_mode != Some(mode) {
+                    self.modal.void_feed();
+                }
+                self.modal.feed_mode = Some(mode);
+            }
+            Code::Compensation(on) => self.modal.compensation = Some(on),
+            // TRAORI again, or TRAFOOF again: nothing new.
+            Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
+            Code::ToolLength(length) => {
+                if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+                    self.position.tool_axis = [None; 3];
+                }
+                if self.modal.tool_length == Some(length) {
+                    // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
+                    self.position.axes[2] = None;
+                } else {
+                    self.position.forget_linear();
+                }
+                self.modal.tool_length = Some(length);
+                let settles = SETTLING.contains(&self.block.g_codes[index]);
+                self.modal.kinematics_switched &= !settles;
+            }
+            Code::WorkOffset => self.change_work_offset(self.block.g_codes[index]),
+            Code::Transform(which, on) => self.transform(which, on),
+            Code::ToolOffset => {
+                self.position.forget_linear();
+                self.modal.edge = None;
+            }
+            Code::RoundsCorners(on) => self.modal.rounds_corners = on,
+            Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
+            _ => {}
+        }
+    }
+
+    /// Words whose motion is left alone; gives what else is to be done.
+    fn leave(&mut self, code: Code) -> Option<Action> {
+        match code {
+            Code::ModalCycle => {
+                self.modal.macro_call = Some(true);
+                self.position.forget_axes();
+            }
+            Code::Cycle => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::CannedCycle));
+            }
+            Code::Swivel(on) => {
+                self.transform(Transformation::Swivel, on);
+                if on {
+                    self.position.forget_axes();
+                    return Some(Action::Odd(Unfollowable::Transformation));
+                }
+            }
+            Code::Probing => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::Probing));
+            }
+            Code::PolarEnd => {
+                self.position.forget_linear();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            Code::OrientationWord => {
+                self.position.forget_rotary();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            Code::OtherAxis => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            _ => {}
+        }
+        None
     }
 
     /// The meaning of a G code in this block: G70 and G71 with P or Q are turning cycles.

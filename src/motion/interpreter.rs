@@ -1,6 +1,6 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
-use super::codes::{MCode, code_of, m_meaning};
+use super::codes::{MCode, code_of, keyword_of, m_meaning};
 use super::modal::{FirstOffset, Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
@@ -9,7 +9,7 @@ use super::{Decimals, Motion, Unfollowable};
 use crate::machine::Machine;
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
-    Diagnostics, Dialect, Excerpt, Word, WordForm,
+    Diagnostics, Dialect, Excerpt, Keyword, Word, WordForm,
 };
 
 /// How a program is to be taken where the text alone does not say.
@@ -170,6 +170,15 @@ impl BlockWords {
         } else {
             modal
         }
+    }
+
+    /// The statement word of a block that has no other, and no M codes.
+    #[inline]
+    pub(super) fn only_statement(&self) -> Option<Keyword> {
+        if self.m_count > 0 || self.g_count != 1 || self.odd_code {
+            return None;
+        }
+        self.g_codes.first().and_then(|code| keyword_of(*code))
     }
 
     /// G0 and G1 only, no M codes: nothing but motion can come of it.
@@ -358,6 +367,8 @@ impl Interpreter {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);
             }
+            self.move_axes(index, block, None, motions);
+        } else if block.flags.is_plain() && self.is_plain_statement() {
             self.move_axes(index, block, None, motions);
         } else if block.flags.has(BlockFlags::DELETE) {
             // The operator decides: only what comes out the same both ways is known behind it.

@@ -6,7 +6,7 @@ use super::execute::Action;
 use super::interpreter::{AXES, Interpreter};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::{FeedMode, Unfollowable};
-use crate::program::{Address, Dialect};
+use crate::program::{Address, Dialect, Keyword};
 
 /// What a block says that holds for it alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,6 +54,7 @@ impl Interpreter {
             Dialect::Csv if self.modal.motion.is_none() => self.modal.motion = Some(MotionMode::Linear),
             _ => {}
         }
+        self.obstacle = self.modal.obstacle();
     }
 
     /// Before a block's words are looked at. In dialects whose statements name the motion, none is modal.
@@ -62,6 +63,22 @@ impl Interpreter {
         self.this_block = ThisBlock::default();
         if matches!(self.dialect, Dialect::Heidenhain | Dialect::Apt) {
             self.modal.motion = None;
+        }
+    }
+
+    /// Whether the block is a line or a point and nothing else; its mode is set then.
+    #[inline]
+    pub(super) fn is_plain_statement(&mut self) -> bool {
+        match (self.dialect, self.block.only_statement()) {
+            (Dialect::Heidenhain, Some(Keyword::L)) if !self.sections.is_called_text => {
+                self.modal.motion = Some(MotionMode::Linear);
+                true
+            }
+            (Dialect::Apt, Some(Keyword::Goto)) => {
+                self.point_mode();
+                true
+            }
+            _ => false,
         }
     }
 
@@ -195,6 +212,9 @@ impl Interpreter {
         }
         if self.this_block.shortest_off_behind {
             self.modal.shortest_path = false;
+        }
+        if self.this_block.tcp_off_behind {
+            self.obstacle = self.modal.obstacle();
         }
     }
 

@@ -35,9 +35,9 @@ impl ModalGroup {
             Self::Distance => "G90 G91",
             Self::Units => "G20 G21",
             Self::FeedMode => "G93 G94 G95",
-            Self::CutterCompensation => "G40 G41 G42",
-            Self::ToolLength => "G43 G43.4 G49",
-            Self::Transformation => "G69 G50 G50.1 G15 G13.1",
+            Self::CutterCompensation => "G40 G41 G42 (R0 RL RR)",
+            Self::ToolLength => "G43 G43.4 G49 (M128 M129, TRAORI TRAFOOF)",
+            Self::Transformation => "G69 G50 G50.1 G15 G13.1 (PLANE RESET, cycles 8 10 11 19)",
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Which tool is in the spindle, as far as the program says.
 
-use crate::program::{Address, Word, WordForm};
+use crate::program::{Address, Keyword, Word, WordForm};
 
 /// M6, in tenths.
 const TOOL_CHANGE: u32 = 60;
@@ -15,11 +15,14 @@ pub(super) enum ToolCall {
     Number(u32),
 }
 
-/// The spindle along a program: a T word makes a tool ready, M6 puts it in.
+/// The spindle along a program: a T word makes a tool ready, M6 puts it in; `TOOL CALL` and `LOADTL/` do both. Another
+/// `CUTTER/` is another tool.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Spindle {
     ready: ToolCall,
     holds: ToolCall,
+    /// P of the last `CUTTER/`.
+    cutter: Option<u64>,
     /// The tool of the first cut.
     first_cut_with: Option<ToolCall>,
     /// A tool came in since the first cut that is not known to be the same as the one before.
@@ -29,9 +32,19 @@ pub(super) struct Spindle {
 impl Spindle {
     /// Takes a block's words; T counts for an M6 of its own block wherever it stands.
     pub(super) fn see<'w>(&mut self, words: impl Iterator<Item = &'w Word>) {
-        let mut puts_in = false;
+        let (mut puts_in, mut is_cutter) = (false, false);
         for word in words {
             match word.address {
+                Address::G => match word.keyword() {
+                    Some(Keyword::ToolCall) => (puts_in, self.ready) = (true, ToolCall::Unknown),
+                    Some(Keyword::Cutter) => is_cutter = true,
+                    _ => {}
+                },
+                Address::P if is_cutter => {
+                    let shape = Some(word.value.to_bits());
+                    (puts_in, self.ready) = (self.cutter != shape, ToolCall::Unknown);
+                    self.cutter = shape;
+                }
                 Address::T => self.ready = ToolCall::of(word),
                 Address::M => puts_in |= word.code_tenths() == Some(TOOL_CHANGE),
                 _ => {}

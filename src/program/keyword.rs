@@ -223,6 +223,8 @@ keywords! {
     CycleOn,
     /// `CYCLE/OFF`
     CycleOff,
+    /// `CUTTER/`: the shape of the tool; equal shapes have equal P words.
+    Cutter,
     /// `MULTAX/ON`
     MultaxOn,
     /// `MULTAX/OFF`

@@ -1,6 +1,8 @@
 //! Laws of Heidenhain conversational programs and of cutter location data: tool-centre-point programs in these dialects
 //! keep the tolerance, seen by the witness, and what is not divided stays byte for byte.
 
+#![expect(clippy::print_stdout, reason = "it tells what it measured")]
+
 use std::fmt::Write;
 use std::ops::ControlFlow;
 
@@ -280,5 +282,43 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
                 assert!(off_mm <= ROUNDING_MM, "line {}: {off_mm}", line.number);
             }
         }
+    }
+}
+
+#[test]
+fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
+    let cuts = |text: &str, tool_number: Option<u32>| {
+        let part = &parts()[0];
+        let parameters = WearParameters {
+            setup: part.setup,
+            contact: ContactSource::FeedPlane,
+            tool_number,
+            ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)))
+        };
+        let mut output = Vec::new();
+        let source = text.as_bytes().to_vec();
+        compensate_wear(&part.machine, &parameters, &source, &mut output, &|| ControlFlow::Continue(()))
+            .map(|_| String::from_utf8(output).expect("text"))
+    };
+    let line = |x: i32| format!("L X+0.0000 Y+{x}.0000 Z+0.0000 A+20.0000 C+0.0000 R0 F100\n");
+    let other = format!(
+        "BEGIN PGM T MM\nTOOL CALL 1 Z S1\nL M128\n{}{}TOOL CALL 2 Z S1\n{}{}",
+        line(0),
+        line(9),
+        line(0),
+        line(9)
+    );
+    assert!(cuts(&other, None).is_err());
+    let moved = cuts(&other, Some(2)).expect("the second tool's cuts");
+    assert!(moved.starts_with(&other[..other.find("TOOL CALL 2").expect("there")]) && moved != other);
+    let same = other.replace("CALL 2", "CALL 1");
+    assert!(cuts(&same, None).expect("one tool") != same);
+    let points = "GOTO/0.0000,0.0000,0.0000\nGOTO/9.0000,0.0000,0.0000\n";
+    for (first, second) in
+        [("CUTTER/10.,5.", "CUTTER/8.,4."), ("LOADTL/1", "LOADTL/2"), ("LOAD/TOOL,1", "LOAD/TOOL,2")]
+    {
+        let text = |second: &str| format!("UNITS/MM\nFEDRAT/100.,MMPM\n{first}\n{points}{second}\n{points}");
+        assert!(cuts(&text(second), None).is_err(), "{second}");
+        assert!(cuts(&text(first), None).is_ok(), "{first}");
     }
 }

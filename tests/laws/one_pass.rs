@@ -6,26 +6,23 @@
     reason = "a test may stop at what it did not expect; what nobody added to is zero to the bit"
 )]
 
-use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use proptest::prelude::*;
 use trunnion::geometry::Vec3;
-use trunnion::kinematics::{Joints, Kinematics, Setup};
-use trunnion::machine::{LocationError, Machine, MachineParts, RotaryAxis, Squareness, Tool, Travel};
+use trunnion::kinematics::Setup;
+use trunnion::machine::{LocationError, Machine, Tool};
 use trunnion::motion::MotionKind;
 use trunnion::process::{
-    BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, Fault, LineFaultKind,
-    MemorySpool, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter,
-    compensate, compensate_program, compensate_wear, simulate,
+    BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, Fault, MemorySpool,
+    NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter, compensate,
+    compensate_program, compensate_wear, simulate,
 };
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
 use trunnion::units::Length;
 use trunnion::wear::OneAfterAnother;
 
 use super::compensation::witness;
-use super::machines::{any_machine, preset_machine, setup};
 use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
@@ -38,14 +35,14 @@ const ROUNDED_MM: f64 = 1.5 * 0.866_025_404e-4;
 /// What rounding leaves between the words of a tip and those of its contact [mm].
 const WORDS_MM: f64 = 1.3e-4;
 /// Half a unit of four decimals on two rotary axes [rad].
-const TURNED_RAD: f64 = 0.75e-4 * std::f64::consts::PI / 180.0;
+pub(crate) const TURNED_RAD: f64 = 0.75e-4 * std::f64::consts::PI / 180.0;
 /// Two roundings against one: a unit of the last decimal, and a half for the rotary word that was rounded apart [mm].
 const ROUNDED_TWICE_MM: f64 = 2.6e-4;
 /// Records between steps are single precision (share).
 const SINGLE: f64 = 2e-7;
 
 /// The witness' machine with its axes displaced.
-fn displaced(tables: &Tables, errors: [LocationError; 2]) -> Tables {
+pub(crate) fn displaced(tables: &Tables, errors: [LocationError; 2]) -> Tables {
     let [first, second] = crate::models::displaced::displaced([tables.first, tables.second], errors);
     Tables { first, second, ..*tables }
 }
@@ -58,7 +55,7 @@ fn parts(tool: Tool) -> [Finishing; 3] {
     ]
 }
 
-fn with_setup(setup: Setup) -> CompensationParameters {
+pub(crate) fn with_setup(setup: Setup) -> CompensationParameters {
     CompensationParameters { setup, ..CompensationParameters::new() }
 }
 
@@ -70,9 +67,13 @@ fn cc_step(part: &Finishing, tolerance_um: f64) -> CcStep {
     CcStep { tolerance: Length::from_um(tolerance_um), ..CcStep::new(part.tool) }
 }
 
-type Outcome = (String, CompensationReport, Vec<BlockChange>);
+pub(crate) type Outcome = (String, CompensationReport, Vec<BlockChange>);
 
-fn run(machine: &Machine, parameters: &CompensationParameters, text: &str) -> Result<Outcome, Fault> {
+pub(crate) fn run(
+    machine: &Machine,
+    parameters: &CompensationParameters,
+    text: &str,
+) -> Result<Outcome, Fault> {
     let (mut output, mut changes) = (Vec::new(), Vec::new());
     let (source, spool) = (text.as_bytes().to_vec(), MemorySpool::default());
     let go_on = || ControlFlow::Continue(());
@@ -89,7 +90,7 @@ fn run(machine: &Machine, parameters: &CompensationParameters, text: &str) -> Re
     Ok((String::from_utf8(output).expect("text"), report, changes))
 }
 
-fn done(machine: &Machine, parameters: &CompensationParameters, text: &str) -> Outcome {
+pub(crate) fn done(machine: &Machine, parameters: &CompensationParameters, text: &str) -> Outcome {
     run(machine, parameters, text).unwrap_or_else(|fault| panic!("{fault:?}\n{text}"))
 }
 
@@ -101,7 +102,7 @@ fn touched(tool: Tool, tip: Vec3, t: Vec3, n: Vec3) -> Vec3 {
     tip - n * corner - m * core + t * corner
 }
 
-fn angle(a: Vec3, b: Vec3) -> f64 {
+pub(crate) fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b))
 }
 
@@ -450,38 +451,6 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
 }
 
 #[test]
-fn a_table_that_turns_with_the_tool_upright_still_turns() {
-    let machine = with_errors(&ac_machine(), errors());
-    let text = "G90 G21 G94\nG0 X40.0000 Y5.0000 Z20.0000 A0.0000 C0.0000\nG1 X42.0000 F800\nC90.0000\nX44.0000 Y6.0000\n\
-                C400.0000\nA0.0020 C401.0000\nA20.0000\nA0.0030 C402.0000\nC500.0000\nM30\n";
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
-    let (output, report, _) = done(&machine, &location, text);
-    let part = blade(ac_machine(), tool(5.0, 5.0), 3, 1);
-    let meant = Tables { offset: Vec3::zeros(), ..witness(&part, false) };
-    let real = displaced(&meant, errors());
-    let [source, written] = [text, &output].map(|text| scan(text, meant.letters));
-    assert_eq!(source.len(), written.len());
-    let cone = Kinematics::new(&machine, &Setup::default()).pole_cone_rad();
-    let mut held = 0;
-    let correction = |k: usize| written[k].angle[1] - source[k].angle[1];
-    for (k, (before, after)) in source.iter().zip(&written).enumerate() {
-        let ((tip, t), (real_tip, real_t)) =
-            (meant.forward(before.q, before.angle), real.forward(after.q, after.angle));
-        assert!((tip - real_tip).norm() <= 0.866_025_404e-4 * 1.1, "{}", after.number);
-        let upright = before.angle[0].abs() < 0.01;
-        held += u64::from(upright);
-        assert!(angle(t, real_t) <= if upright { cone } else { TURNED_RAD }, "{}", after.number);
-        if upright {
-            let last = (0..k).rev().find(|k| source[*k].angle[0] > 1.0).map_or(0.0, correction);
-            assert!((correction(k) - last).abs() < 1e-9, "{output}");
-        }
-    }
-    let report = report.location_errors.expect("a step");
-    assert_eq!((report.held_at_pole, report.motions_posted), (held, 9));
-    assert!(report.max_axis_left.rad() <= cone && report.max_axis_left.rad() > TURNED_RAD);
-}
-
-#[test]
 fn the_stop_signal_is_heard_in_every_step() {
     let part = blade(ac_machine(), tool(5.0, 5.0), 15, 2);
     let machine = with_errors(&part.machine, errors());
@@ -496,24 +465,14 @@ fn the_stop_signal_is_heard_in_every_step() {
     let stopped_after = |calls: u64| {
         let asked = AtomicU64::new(0);
         let stop = || {
-            if asked.fetch_add(1, Ordering::Relaxed) >= calls {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            let stops = asked.fetch_add(1, Ordering::Relaxed) >= calls;
+            if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let spool = MemorySpool::default();
-        let result = compensate_program(
-            &machine,
-            &parameters,
-            &text,
-            &spool,
-            &mut Vec::new(),
-            &mut (),
-            &OneAfterAnother,
-            &stop,
-        );
-        (result.map(|_| ()), asked.into_inner())
+        let (spool, mut output) = (MemorySpool::default(), Vec::new());
+        let sides = &OneAfterAnother;
+        let result =
+            compensate_program(&machine, &parameters, &text, &spool, &mut output, &mut (), sides, &stop);
+        (result.map(|_| ()), asked.load(Ordering::Relaxed))
     };
     let (done, asked) = stopped_after(u64::MAX);
     assert!(done.is_ok() && asked > 20, "{done:?} {asked}");
@@ -521,131 +480,5 @@ fn the_stop_signal_is_heard_in_every_step() {
         let (stopped, asked) = stopped_after(calls);
         assert!(matches!(stopped, Err(Fault::Cancelled)), "{calls}: {stopped:?}");
         assert_eq!(asked, calls + 1);
-    }
-}
-
-fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
-    match run(machine, &parameters, text) {
-        Err(Fault::Lines(faults)) => faults.kept.into_iter().map(|fault| (fault.line, fault.kind)).collect(),
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-fn what_cannot_be_posted_anew_is_refused_by_line() {
-    let machine = with_errors(&ac_machine(), errors());
-    let start = "G90 G21 G94 G17\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 X10.000 Y2.000 Z21.000 F800\n";
-    for (block, line) in [
-        ("/X20.000 A-35.000", 4),
-        ("G81 X20.000 R30.000", 4),
-        ("M98 P100", 4),
-        ("X#1", 4),
-        ("G2 X60.000 Y52.000 I50.000 J0.000", 4),
-        ("G55\nX0.000 Y0.000 Z20.000 A-30.000 C0.000", 5),
-    ] {
-        let found = refused_at(&machine, &format!("{start}{block}\nM30\n"));
-        assert_eq!(found[0].0, line, "{found:?}");
-    }
-    // Feed before all five axes are known.
-    assert_eq!(
-        refused_at(&machine, "G90 G21 G94\nG1 X0.000 Y0.000 F800\nG0 Z2.000 A0.000 C0.000\nM30\n")[0].0,
-        2
-    );
-    // At the end of a travel there is no room for a correction.
-    let mut parts = MachineParts {
-        name: String::new(),
-        rotary_axes: machine.rotary_axes().to_vec(),
-        linear_travel_mm: [None; 3],
-        squareness: Squareness::default(),
-        interpolation_period_s: 0.002,
-    };
-    parts.rotary_axes[0].travel_deg = Some(Travel { min: -30.0, max: 30.0 });
-    let narrow = Machine::new(parts).expect("a machine");
-    let text = "G90 G21 G94\nG0 X0.000 Y0.000 Z20.000 A-29.000 C0.000\nG1 A30.000 C180.000 F800\nA-30.000 C0.000\nM30\n";
-    let found = refused_at(&narrow, text);
-    assert!(
-        found.iter().all(|(_, kind)| matches!(kind, LineFaultKind::OutOfTravel { axis: 'A', .. })),
-        "{found:?}"
-    );
-}
-
-#[test]
-fn increments_inches_and_absent_words_are_posted_as_absolute_millimetres_are() {
-    let machine = with_errors(&ac_machine(), errors());
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
-    let absolute = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y2.0000 Z21.0000 A-30.0000 C0.0000 F800\nX20.0000 A-35.0000 C5.0000\nX30.0000 Y5.0000 Z19.0000\nM30\n";
-    let increments = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG91 G1 X10.0000 Y2.0000 Z1.0000 F800\nX10.0000 A-5.0000 C5.0000\nX10.0000 Y3.0000 Z-2.0000\nM30\n";
-    let (by_words, report, _) = done(&machine, &location, absolute);
-    assert_eq!(report.location_errors.expect("a step").motions_posted, 4);
-    let places = scan(&by_words, ['A', 'C']);
-    let (by_steps, _, _) = done(&machine, &location, increments);
-    let word = |line: &str, letter: char| -> f64 {
-        line.split(' ').find_map(|word| word.strip_prefix(letter)?.parse().ok()).unwrap_or(0.0)
-    };
-    let (mut q, mut turn) = (places[0].q, places[0].angle);
-    for (line, wanted) in by_steps.lines().skip(2).zip(&places[1..]) {
-        for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-            q[k] += word(line, letter);
-        }
-        turn = [turn[0] + word(line, 'A'), turn[1] + word(line, 'C')];
-        assert!((q - wanted.q).amax() < 1.01e-4, "{by_steps}\n{by_words}");
-        assert!((turn[0] - wanted.angle[0]).abs() < 1.01e-4 && (turn[1] - wanted.angle[1]).abs() < 1.01e-4);
-    }
-    // Words that do not change keep their bytes, rotary words that stand are not repeated.
-    assert!(!by_words.lines().nth(4).expect("a block").contains('A'), "{by_words}");
-    assert_eq!(by_words.lines().next(), Some("G90 G21 G94"));
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
-
-    #[test]
-    fn every_pose_is_kept_on_every_machine(
-        machine in prop_oneof![preset_machine(true), any_machine()],
-        setup in setup(),
-        points in proptest::collection::vec(([-100.0..100.0_f64, -100.0..100.0, -100.0..100.0], [-40.0..40.0_f64, -170.0..170.0]), 2..12),
-    ) {
-        let free = Machine::new(MachineParts {
-            name: String::new(),
-            rotary_axes: machine.rotary_axes().iter().map(|axis| RotaryAxis { travel_deg: None, ..axis.clone() }).collect(),
-            linear_travel_mm: [None; 3],
-            squareness: *machine.squareness(),
-            interpolation_period_s: 0.002,
-        }).expect("a machine");
-        let letters = free.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
-        let mut text = String::from("G90 G21 G94 T1 M6\n");
-        for (k, ([x, y, z], [first, second])) in points.iter().enumerate() {
-            let code = if k == 0 { "G0" } else { "G1" };
-            let [a, b] = letters;
-            writeln!(text, "{code} X{x:.4} Y{y:.4} Z{z:.4} {a}{first:.4} {b}{second:.4} F900").expect("text");
-        }
-        let parameters = CompensationParameters { location_errors: true, ..with_setup(setup) };
-        let outcome = run(&free, &parameters, &text);
-        if let Err(Fault::Lines(faults)) = &outcome {
-            // The real axes may not reach what the nominal ones do.
-            prop_assert!(faults.kept.iter().all(|fault| matches!(fault.kind, LineFaultKind::OutOfReach { .. })), "{faults:?}");
-            return Ok(());
-        }
-        let (output, report, _) = outcome.map_err(|fault| TestCaseError::fail(format!("{fault:?}\n{text}")))?;
-        let [meant, real] = [false, true].map(|apply_errors| Kinematics::new(&free, &Setup { apply_errors, ..setup }));
-        let [source, written] = [&text, &output].map(|text| scan(text, letters));
-        let pose = |kinematics: &Kinematics, line: &crate::models::witness::Line| {
-            let [first, second] = free.rotary_axes();
-            let rotary_rad = [first.angle_rad(line.angle[0]), second.angle_rad(line.angle[1])];
-            kinematics.forward(&Joints { linear_mm: line.q, rotary_rad })
-        };
-        let cone = real.pole_cone_rad();
-        for (before, after) in source.iter().zip(&written) {
-            let (wanted, found) = (pose(&meant, before), pose(&real, after));
-            prop_assert!((wanted.tip_mm - found.tip_mm).norm() <= 1.1 * 0.866_025_404e-4 + 1e-9);
-            let turned = angle(wanted.axis, found.axis);
-            prop_assert!(turned <= TURNED_RAD || turned <= 2.0 * cone, "{turned}");
-            let report = report.location_errors.as_ref().expect("a step");
-            prop_assert!(turned <= report.max_axis_left.rad() + 1e-12);
-            if report.held_at_pole == 0 && turned > TURNED_RAD {
-                prop_assert!(turned <= real.tilt_rad() + TURNED_RAD, "beyond reach: {turned}");
-            }
-        }
     }
 }

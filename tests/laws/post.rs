@@ -128,7 +128,8 @@ fn arcs_become_chords_within_their_tolerance_in_the_sense_of_their_axis() {
             assert!((pair[1].q.xy().norm() - 10.0).abs() < 1e-4 && sagitta < 0.0051, "{sagitta}");
         }
         // Fewest chords: 2 acos(1 − 0.005/10) each.
-        assert_eq!(report.points - 1, (std::f64::consts::PI / (2.0 * 0.9995_f64.acos())).ceil() as u64);
+        let fewest = (std::f64::consts::PI / (2.0 * 0.9995_f64.acos())).ceil();
+        assert!((report.points as f64 - 1.0 - fewest).abs() < 0.5, "{}", report.points);
     }
 }
 

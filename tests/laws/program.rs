@@ -288,4 +288,26 @@ fn rows_of_a_table_keep_their_columns() {
         " 1.5; -0.250;3.5;4;5;30\n"
     );
     assert_eq!(inserted(table, &[(Address::X, 9.0, 1)], true), " 9.0; 2.5;3.5;4;5;\n");
+    // Rows with more or fewer cells than columns.
+    for row in ["1;2;3;4;5;600;;\n", "1;2;3\n"] {
+        let table = format!("X;Y;Z;A;C;F\n{row}");
+        assert_eq!(changed(&table, &[], false), row);
+    }
+}
+
+/// Found by fuzzing: a faulty feed statement kept a word, and had those of the statement behind it.
+#[test]
+fn a_statement_that_cannot_be_read_has_no_words() {
+    let text = "FEDRAT\u{15}6423.8,MMPM\nRAPID/\nGOTO/1,2,3\n";
+    let batches = read_chunks(&[text.as_bytes()], Some(Dialect::Apt)).unwrap();
+    let batch = &batches[0];
+    for block in batch.blocks() {
+        let words = batch.words(block);
+        assert!(
+            words.iter().all(|word| word.start >= block.start && word.end <= block.body_end),
+            "{words:?}"
+        );
+        assert_eq!(words.is_empty(), block.kind == trunnion::program::BlockKind::Malformed, "{block:?}");
+    }
+    assert_eq!(batch.blocks().len(), 3);
 }

@@ -9,7 +9,7 @@ use crate::units::MM_PER_INCH;
 pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
     use Keyword as K;
     let statement = match keyword {
-        K::Fedrat | K::PostWord => return Code::Harmless,
+        K::Fedrat | K::PostWord | K::Cutter => return Code::Harmless,
         K::R0 => return Code::Compensation(false),
         K::RadiusCompensation => return Code::Compensation(true),
         K::BeginMm => return Code::Units(1.0),

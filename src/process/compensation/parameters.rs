@@ -1,7 +1,7 @@
 //! What a compensation in one pass is asked to do.
 
 use super::super::wear::{LengthInControl, Milling, WornCutter};
-use super::super::{Budget, CcParameters, ContactSource, OutputForm, WearParameters};
+use super::super::{Budget, CcParameters, ContactSource, OutputForm, SingularityParameters, WearParameters};
 use crate::contact::{Correction, PartSurface};
 use crate::kinematics::Setup;
 use crate::machine::Tool;
@@ -19,6 +19,8 @@ pub struct CompensationParameters {
     pub location_errors: bool,
     /// Compensate the cutter-contact path between the ends of blocks.
     pub cc: Option<CcStep>,
+    /// What is done about singular regions, before every other step; `None`: nobody looks for them.
+    pub singularity: Option<SingularityParameters>,
     /// Drives of the machine: the budget then has what servo lag leaves.
     pub servo: Option<ServoStep>,
     /// Work offset, nominal tool length. Its `apply_errors` says for which machine the program is where
@@ -91,6 +93,7 @@ impl CompensationParameters {
             wear: None,
             location_errors: false,
             cc: None,
+            singularity: None,
             servo: None,
             setup: Setup::default(),
             interpolation: None,
@@ -135,6 +138,18 @@ impl CompensationParameters {
                 ..WearParameters::new(fallback, WornCutter::Tool(fallback))
             }),
         }
+    }
+
+    /// What singular regions are treated with: the cutter, the contact and the tolerance of the step for its path, or the
+    /// tip; the set-up is that of the machine which the program was made for.
+    pub(super) fn treatment(&self, fallback: Tool) -> CcParameters {
+        let setup = Setup { apply_errors: !self.location_errors && self.setup.apply_errors, ..self.setup };
+        let step = match (&self.cc, &self.wear) {
+            (Some(step), _) => step.clone(),
+            (None, Some(wear)) => CcStep { contact: wear.contact, ..CcStep::new(wear.nominal) },
+            (None, None) => CcStep { contact: ContactSource::Tip, ..CcStep::new(fallback) },
+        };
+        CcParameters { tool: step.tool, ..self.contact_path(&step, setup) }
     }
 
     /// The step for the cutter-contact path as a compensation of its own; `setup` is the moved program's.

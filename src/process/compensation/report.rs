@@ -1,6 +1,6 @@
 //! The report that goes with a program compensated in one pass.
 
-use super::super::{CcReport, Warning, WearReport};
+use super::super::{CcReport, SingularityReport, Warning, WearReport};
 use super::budget::ErrorBudget;
 use super::changes::ChangeTotals;
 use crate::motion::Interpolation;
@@ -47,6 +47,8 @@ pub struct CompensationReport {
     pub blocks_in: u64,
     /// Blocks written.
     pub blocks_out: u64,
+    /// Of singular regions, where they were looked for.
+    pub singularity: Option<SingularityReport>,
     /// Of the step that moves ends for location errors, where asked for.
     pub location_errors: Option<LocationErrorReport>,
     /// Of the step for the worn cutter, where asked for; its words are those of the program before the `cc` step.

@@ -4,10 +4,13 @@ use std::io::{BufReader, BufWriter, Read, Write};
 
 use super::super::compensate::{Upstream, compensate_from};
 use super::super::simulate::simulate_lines;
+use super::super::singularity::treat_from;
 use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
-use super::super::{CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, Stop};
+use super::super::{
+    CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, SingularityAction, SingularityReport, Stop,
+};
 use super::budget::{NotModelled, Tally};
 use super::changes::{BlockChange, ChangeSink, ChangeTotals};
 use super::parameters::{CcStep, CompensationParameters, ServoStep};
@@ -33,6 +36,7 @@ use crate::wear::SideBySide;
 /// # Errors
 /// No step named, or why the program is refused; `output` then holds text that must not be run and has to be thrown
 /// away, and so has what `changes` got.
+#[expect(clippy::too_many_arguments, reason = "what goes in, what comes out, and who does the work")]
 pub fn compensate_program(
     machine: &Machine,
     parameters: &CompensationParameters,
@@ -46,7 +50,14 @@ pub fn compensate_program(
     if !parameters.moves() && parameters.cc.is_none() {
         return Err(Fault::NothingAsked);
     }
-    let course = Course { machine, parameters, spool, parts, stop, setup: parameters.real_setup() };
+    let treated = treated(machine, parameters, source, spool, stop)?;
+    let resting = Resting { spool, place: Place::Treated };
+    let (source, lines) = match &treated {
+        Some(Treated { lines: Some(lines), .. }) => (&resting as &dyn ProgramSource, Some(lines)),
+        _ => (source, None),
+    };
+    let course = Course { machine, parameters, spool, parts, stop, setup: parameters.real_setup(), lines };
+    let report = treated.as_ref().map(|treated| treated.report.clone());
     let mut sum = Sum {
         sink: changes,
         totals: ChangeTotals::default(),
@@ -56,7 +67,7 @@ pub fn compensate_program(
     match &parameters.servo {
         None => course
             .run(source, output, &mut |change| sum.take(change))
-            .map(|done| done.report(parameters, None, sum)),
+            .map(|done| done.report(parameters, report, None, sum)),
         Some(servo) => {
             let mut written = BufWriter::new(spool.create(Place::Written)?);
             let mut resting = BufWriter::new(spool.create(Place::Changes)?);
@@ -68,9 +79,41 @@ pub fn compensate_program(
             let lags = course.lags(&done, servo)?;
             course.join(lags.is_some(), &mut |change| sum.take(change))?;
             course.hand_on(output)?;
-            Ok(done.report(parameters, lags, sum))
+            Ok(done.report(parameters, report, lags, sum))
         }
     }
+}
+
+/// Singular regions, looked for and perhaps treated.
+struct Treated {
+    report: SingularityReport,
+    /// From the treated program, which rests in the spool, to the upload; `None` where the upload stays as it is.
+    lines: Option<LineMap>,
+}
+
+/// Looks for singular regions, and treats them where that is asked for. What is only to be reported refuses nothing.
+fn treated(
+    machine: &Machine,
+    parameters: &CompensationParameters,
+    source: &dyn ProgramSource,
+    spool: &dyn Spool,
+    stop: &Stop<'_>,
+) -> Result<Option<Treated>, Fault> {
+    let Some(singularity) = &parameters.singularity else { return Ok(None) };
+    let cc = parameters.treatment(Tool::UNIT_BALL);
+    let source = Upstream { source, lines: Vec::new() };
+    if singularity.action == SingularityAction::Report {
+        let nowhere = &mut std::io::sink();
+        return match treat_from(machine, &cc, singularity, source, nowhere, stop) {
+            Ok((report, _)) => Ok(Some(Treated { report, lines: None })),
+            Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
+            Err(_) => Ok(None),
+        };
+    }
+    let mut text = BufWriter::new(spool.create(Place::Treated)?);
+    let (report, lines) = treat_from(machine, &cc, singularity, source, &mut text, stop)?;
+    text.flush()?;
+    Ok(Some(Treated { report, lines: Some(lines) }))
 }
 
 /// What every step shares.
@@ -82,6 +125,8 @@ struct Course<'a> {
     stop: &'a Stop<'a>,
     /// Of the written program.
     setup: Setup,
+    /// From the program that the steps begin with to the upload, where it is not the upload itself.
+    lines: Option<&'a LineMap>,
 }
 
 /// Takes what became of a motion.
@@ -100,6 +145,11 @@ struct Done {
 type Lags = Option<Vec<LeftOut>>;
 
 impl Course<'_> {
+    /// The program that the steps begin with.
+    fn upstream<'s>(&'s self, source: &'s dyn ProgramSource) -> Upstream<'s> {
+        Upstream { source, lines: self.lines.iter().copied().map(LineCursor::new).collect() }
+    }
+
     /// The steps that write.
     fn run(&self, source: &dyn ProgramSource, output: &mut dyn Write, note: Note<'_>) -> Result<Done, Fault> {
         let has_errors = has_errors(self.machine);
@@ -111,7 +161,7 @@ impl Course<'_> {
             let bare =
                 &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
             let cc = self.parameters.contact_path(step, self.setup);
-            let source = Upstream { source, lines: Vec::new() };
+            let source = self.upstream(source);
             let path = compensate_from(self.machine, &cc, source, output, bare, self.parts, self.stop)?;
             return Ok(Done { moved: None, path: Some(path), has_errors, setup: self.setup });
         }
@@ -149,7 +199,7 @@ impl Course<'_> {
             posts,
             has_wear: parameters.wear.is_some(),
         };
-        let moved = move_program(self.machine, &moves, source, output, note, self.stop)?;
+        let moved = move_program(self.machine, &moves, self.upstream(source), output, note, self.stop)?;
         Ok((moved, moves.written_setup))
     }
 
@@ -171,7 +221,8 @@ impl Course<'_> {
         };
         let cc = self.parameters.contact_path(step, setup);
         let text = Resting { spool: self.spool, place: Place::Moved };
-        let source = Upstream { source: &text, lines: vec![LineCursor::new(&moved.lines)] };
+        let maps = [Some(&moved.lines), self.lines].into_iter().flatten();
+        let source = Upstream { source: &text, lines: maps.map(LineCursor::new).collect() };
         compensate_from(self.machine, &cc, source, output, join, self.parts, self.stop)
     }
 
@@ -190,8 +241,14 @@ impl Course<'_> {
         let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);
         let text = Resting { spool: self.spool, place: Place::Written };
-        let simulated =
-            simulate_lines(self.machine, &parameters, &text, done.to_upload(), Some(&mut keep), self.stop);
+        let simulated = simulate_lines(
+            self.machine,
+            &parameters,
+            &text,
+            done.to_upload(self.lines),
+            Some(&mut keep),
+            self.stop,
+        );
         out.flush()?;
         match simulated {
             Ok(simulation) => Ok(Some(simulation.left_out)),
@@ -282,13 +339,19 @@ impl Sum<'_> {
 
 impl Done {
     /// From lines written to those of the upload.
-    fn to_upload(&self) -> Vec<LineCursor<'_>> {
+    fn to_upload<'s>(&'s self, first: Option<&'s LineMap>) -> Vec<LineCursor<'s>> {
         let maps =
             self.path.iter().map(|(_, lines)| lines).chain(self.moved.iter().map(|moved| &moved.lines));
-        maps.map(LineCursor::new).collect()
+        maps.chain(first).map(LineCursor::new).collect()
     }
 
-    fn report(self, parameters: &CompensationParameters, lags: Lags, sum: Sum<'_>) -> CompensationReport {
+    fn report(
+        self,
+        parameters: &CompensationParameters,
+        singularity: Option<SingularityReport>,
+        lags: Lags,
+        sum: Sum<'_>,
+    ) -> CompensationReport {
         let Self { moved, path, has_errors, .. } = self;
         let cc = path.map(|(report, _)| report);
         let location_errors = moved
@@ -303,6 +366,7 @@ impl Done {
             (None, Some(cc)) => (cc.dialect, cc.interpolation, cc.blocks_in),
             (None, None) => (crate::program::Dialect::Iso, crate::motion::Interpolation::Machine, 0),
         };
+        let blocks_in = singularity.as_ref().map_or(blocks_in, |report| report.blocks_in);
         let blocks_out = match (&moving, &cc) {
             (_, Some(cc)) => cc.blocks_out,
             (Some(moving), None) => moving.blocks_out,
@@ -313,6 +377,7 @@ impl Done {
             interpolation,
             blocks_in,
             blocks_out,
+            singularity,
             location_errors,
             warnings: moving.as_ref().map_or_else(Vec::new, |moving| moving.warnings.clone()),
             wear: moving.filter(|_| parameters.wear.is_some()),

@@ -51,7 +51,7 @@ impl Points {
             Keyword::Circle => {
                 self.circle = Circle::read(batch.block_text(block), self.mm_per_unit.unwrap_or(1.0));
             }
-            Keyword::PostWord | Keyword::ToolCall => {
+            Keyword::PostWord | Keyword::ToolCall | Keyword::Cutter => {
                 self.notes += 1;
                 return Some(Item::Note(note(batch.block_text(block))));
             }

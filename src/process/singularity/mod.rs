@@ -22,3 +22,5 @@ pub use report::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityReport,
 };
 pub use run::treat_singular_regions;
+
+pub(super) use run::treat_from;

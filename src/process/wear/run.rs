@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::ops::ControlFlow;
 
+use super::super::compensate::Upstream;
 use super::super::compensation::{BlockChange, LineMap, line_ends};
 use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults};
@@ -55,6 +56,7 @@ pub fn compensate_wear(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<WearReport, Fault> {
     let moves = Moves::of_wear(parameters);
+    let source = Upstream { source, lines: Vec::new() };
     Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), stop)?.wear)
 }
 
@@ -76,7 +78,7 @@ pub(in crate::process) struct Moved {
 pub(in crate::process) fn move_program(
     machine: &Machine,
     moves: &Moves<'_>,
-    source: &dyn ProgramSource,
+    Upstream { source, lines }: Upstream<'_>,
     output: &mut dyn Write,
     note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
     stop: &dyn Fn() -> ControlFlow<()>,
@@ -94,7 +96,8 @@ pub(in crate::process) fn move_program(
         interpolation_stated: parameters.interpolation.is_some(),
     };
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?
-        .with_setup(machine, &moves.source_setup);
+        .with_setup(machine, &moves.source_setup)
+        .with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, following, dialect| {
         let run = run

@@ -41,8 +41,17 @@ impl Resolution {
     }
 }
 
-/// The values of these addresses that a block states.
-pub(super) type Stated<const N: usize> = [Option<f64>; N];
+/// A word that a block states.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StatedWord {
+    value: f64,
+    /// Absolute whatever the modal sense of the block.
+    is_absolute: bool,
+}
+
+/// The words of these addresses that a block states; not those that count from the position before whatever its modal
+/// sense, which take along what stands elsewhere.
+pub(super) type Stated<const N: usize> = [Option<StatedWord>; N];
 
 impl<const N: usize> Written<N> {
     pub(super) fn new(addresses: [Address; N]) -> Self {
@@ -66,7 +75,8 @@ impl<const N: usize> Written<N> {
         for word in words.iter().filter(|word| word.is_known() && word.form != WordForm::Incremental) {
             for (address, value) in self.addresses.iter().zip(&mut stated) {
                 if word.address == *address {
-                    *value = Some(word.value);
+                    let is_absolute = word.form == WordForm::Absolute;
+                    *value = Some(StatedWord { value: word.value, is_absolute });
                 }
             }
         }
@@ -76,8 +86,9 @@ impl<const N: usize> Written<N> {
     /// A block that is left alone, from and to where is not known: its absolute words stand in both programs.
     pub(super) fn leave(&mut self, stated: &Stated<N>, incremental: bool) {
         let values = self.offset.iter_mut().zip(&mut self.last);
-        for ((offset, last), _) in values.zip(stated).filter(|(_, stated)| stated.is_some()) {
-            *offset = if incremental { *offset } else { 0.0 };
+        for ((offset, last), stated) in values.zip(stated) {
+            let Some(stated) = stated else { continue };
+            *offset = if incremental && !stated.is_absolute { *offset } else { 0.0 };
             *last = None;
         }
     }
@@ -103,15 +114,20 @@ impl<const N: usize> Written<N> {
         let mut plan = Plan { words: [None; N], end: *target };
         for k in 0..N {
             let [start, end] = [source[0][k], source[1][k]];
-            // What the block's word counts from, and what it is without one.
+            // What a word written anew counts from, and what the block's own does.
             let from = if incremental { start + self.offset[k] } else { 0.0 };
-            let standing =
-                stated[k].unwrap_or_else(|| if incremental { 0.0 } else { (end + self.offset[k]) / unit });
+            let counts = incremental && !stated[k].is_some_and(|stated| stated.is_absolute);
+            let own_from = if counts { from } else { 0.0 };
+            // What it is without one.
+            let standing = stated[k].map_or_else(
+                || if incremental { 0.0 } else { (end + self.offset[k]) / unit },
+                |stated| stated.value,
+            );
             let wanted = (target[k] - from) / unit;
-            if (wanted - standing).abs() <= half {
+            if ((target[k] - own_from) / unit - standing).abs() <= half {
                 plan.end[k] = match stated[k] {
-                    Some(_) if !incremental => end,
-                    Some(value) => from + value * unit,
+                    Some(_) if !counts => end,
+                    Some(stated) => from + stated.value * unit,
                     None if incremental => from,
                     None => {
                         let standing = end + self.offset[k];
@@ -176,7 +192,8 @@ impl Axes {
     /// Axes that go to a place of the machine, all of them where none is named: both programs stand there.
     pub(super) fn meet(&mut self, named: &StatedAxes) {
         let all = named.linear.iter().chain(&named.rotary).all(Option::is_none);
-        let meets = |value: Option<f64>| if all { Some(0.0) } else { value };
+        let everywhere = StatedWord { value: 0.0, is_absolute: true };
+        let meets = |stated: Option<StatedWord>| if all { Some(everywhere) } else { stated };
         self.linear.leave(&named.linear.map(meets), false);
         self.rotary.leave(&named.rotary.map(meets), false);
     }

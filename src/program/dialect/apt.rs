@@ -169,7 +169,8 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
         }
         b"TLAXIS" => tool_axis(scan, start),
         b"UNITS" | b"UNIT" => units(scan, start),
-        b"CSYS" => coordinate_system(scan, start),
+        b"CSYS" => told_apart(scan, Keyword::CoordinateSystem, start),
+        b"CUTTER" => told_apart(scan, Keyword::Cutter, start),
         b"TRNTYP" => {
             let moves = |word: &[u8]| {
                 number(word, 0, Spelling::Exponent).is_some_and(|number| number.value.abs() > 0.0)
@@ -178,7 +179,7 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
             said(scan, if plain { Keyword::PostWord } else { Keyword::PointsMoved }, start)
         }
         b"ROTABL" | b"ROTHED" => rotation(scan, start),
-        b"LOADTL" | b"LOAD" | b"TOOLNO" | b"TURRET" | b"UNLOAD" => said(scan, Keyword::ToolCall, start),
+        b"LOADTL" | b"LOAD" | b"TOOLNO" | b"TURRET" | b"UNLOAD" => tool(scan, start),
         b"END" | b"FINI" => said(scan, Keyword::EndPgm, start),
         _ => said(scan, Keyword::PostWord, start),
     }
@@ -389,7 +390,7 @@ fn feed(scan: &mut Scan<'_>, start: usize) -> BlockKind {
         let end = word_end(scan, from);
         if end == from {
             scan.fail_unexpected(from);
-            break;
+            return BlockKind::Malformed;
         }
         let keyword = match Upper::of(scan.slice(from, end)).as_bytes() {
             b"MMPM" => Keyword::MmPerMinute,
@@ -423,8 +424,25 @@ fn units(scan: &mut Scan<'_>, start: usize) -> BlockKind {
     said(scan, keyword, start)
 }
 
-/// `CSYS/…`: the set-up's coordinate system; equal systems have equal P words.
-fn coordinate_system(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+/// `LOADTL/5`, `LOAD/TOOL,5`: the tool's number as a T word.
+fn tool(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+    let (head, end) = (scan.at, scan.extent.body_end);
+    scan.keyword(Keyword::ToolCall, start, end);
+    let body = scan.text.get(..end).unwrap_or_default();
+    let is_open = |byte: u8| matches!(byte, b',' | b'/' | b' ' | b'\t');
+    let mut starts =
+        (head..end).filter(|at| scan.byte(*at).is_ascii_digit() && is_open(scan.byte(at.saturating_sub(1))));
+    if let Some(from) = starts.next()
+        && let Some(number) = number(body, from, Spelling::Exponent)
+    {
+        scan.number_word(Address::T, WordForm::Number, from, 0, number);
+    }
+    scan.skip_all();
+    BlockKind::Words
+}
+
+/// A statement that is told apart from others of its kind by its P word: equal texts have equal ones.
+fn told_apart(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
     // FNV-1a of all but blanks, cut to what a number word holds.
     let hash = rest(scan, scan.at)
         .iter()
@@ -435,7 +453,7 @@ fn coordinate_system(scan: &mut Scan<'_>, start: usize) -> BlockKind {
     let end = scan.extent.body_end;
     #[expect(clippy::cast_precision_loss, reason = "23 bits")]
     let value = (hash >> 41) as f64;
-    scan.keyword(Keyword::CoordinateSystem, start, end);
+    scan.keyword(keyword, start, end);
     let system = super::scan::Number {
         value,
         decimals: 0,

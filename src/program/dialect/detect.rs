@@ -69,9 +69,17 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The dialect that the first unmistakable line shows.
+/// The dialect that the first unmistakable line shows; without one, Sinumerik where words have `=` behind their
+/// letters and no line begins like an ISO program or a template.
 fn marked(text: &[u8]) -> Option<Dialect> {
-    lines(text).find_map(mark)
+    let is_other = |line: &[u8]| {
+        let line = line.trim_ascii_start();
+        matches!(line, [b'{' | b'(', ..] | [b'O' | b'o', b'0'..=b'9', ..])
+    };
+    lines(text).find_map(mark).or_else(|| {
+        let assigns = lines(text).any(assigns_a_word) && !lines(text).any(is_other);
+        assigns.then_some(Dialect::Siemens)
+    })
 }
 
 fn mark(line: &[u8]) -> Option<Dialect> {
@@ -107,7 +115,7 @@ fn mark(line: &[u8]) -> Option<Dialect> {
                     .get(word.len())
                     .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
         });
-    (is_siemens || assigns_a_word(statement)).then_some(Dialect::Siemens)
+    is_siemens.then_some(Dialect::Siemens)
 }
 
 /// Addresses that have `=` behind them in Sinumerik programs only.
@@ -118,6 +126,7 @@ const ASSIGNED: [&[u8]; 18] = [
 
 /// Whether an axis word, a feed, a radius or an R parameter has `=` behind it: `X=IC(5)`, `CR=12.5`, `R1=2`.
 fn assigns_a_word(statement: &[u8]) -> bool {
+    let statement = statement.trim_ascii_start();
     let end = statement.iter().position(|byte| b"([{;\"#".contains(byte)).unwrap_or(statement.len());
     let statement = statement.get(..end).unwrap_or_default();
     memchr::memchr_iter(b'=', statement).any(|equals| {

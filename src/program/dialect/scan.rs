@@ -277,6 +277,9 @@ impl<'a> Scan<'a> {
 
     #[inline]
     fn push(&mut self, word: Word) {
+        if self.kind == Some(BlockKind::Malformed) {
+            return;
+        }
         if self.batch.words.len() - self.first_word >= MAX_WORDS {
             return self.fail(
                 DiagnosticCode::TooManyWords { max: MAX_WORDS },
@@ -330,11 +333,11 @@ impl<'a> Scan<'a> {
 
     /// Adds the block; `kind` is what it is unless it was said before.
     pub(super) fn close(mut self, kind: BlockKind) -> super::LineRead {
-        let words_end = self.batch.words.len();
         let kind = self.kind.unwrap_or(kind);
         if kind == BlockKind::Malformed {
             self.batch.words.truncate(self.first_word);
         }
+        let words_end = self.batch.words.len();
         let Extent { body_end, next, lines } = self.extent;
         #[expect(clippy::cast_possible_truncation, reason = "fewer words than bytes")]
         let (words_start, words_end) = (self.first_word as u32, words_end as u32);

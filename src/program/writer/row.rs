@@ -13,6 +13,9 @@ pub(super) fn print_row(
     out: &mut Vec<u8>,
 ) {
     let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
+    if new.is_empty() && dropped.is_empty() {
+        return out.extend_from_slice(body);
+    }
     let mut cells = body.split(|&byte| byte == batch.separator).peekable();
     for (index, address) in batch.columns.iter().enumerate() {
         let later = batch.columns.get(index..).unwrap_or_default();

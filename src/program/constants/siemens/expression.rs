@@ -2,7 +2,7 @@
 //! ends (the reader) and what it is worth (the variables).
 
 use super::functions::function;
-use super::operators::{BINARY_LEVELS, binary, operator};
+use super::operators::{binary, operator};
 use crate::program::number::read_unsigned;
 
 /// Brackets and signs nested deeper than this are given up.
@@ -134,21 +134,20 @@ impl<'a, N: Names> Walk<'a, N> {
         self.level(0)
     }
 
-    fn level(&mut self, level: u8) -> Result<Option<Number>, Mistake> {
-        if level >= BINARY_LEVELS {
-            return self.operand();
-        }
-        let mut value = self.level(level + 1)?;
+    /// Operands and the operators between them that bind at least as tightly as this level.
+    fn level(&mut self, least: u8) -> Result<Option<Number>, Mistake> {
+        let mut value = self.operand()?;
         loop {
             let end = self.at;
             self.skip_blanks();
-            let found = operator(self.text, self.at);
-            let Some((operator, length)) = found.filter(|(operator, _)| operator.level() == level) else {
+            let found = operator(self.text, self.at).filter(|(operator, _)| operator.level() >= least);
+            let Some((operator, length)) = found else {
                 self.at = end;
                 return Ok(value);
             };
             self.at += length;
-            let right = self.level(level + 1)?;
+            // Equals from left to right: what stands on the right binds tighter.
+            let right = self.level(operator.level() + 1)?;
             value = match (value, right) {
                 (Some(left), Some(right)) => binary(operator, left, right),
                 _ => None,

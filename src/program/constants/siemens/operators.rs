@@ -5,8 +5,6 @@
 
 use super::expression::Number;
 
-/// Levels of operators with two operands.
-pub(super) const BINARY_LEVELS: u8 = 11;
 /// INT values of the control.
 const MAX_INT: f64 = 2_147_483_647.0;
 /// Two REAL values nearer to each other than this share of them may be equal to a control.

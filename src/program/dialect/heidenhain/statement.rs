@@ -243,6 +243,8 @@ fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     if named == b'"' {
         let rest = scan.slice(scan.at + 1, scan.extent.body_end);
         scan.at += memchr::memchr(b'"', rest).map_or(rest.len(), |length| length + 2);
+    } else if let (true, (from, Value::Number(number))) = (changes, value(scan, scan.at)) {
+        scan.number_word(Address::T, WordForm::Number, from, 0, number);
     } else if changes {
         while !matches!(scan.byte(scan.at), b' ' | b'\t' | b'\n' | b'\r' | b';') {
             scan.at += 1;

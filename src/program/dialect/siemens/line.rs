@@ -91,6 +91,9 @@ impl Line<'_> {
         let start = self.at;
         let mut at = start + 1;
         let mut byte = self.byte(at);
+        if byte == b'=' {
+            return self.equals_word(letter);
+        }
         while byte == b' ' || byte == b'\t' {
             at += 1;
             byte = self.byte(at);
@@ -130,6 +133,51 @@ impl Line<'_> {
             form: WordForm::Number,
             has_point: number.has_point,
         });
+    }
+
+    /// `X=10.5`: a letter and `=`. With nothing but a number behind it, the word is as plain as `X10.5`.
+    #[inline]
+    fn equals_word(&mut self, letter: u8) {
+        let start = self.at;
+        let mut at = start + 2;
+        let negative = self.byte(at) == b'-';
+        at += usize::from(negative || self.byte(at) == b'+');
+        let number = match read_unsigned(self.text, at) {
+            Some(number) if number.value <= MAX_MAGNITUDE && self.is_value_end(number.end) => number,
+            _ => return statement::named(self, start),
+        };
+        if matches!(letter, b'L' | b'l' | b'N' | b'n' | b'R' | b'r') {
+            return statement::named(self, start);
+        }
+        self.at = number.end;
+        self.note_number(number.has_point, number.has_whole);
+        self.push(Word {
+            value: if negative { 0.0 - number.value } else { number.value },
+            start: self.in_batch(start),
+            end: self.in_batch(number.end),
+            address: Address::of_letter(letter),
+            lead: 2,
+            decimals: number.decimals,
+            form: WordForm::Number,
+            has_point: number.has_point,
+        });
+    }
+
+    /// Whether a value surely ends at a byte: with the line, or with blanks and no operator behind them. Operators of
+    /// letters have a second one; letters of words have none.
+    #[inline]
+    fn is_value_end(&self, at: usize) -> bool {
+        match self.byte(at) {
+            b'\n' | b'\r' | b';' => true,
+            b' ' | b'\t' => {
+                let next = self.skip_blanks(at);
+                let byte = self.byte(next);
+                let second = self.byte(next + 1);
+                matches!(byte, b'\n' | b'\r' | b';')
+                    || (byte.is_ascii_alphabetic() && !second.is_ascii_alphabetic() && second != b'_')
+            }
+            _ => false,
+        }
     }
 
     /// Whether `=` (and not `==`) comes next behind blanks.
