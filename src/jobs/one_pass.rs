@@ -60,7 +60,7 @@ pub async fn compensate_in_one_pass(
         let OnePassRequest { machine, drives, parameters, max_cost_s } = &request;
         let mut core = in_core_terms(parameters, surface.is_some())?;
         core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
-        core.servo = drives.clone().filter(|_| parameters.servo_lag).map(|drives| ServoStep {
+        core.servo = drives.filter(|_| parameters.servo_lag).map(|drives| ServoStep {
             max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(*max_cost_s)),
             ..ServoStep::new(drives)
         });

@@ -138,6 +138,8 @@ impl ToolVectors {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use super::*;
     use crate::machine::{LocationError, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
     use crate::motion::{Interpreter, InterpreterOptions};
@@ -209,7 +211,7 @@ mod tests {
         ];
         let mut text = "G43.5 H1\nG1 F500\n".to_owned();
         for (index, [a, c]) in angles.into_iter().enumerate() {
-            text.push_str(&format!("X{index} Y1. Z2. {}\n", vector(a, c)));
+            writeln!(text, "X{index} Y1. Z2. {}", vector(a, c)).unwrap();
         }
         text.push_str("X9.\nG49\nX10. I1.\n");
         let motions = resolved(&machine, &text);

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-use super::{SingularRegions, SingularityAction, SingularityFindings};
 use super::{Fault, FaultList, Fixed, SurfaceReading};
+use super::{SingularRegions, SingularityAction, SingularityFindings};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
 use crate::{motion, process, program};

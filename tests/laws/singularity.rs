@@ -199,7 +199,7 @@ fn what_is_densified_keeps_line_great_circle_and_step() {
             other => panic!("{name}: {other:?}"),
         };
         divided_motions += divided;
-        assert_eq!(written.len() - source.len(), inserted as usize, "{name}");
+        assert_eq!((written.len() - source.len()) as u64, inserted, "{name}");
         assert_eq!(report.blocks_out - report.blocks_in, inserted, "{name}");
         let (mut at, mut longer) = (0, 0);
         for k in 0..source.len() {

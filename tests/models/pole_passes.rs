@@ -77,7 +77,7 @@ pub fn pole_pass(id: &str, tcp: bool, shape: PassShape) -> PolePass {
         .expect("poses within reach");
     let [first, second] = machine.rotary_axes();
     let letters = [first.letter.as_char(), second.letter.as_char()];
-    let (decimals, scale) = (shape.decimals, 10.0_f64.powi(shape.decimals as i32));
+    let (decimals, scale) = (shape.decimals, 10.0_f64.powi(i32::try_from(shape.decimals).expect("a few")));
     let round = |value: f64| (value * scale).round() / scale + 0.0;
     let mut text = String::from("%\nG21 G17 G90 G54\n");
     if tcp {
@@ -101,7 +101,7 @@ pub fn pole_pass(id: &str, tcp: bool, shape: PassShape) -> PolePass {
         let names = ['X', 'Y', 'Z', letters[0], letters[1]];
         for (n, name) in names.into_iter().enumerate() {
             // Words that do not change are left out, as posts do.
-            if before.is_none_or(|before| before[n] != words[n]) {
+            if before.is_none_or(|before| before[n].to_bits() != words[n].to_bits()) {
                 write!(text, "{name}{:.decimals$} ", round(words[n] - from[n])).expect("text");
             }
         }

@@ -1,5 +1,7 @@
 //! Values of RS274/NGC and Fanuc programs, as their manuals give them.
 
+use std::fmt::Write as _;
+
 use crate::program::{Batch, BlockKind, Constants, Dialect, ReadLimits, Reader, WordForm};
 
 /// The program's blocks with values filled in.
@@ -210,7 +212,7 @@ fn faults_stay_in_the_order_of_the_lines() {
 fn what_is_kept_is_bounded() {
     let mut text = String::new();
     for index in 0..1500 {
-        text.push_str(&format!("#<n{index}>={index}\n"));
+        writeln!(text, "#<n{index}>={index}").unwrap();
     }
     text.push_str("X#<n10>Y#<n1400>");
     let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
