@@ -141,6 +141,7 @@ const BARE: &[&str] = &[
     "velocity_feedforward",
     "acceleration_feedforward",
     "gain_margin",
+    "least_gain",
     "least_gain_margin",
     "resonance_peak",
     "scale",

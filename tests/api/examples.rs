@@ -96,7 +96,11 @@ impl Described {
         let (maker, at) = match self.operation("post", collection) {
             Some(maker) => (maker, address.to_owned()),
             None if collection == "/v1/jobs" => {
-                let makes = if path.ends_with("/residuals") { "verification" } else { "cc-compensation" };
+                let makes = match path.rsplit('/').next() {
+                    Some("residuals") => "verification",
+                    Some("changes") => "compensation",
+                    _ => "cc-compensation",
+                };
                 let path = format!("/v1/machines/{{machine_id}}/{makes}");
                 (self.operation("post", &path).unwrap(), path.replace("{machine_id}", "example-ac-table"))
             }

@@ -1,8 +1,11 @@
 //! Compensation in one pass over HTTP: the whole way with the real computation.
 
-use serde_json::{Value, json};
+use std::sync::Arc;
 
-use crate::support::{App, ac_table, pointers, problem, spawn};
+use serde_json::{Value, json};
+use trunnion::jobs::CutterContactCompensator;
+
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_real};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const PATH: &str = "/v1/machines/example-ac-table/compensation";
@@ -115,7 +118,7 @@ async fn all_three_steps_are_one_job_with_shares_budget_table_and_figure() {
 
 #[tokio::test]
 async fn one_step_alone_is_what_its_own_operation_makes() {
-    let app = spawn().await;
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
     for (own, query, step) in [
         ("cc-compensation", "tool_radius_mm=5&tolerance_um=4", "cc.tool_radius_mm=5&cc.tolerance_um=4"),
         (
@@ -155,4 +158,50 @@ async fn what_does_not_fit_is_named_by_its_step() {
     let job = post(&app, "/v1/machines/example-ac-table/cc-compensation", "contact=tip", BLADE).await;
     let job = job.headers()["location"].to_str().unwrap().to_owned();
     problem(app.get(&format!("{job}/changes")).await, "result-not-found").await;
+}
+
+/// A pass that leans over the pole of the example table: A through 0 while C has to turn.
+const OVER_THE_POLE: &str = "G21 G90 G94\nG1 X-10.0000 Y0.0000 Z5.0000 A0.6000 C10.0000 F1000\nX-5.0000 A0.3000 C20.0000\nX0.0000 A0.1500 C60.0000\nX5.0000 A0.3000 C110.0000\nX10.0000 A0.6000 C120.0000\nX15.0000 A0.9000 C124.0000\nM30\n";
+
+#[tokio::test]
+async fn singular_regions_are_listed_divided_or_passed_more_slowly() {
+    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    for (path, query) in [
+        ("/v1/machines/example-ac-table/cc-compensation", "tool_radius_mm=5&contact=tip&tolerance_um=500"),
+        (PATH, "cc.tool_radius_mm=5&cc.contact=tip&cc.tolerance_um=500"),
+    ] {
+        let mut found = Vec::new();
+        for action in [
+            "",
+            "&singularity=densify&singular_regions.axis_tolerance_deg=0.2",
+            "&singularity=smooth&singular_regions.axis_tolerance_deg=0.2",
+        ] {
+            let response = post(&app, path, &format!("{query}{action}"), OVER_THE_POLE).await;
+            assert_eq!(response.status(), 200, "{path} {action}");
+            let job = response.headers()["location"].to_str().unwrap().to_owned();
+            let text = response.text().await.unwrap();
+            let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+            assert_eq!(report["blocks_in"], 8, "{report}");
+            found.push((text, report["singularity"].clone()));
+        }
+        let [(listed, listing), (_, dense), (smooth, smoothed)] = &found[..] else { unreachable!() };
+        assert_eq!(
+            (&listing["action"], &listing["regions_found"]),
+            (&json!("report"), &json!(1)),
+            "{listing}"
+        );
+        let region = &listing["regions"][0];
+        assert_eq!((&region["kind"], &region["treatment"]), (&json!("pole"), &json!("reported")));
+        assert!(region["least_angle_deg"].as_f64().unwrap() < 0.2, "{region}");
+        assert!(listed != smooth && smooth.lines().count() == listed.lines().count());
+        assert_eq!(dense["regions"][0]["treatment"], "densified", "{dense}");
+        assert!(dense["blocks_inserted"].as_u64().unwrap() > 0);
+        assert_eq!(smoothed["regions"][0]["treatment"], "smoothed", "{smoothed}");
+        let spent = smoothed["axis_spent_deg"].as_f64().unwrap();
+        assert!(spent > 0.0 && spent <= 0.2, "{spent}");
+        let speed = |figures: &Value| figures["rotary_deg_per_s"].as_f64().unwrap();
+        assert!(speed(&smoothed["after"]) < 0.9 * speed(&smoothed["before"]), "{smoothed}");
+    }
+    let response = post(&app, PATH, "location_errors=true&singular_regions.zone_deg=0", OVER_THE_POLE).await;
+    assert_eq!(pointers(&problem(response, "invalid-request").await), ["/singular_regions/zone_deg"]);
 }

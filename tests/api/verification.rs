@@ -166,7 +166,6 @@ async fn bad_parameters_of_a_verification_are_all_named() {
         (with(json!({"surface": {"kind": "plane", "length_mm": 1}})), vec!["/surface/width_mm"]),
         (with(json!({"surface": {"kind": "torus"}})), vec!["/surface/kind"]),
         (with(json!({"work_offset_mm": [0, 1e9, 0]})), vec!["/work_offset_mm/1"]),
-        (with(json!({"dialect": "apt"})), vec!["/dialect"]),
         (with(json!({"tolerance_um": 1})), vec!["/tolerance_um"]),
     ] {
         let body = problem(post(&app, &asked, &plate(), "application/json").await, "invalid-request").await;

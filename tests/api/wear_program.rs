@@ -217,7 +217,6 @@ async fn bad_parameters_of_a_worn_program_are_named() {
             "nominal_tool.radius_mm=5&actual_tool.radius_mm=4&work_offset_mm=1,2,1e9&feed_mm_per_min=0",
             vec!["/work_offset_mm/2", "/feed_mm_per_min"],
         ),
-        ("nominal_tool.radius_mm=5&actual_tool.radius_mm=4&dialect=apt", vec!["/dialect"]),
     ] {
         let body = problem(post(&app, query, BLADE).await, "invalid-request").await;
         assert_eq!(pointers(&body), expected, "{query}: {body}");
