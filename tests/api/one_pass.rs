@@ -193,7 +193,7 @@ async fn singular_regions_are_listed_divided_or_passed_more_slowly() {
         let region = &listing["regions"][0];
         assert_eq!((&region["kind"], &region["treatment"]), (&json!("pole"), &json!("reported")));
         assert!(region["least_angle_deg"].as_f64().unwrap() < 0.2, "{region}");
-        assert!(listed != smooth && smooth.lines().count() == listed.lines().count());
+        assert_ne!(listed, smooth);
         assert_eq!(dense["regions"][0]["treatment"], "densified", "{dense}");
         assert!(dense["blocks_inserted"].as_u64().unwrap() > 0);
         assert_eq!(smoothed["regions"][0]["treatment"], "smoothed", "{smoothed}");
