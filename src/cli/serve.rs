@@ -14,7 +14,7 @@ use tokio::task::JoinHandle;
 use super::logs;
 use crate::config::{ConfigFault, Settings};
 use crate::http::{AppState, connections::Cap, router};
-use crate::jobs::{Compensator, CutterContactCompensator, OpenFault, Sources};
+use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
 /// Why the service could not start.
@@ -154,7 +154,9 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         let mut terminate = signal(SignalKind::terminate()).map_err(StartFault::Process)?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(StartFault::Process)?;
         let data_dir = settings.data_dir.clone();
-        let running = start(settings, Sources::real(), Arc::new(CutterContactCompensator)).await?;
+        let budget = Cost::budget_within(settings.max_cost_s);
+        let compensator = Arc::new(CutterContactCompensator { budget });
+        let running = start(settings, Sources::real(), compensator).await?;
         announce(running.address, &data_dir);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("told to stop by SIGTERM"),

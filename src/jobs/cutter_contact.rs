@@ -21,7 +21,10 @@ use crate::wire::{
 
 /// Compensates programs with the core.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct CutterContactCompensator;
+pub struct CutterContactCompensator {
+    /// What one program may cost, checked as it runs.
+    pub budget: process::Budget,
+}
 
 impl Compensator for CutterContactCompensator {
     fn compensate(
@@ -35,7 +38,8 @@ impl Compensator for CutterContactCompensator {
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
-        let core = process::CcParameters { part, ..core_parameters(parameters, tool)? };
+        let budget = self.budget;
+        let core = process::CcParameters { part, budget, ..core_parameters(parameters, tool)? };
         let source = FileSource(source);
         let singularity = parameters.singular_regions.to_core(parameters.singularity);
         if parameters.singularity != SingularityAction::Report {

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::process::Budget;
+
 /// Work whose estimated cost is over the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("the estimated cost of {estimated_s:.3} s of computation is over the limit of {limit_s} s")]
@@ -34,6 +36,11 @@ const POSE_S: f64 = 5e-6;
 const CANDIDATE_S: f64 = 3e-6;
 /// One byte of a program read, checked, corrected, written and verified \[s\].
 const PROGRAM_BYTE_S: f64 = 2e-7;
+
+/// One evaluation of the deviation \[s\]; 0.1 to 0.25 µs were measured.
+const EVALUATION_S: f64 = 1.2e-7;
+/// One block written, read back and verified \[s\]; below 1 µs where it is copied, some µs where it is new.
+const BLOCK_OUT_S: f64 = 6e-6;
 
 /// One byte of a program read and followed, twice \[s\]. Not measured as such: reader and interpreter alone
 /// (`docs/performance.md`) make it 7 ns by calculation.
@@ -127,6 +134,18 @@ impl Cost {
         )]
         let count = |each_s: f64| (limit_s / each_s).max(0.0) as u64;
         [count(PIECE_S), count(PAIR_S)]
+    }
+
+    /// How many evaluations of the deviation, and how many blocks written, the limit pays for.
+    #[must_use]
+    pub fn budget_within(limit_s: f64) -> Budget {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative, saturating"
+        )]
+        let count = |each_s: f64| (limit_s / each_s).max(0.0) as u64;
+        Budget { max_evaluations: count(EVALUATION_S), max_blocks_out: count(BLOCK_OUT_S) }
     }
 
     /// How many samples of a whole machine the limit pays for.

@@ -59,6 +59,9 @@ pub async fn compensate_in_one_pass(
         let Workplace { program, surface, spool, threads, stop } = place;
         let OnePassRequest { machine, drives, parameters, max_cost_s } = &request;
         let mut core = in_core_terms(parameters, surface.is_some())?;
+        if let Some(step) = &mut core.cc {
+            step.budget = Cost::budget_within(*max_cost_s);
+        }
         core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
         core.servo = drives.filter(|_| parameters.servo_lag).map(|drives| ServoStep {
             max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(*max_cost_s)),

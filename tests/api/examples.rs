@@ -244,7 +244,7 @@ async fn every_example_of_the_description_is_answered_as_described() {
             let name = format!("{method} {path}");
             for sample in described.samples(&name, operation) {
                 for (kind, schema) in representations(operation) {
-                    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+                    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
                     let address = described.address(&app, method, path, operation).await;
                     let verb = method.to_uppercase().parse().unwrap();
                     let mut request =

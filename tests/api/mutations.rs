@@ -383,7 +383,7 @@ async fn no_body_breaks_the_service() {
     let seeds = seeds();
     let start = || {
         let small = |settings: &mut trunnion::config::Settings| settings.max_cost_s = 0.2;
-        spawn_real_with(small, Arc::new(CutterContactCompensator))
+        spawn_real_with(small, Arc::new(CutterContactCompensator::default()))
     };
     let mut app = start().await;
     let (mut answered, mut refused) = (0, 0);

@@ -118,7 +118,7 @@ async fn all_three_steps_are_one_job_with_shares_budget_table_and_figure() {
 
 #[tokio::test]
 async fn one_step_alone_is_what_its_own_operation_makes() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     for (own, query, step) in [
         ("cc-compensation", "tool_radius_mm=5&tolerance_um=4", "cc.tool_radius_mm=5&cc.tolerance_um=4"),
         (
@@ -165,7 +165,7 @@ const OVER_THE_POLE: &str = "G21 G90 G94\nG1 X-10.0000 Y0.0000 Z5.0000 A0.6000 C
 
 #[tokio::test]
 async fn singular_regions_are_listed_divided_or_passed_more_slowly() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     for (path, query) in [
         ("/v1/machines/example-ac-table/cc-compensation", "tool_radius_mm=5&contact=tip&tolerance_um=500"),
         (PATH, "cc.tool_radius_mm=5&cc.contact=tip&cc.tolerance_um=500"),

@@ -21,7 +21,7 @@ const PATH: &str = "/v1/machines/example-ac-table/cc-compensation";
 
 #[tokio::test]
 async fn a_program_is_compensated_within_its_tolerance() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
     let response = app.post_text(&path, "text/plain", PROGRAM).await;
     assert_eq!(response.status(), 200);
@@ -43,14 +43,14 @@ async fn a_program_is_compensated_within_its_tolerance() {
 
 #[tokio::test]
 async fn where_nothing_exceeds_the_tolerance_the_bytes_stay() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     let path = format!("{PATH}?contact=tip&tolerance_um=10000");
     assert_eq!(app.post_text(&path, "text/plain", PROGRAM).await.text().await.unwrap(), PROGRAM);
 }
 
 #[tokio::test]
 async fn faults_of_programs_are_problems_with_their_line() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
     let post = |body: String| app.post_text(&path, "text/plain", body);
     for empty in ["", "\n\n", "(nothing)\n", "G90 G21\nM30\n"] {
@@ -83,7 +83,7 @@ async fn faults_of_programs_are_problems_with_their_line() {
 
 #[tokio::test]
 async fn contact_words_that_only_a_blocks_end_has_stay_at_its_end() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     let iso = "G90 G21 G94\nG1 X20.000 Y5.000 Z-2.000 A25.000 C60.000 F1000\nG1 X40.000 Y0.000 Z0.000 U1 V2 W3A30.000 C95.000\nM30\n";
     let table = "X,Y,Z,A,C,U,V,W,F\n20.000,5.000,-2.000,25.000,60.000,,,,1000\n40.000,0.000,0.000,30.000,95.000,1,2,3,1000\n";
     for (kind, program) in [("text/plain", iso), ("text/csv", table)] {
@@ -102,7 +102,7 @@ async fn contact_words_that_only_a_blocks_end_has_stay_at_its_end() {
 
 #[tokio::test]
 async fn what_is_called_with_an_f_of_its_own_finds_the_feed_that_stood() {
-    let app = spawn_real(Arc::new(CutterContactCompensator)).await;
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     for call in ["G65 P9010 F12.5", "G13 X40.000 F12.5"] {
         let program = PROGRAM.replace("M30", &format!("{call}\nM30"));
         let text = app.post_text(&format!("{PATH}?contact=tip"), "text/plain", program).await;

@@ -99,7 +99,7 @@ async fn a_second_service_does_not_get_the_same_directory() {
     let again = trunnion::cli::start(
         settings,
         trunnion::jobs::Sources::real(),
-        std::sync::Arc::new(trunnion::jobs::CutterContactCompensator),
+        std::sync::Arc::new(trunnion::jobs::CutterContactCompensator::default()),
     );
     let fault = again.await.err().unwrap().to_string();
     assert!(fault.contains("another trunnion uses"), "{fault}");
