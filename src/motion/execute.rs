@@ -27,6 +27,10 @@ pub(super) enum Action {
     Odd(Unfollowable),
 }
 
+/// G43.1, G50 and G50.1: axis words beside them may be offsets or axes, and no motion.
+const NAMES_AXES: [u32; 3] = [431, 500, 501];
+/// G69: likewise, unless the block says how it moves.
+const END_OF_ROTATION: u32 = 690;
 /// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
 const SETTLING: [u32; 5] = [434, 2340, 435, 490, 491];
 
@@ -246,6 +250,13 @@ impl Interpreter {
                     also(&mut action, Action::Odd(Unfollowable::SpecialMotion));
                 }
                 Code::EndCycle => ends_cycle = true,
+                Code::Transform(_, false) | Code::ToolLength(_)
+                    if axis_words != 0 && self.may_name_axes(self.block.g_codes[index]) =>
+                {
+                    // The words name axes, or are offsets; on some controls the block moves all the same.
+                    self.set_mode(code, index);
+                    also(&mut action, Action::Odd(Unfollowable::ConflictingCodes));
+                }
                 Code::Plane(_)
                 | Code::Incremental(_)
                 | Code::Units(_)
@@ -332,6 +343,12 @@ impl Interpreter {
         } else {
             self.position.forget_linear();
         }
+    }
+
+    /// Whether axis words beside this code may be something else than a motion.
+    fn may_name_axes(&self, code: u32) -> bool {
+        let moves = self.block.g_codes().iter().any(|code| matches!(code, 0 | 10 | 20 | 30));
+        NAMES_AXES.contains(&code) || (code == END_OF_ROTATION && !moves)
     }
 
     /// Sets the mode that the code of this index names.

@@ -244,6 +244,7 @@ impl<'a> Work<'a> {
             if self.at.motion == 0 && self.at.copied == 0 {
                 self.inventory.see(&passage.batch);
                 self.judge.prepare(&passage.motions);
+                self.settle(passage, out)?;
             }
             if !self.passage(passage, stretch.following(self.at.passage), out, stop)? {
                 return Ok(());
@@ -339,6 +340,10 @@ impl<'a> Work<'a> {
         self.emitter
             .write_division(batch, &checked, motion, &division, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        let index = motion.block as usize;
+        self.emitter
+            .settle(batch, index, index + 1, &mut out.text)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
         self.inventory.inserted += division.nodes.len() as u64 - 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
@@ -366,6 +371,16 @@ impl<'a> Work<'a> {
             self.note_lines(batch, motion, &out.text[written_from..], 0)?;
         }
         Ok(changed)
+    }
+
+    /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
+    fn settle(&mut self, passage: &Passage, out: &mut Written<'a>) -> Result<(), Fault> {
+        let Some(first) = passage.batch.blocks().first() else { return Ok(()) };
+        let written_from = out.text.len();
+        self.emitter
+            .settle(&passage.batch, 0, 0, &mut out.text)
+            .map_err(|fault| Fault::Unwritable { line: first.line, fault })?;
+        self.lines.insert(first.line.saturating_sub(1), line_ends(&out.text[written_from..]))
     }
 
     /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.

@@ -1,5 +1,6 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
+use super::feed_at_risk::feed_at_risk;
 use super::inventory::Inventory;
 use super::judge::Checked;
 use super::numbering::Numbering;
@@ -69,6 +70,25 @@ impl Emitter {
             batch.dialect() == Dialect::Apt && words.iter().any(|word| word.address == Address::F);
         self.feed_blocks += u64::from(states_feed);
         states_feed
+    }
+
+    /// Gives the owed F back in a block of its own, in the style of this one, where the blocks from `first` on would give it
+    /// another meaning before a motion could: the written program must not run on with the F of divided blocks.
+    pub(super) fn settle(
+        &mut self,
+        batch: &Batch,
+        style: usize,
+        first: usize,
+        out: &mut Vec<u8>,
+    ) -> Result<(), WriteFault> {
+        let Some(owed) = self.owed.filter(|_| feed_at_risk(batch, first) == Some(true)) else {
+            return Ok(());
+        };
+        crate::program::print_feed_only(batch, style, owed.raw, owed.decimals, out)?;
+        self.owed = None;
+        self.feeds_restored += 1;
+        self.feed_blocks += 1;
+        Ok(())
     }
 
     /// What a block that is left alone needs before or in it, so that it runs at the source's feed: writes the

@@ -4,6 +4,7 @@ mod compensate;
 mod compensation;
 mod emit;
 mod fault;
+mod feed_at_risk;
 mod inventory;
 mod judge;
 mod numbering;

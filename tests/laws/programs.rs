@@ -216,3 +216,45 @@ fn contact_words_go_on_from_the_last_ones_stated() {
     let stated: Vec<&str> = output.lines().filter(|line| line.contains('U')).collect();
     assert!(matches!(stated[..], [last] if last.contains("U1.0000 V2.0000 W3.0000")), "{output}");
 }
+
+/// The F that every axis word of the program runs at, modal and by block.
+fn feeds(program: &str) -> Vec<f64> {
+    let mut modal = 0.0;
+    program
+        .lines()
+        .filter_map(|line| {
+            modal = feed_of(line).unwrap_or(modal);
+            line.contains('X').then_some(modal)
+        })
+        .collect()
+}
+
+#[test]
+fn the_feed_is_back_before_anything_changes_what_it_means() {
+    for modes in ["G20\nG21\n", "G95\nG94\n", "G0 Z5.000\nG20\nG21\nG1\n"] {
+        let (output, report) = done(&format!("{START}{LONG}{modes}X0.000\nM30\n"));
+        assert!(report.motions_over_tolerance > 0 && report.feeds_restored == 1, "{output}");
+        let last = feeds(&output).last().copied();
+        assert_eq!(last, Some(1000.0), "{modes}{output}");
+        let mode = output.find(&modes[modes.len() - 8..]).expect("the modes are there");
+        let given_back = output.rfind("F1000").expect("given back");
+        assert!(given_back < mode || modes.starts_with("G0"), "{output}");
+    }
+}
+
+#[test]
+fn words_beside_a_cancelled_mirror_or_a_tool_offset_are_no_motion() {
+    for block in ["G50.1 X0 Y0", "G50 X0", "G69 X0", "G43.1 Z7."] {
+        let program = format!("{START}{LONG}{block}\nX110.000 C17.000\nM30\n");
+        let (output, _) = done(&program);
+        assert!(output.contains(&format!("\n{block}\n")), "{output}");
+        assert!(output.ends_with("X110.000 C17.000\nM30\n"), "{output}");
+    }
+}
+
+#[test]
+fn f_has_no_sign_where_coordinates_have_one() {
+    let program = "G1 X+0.000 Y+0.000 Z+5.000 A+10.000 C+0.000 F1000\nX+20.000 A+25.000 C+60.000\nX+40.000 A+10.000 C+0.000\nM30\n";
+    let (output, report) = done(program);
+    assert!(report.motions_over_tolerance == 2 && !output.contains("F+"), "{output}");
+}

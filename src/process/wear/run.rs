@@ -213,6 +213,7 @@ impl<'a> Run<'a> {
     ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         self.inventory.see(batch);
+        self.settle(batch, 0, 0)?;
         self.pilot.points.prepare(motions);
         self.scanned = 0;
         let mut copied = 0;
@@ -379,6 +380,7 @@ impl<'a> Run<'a> {
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
             self.emitter.feeds_restored += u64::from(only_feed && lowered.is_none());
+            self.settle(batch, motion.block as usize, *copied)?;
         }
         self.feeds_lowered += u64::from(lowered.is_some());
         self.count(motion, point.as_ref());
@@ -387,6 +389,17 @@ impl<'a> Run<'a> {
         }
         self.foresee(motion, start, Some(end), contact, lowered, point);
         Ok(Ok(()))
+    }
+
+    /// Gives an owed F back before the blocks from `first` on change what F means.
+    fn settle(&mut self, batch: &Batch, style: usize, first: usize) -> Result<(), Fault> {
+        let line = batch.blocks().get(style).map_or(0, |block| block.line);
+        let written_from = self.out.len();
+        self.emitter
+            .settle(batch, style, first, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line, fault })?;
+        let behind = line.saturating_sub(u64::from(first == style));
+        self.lines.insert(behind, line_ends(&self.out[written_from..]))
     }
 
     /// The F word that the block needs: a lower one, or the source's where the written program has another.

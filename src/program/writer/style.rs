@@ -100,10 +100,13 @@ impl<'a> Style<'a> {
     /// The setting for a word of this address.
     fn setting(&self, address: Address) -> Setting<'a> {
         let same = |word: &Word| word.address == address && word.form == WordForm::Number;
-        self.words.iter().position(same).map_or(self.usual, |index| Setting {
+        let found = self.words.iter().position(same).map(|index| Setting {
             separator: if index == 0 { self.usual.separator } else { self.separator_before(index) },
             ..self.setting_at(index)
-        })
+        });
+        // A sign that coordinates have is none of F.
+        let plus = self.usual.look.plus && address.is_coordinate();
+        found.unwrap_or(Setting { look: Look { plus, ..self.usual.look }, ..self.usual })
     }
 
     /// Appends a word of this name with the blanks before it.

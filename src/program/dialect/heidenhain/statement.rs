@@ -238,7 +238,11 @@ fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = word_end;
     scan.skip_blanks();
     let named = scan.byte(scan.at);
-    let changes = matches!(named, b'0'..=b'9' | b'"' | b'Q' | b'q');
+    // `TOOL CALL DL+0.5`: the same tool with another length.
+    let rest = scan.slice(scan.at, scan.extent.body_end);
+    let has_delta =
+        rest.windows(2).any(|two| two.eq_ignore_ascii_case(b"DL") || two.eq_ignore_ascii_case(b"DR"));
+    let changes = has_delta || matches!(named, b'0'..=b'9' | b'"' | b'Q' | b'q');
     scan.keyword(if changes { Keyword::ToolCall } else { Keyword::Statement }, start, word_end);
     if named == b'"' {
         let rest = scan.slice(scan.at + 1, scan.extent.body_end);
