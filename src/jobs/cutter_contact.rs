@@ -39,7 +39,7 @@ impl Compensator for CutterContactCompensator {
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
         let budget = self.budget;
-        let core = process::CcParameters { part, budget, ..core_parameters(parameters, tool)? };
+        let core = process::CcParameters { budget, part, ..core_parameters(parameters, tool)? };
         let source = FileSource(source);
         let singularity = parameters.singular_regions.to_core(parameters.singularity);
         if parameters.singularity != SingularityAction::Report {

@@ -221,6 +221,7 @@ impl Interpreter {
     }
 
     /// Sets the modes; gives what else is to be done, and whether G53 stands in the block.
+    #[expect(clippy::too_many_lines, reason = "one arm for every kind of code")]
     fn apply_g_codes(&mut self, reason: &mut Option<Unfollowable>) -> (Option<Action>, bool) {
         let mut action = None;
         let mut machine_coordinates = false;
