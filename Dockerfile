@@ -6,12 +6,13 @@ WORKDIR /build
 # The image's own compiler is the pinned one; without its name the toolchain file would ask for more components.
 ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
 COPY Cargo.toml Cargo.lock ./
+COPY core/Cargo.toml core/
 COPY benches benches
-RUN mkdir src && echo '//! Dependencies only.' > src/lib.rs && echo 'fn main() {}' > src/main.rs \
-    && cargo build --locked --profile dist --bin trunnion && rm -rf src
+RUN mkdir src core/src && echo '//! Dependencies only.' | tee src/lib.rs > core/src/lib.rs && echo 'fn main() {}' > src/main.rs \
+    && cargo build --locked --profile dist --bin trunnion && rm -rf src core/src
 COPY . .
 # The sources are newer than the stand-ins, whatever their time stamps say.
-RUN touch src/lib.rs src/main.rs && cargo build --locked --profile dist --bin trunnion
+RUN touch core/src/lib.rs src/lib.rs src/main.rs && cargo build --locked --profile dist --bin trunnion
 
 FROM debian:bookworm-slim
 RUN groupadd --system --gid 10001 trunnion \

@@ -1,33 +1,13 @@
 //! Trunnion: a pure, synchronous, unit-safe model of a five-axis machine tool, with a thin HTTP skin on one side
 //! and a thin `SQLite` skin on the other.
 //!
+//! The model is a crate of its own, `trunnion_core`, whose modules stand here beside the skins' as if it were one.
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
 
-pub mod units;
-
-pub mod geometry;
-
-pub mod machine;
-
-pub mod kinematics;
-
-pub mod program;
-
-pub mod surface;
-
-pub mod motion;
-
-pub mod contact;
-
-pub mod wear;
-
-pub mod servo;
-
-pub mod calibration;
-
-pub mod process;
-
-pub mod plot;
+pub use trunnion_core::{
+    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, surface,
+    units, wear,
+};
 
 pub mod wire;
 

@@ -87,22 +87,25 @@ struct Source {
 }
 
 fn sources() -> Vec<Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    collect(&root, &mut files);
-    files.sort();
-    assert!(files.len() > 30, "the sources were not found");
-    files
-        .into_iter()
-        .map(|path| {
+    let mut all = Vec::new();
+    for package in ["core/src", "src"] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(package);
+        let mut files = Vec::new();
+        collect(&root, &mut files);
+        files.sort();
+        assert!(files.len() > 30, "the sources were not found");
+        all.extend(files.into_iter().map(|path| {
             let text = fs::read_to_string(&path).unwrap();
             let inside = path.strip_prefix(&root).unwrap();
             let first = inside.components().next().unwrap().as_os_str().to_str().unwrap();
             let module = first.strip_suffix(".rs").unwrap_or(first).to_owned();
+            let in_core = CORE.contains(&module.as_str());
+            assert!(module == "lib" || in_core == (package == "core/src"), "{module} in {package}");
             let code = code_of(&text);
             Source { path, module, lines: code.len(), code }
-        })
-        .collect()
+        }));
+    }
+    all
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
@@ -166,7 +169,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 /// The first parts of the paths that begin with `crate::` (or the crate's name) on a line.
 fn named_modules(line: &str) -> Vec<String> {
     let mut found = Vec::new();
-    for prefix in ["crate::", "trunnion::"] {
+    for prefix in ["crate::", "trunnion::", "trunnion_core::"] {
         for (at, _) in line.match_indices(prefix) {
             let before = line[..at].chars().next_back();
             if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '$') {

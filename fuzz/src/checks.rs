@@ -2,17 +2,17 @@
 
 use std::ops::ControlFlow;
 
-use crate::kinematics::Setup;
-use crate::machine::{Machine, Preset, Tool};
-use crate::motion::{Interpolation, Interpreter, InterpreterOptions};
-use crate::process::{
+use trunnion_core::kinematics::Setup;
+use trunnion_core::machine::{Machine, Preset, Tool};
+use trunnion_core::motion::{Interpolation, Interpreter, InterpreterOptions};
+use trunnion_core::process::{
     Budget, CcParameters, CcStep, CompensationParameters, Fault, MemorySpool, SingularityAction,
     SingularityParameters, WearParameters, WearStep, WornCutter, compensate, compensate_program, compensate_wear,
     treat_singular_regions,
 };
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, print_changed};
-use crate::units::Length;
-use crate::wear::OneAfterAnother;
+use trunnion_core::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, print_changed};
+use trunnion_core::units::Length;
+use trunnion_core::wear::OneAfterAnother;
 
 /// Lines longer than this are refused, so that the refusal is met too.
 const LINE_BYTES: usize = 2048;

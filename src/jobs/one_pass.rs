@@ -19,7 +19,7 @@ use crate::servo::DriveSet;
 use crate::store::{Blobs, JobRow, Store};
 use crate::wire::{
     ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Interpolation,
-    Provenance,
+    Provenance, looks_at,
 };
 
 /// One program to be compensated in one pass.
@@ -109,7 +109,8 @@ fn in_core_terms(
     let wear = match parameters.wear_alone() {
         None => None,
         Some(step) => {
-            let core = step.to_core(has_part).map_err(super::cutter_contact::unfit)?;
+            let core =
+                step.to_core(looks_at(step.contact, has_part)).map_err(super::cutter_contact::unfit)?;
             let plain = WearStep::new(core.nominal, core.worn);
             Some(WearStep {
                 milling: core.milling,
@@ -124,7 +125,7 @@ fn in_core_terms(
     let cc = match parameters.cc_alone() {
         None => None,
         Some(step) => {
-            let tool = step.check(has_part).map_err(super::cutter_contact::unfit)?;
+            let tool = step.check(looks_at(step.contact, has_part)).map_err(super::cutter_contact::unfit)?;
             let core = core_parameters(&step, tool)?;
             let process::CcParameters { tool, tolerance, contact, correction, output, budget, .. } = core;
             Some(CcStep { tool, tolerance, contact, correction, output, budget })
@@ -205,7 +206,7 @@ impl process::Spool for Resting {
 }
 
 /// The figure of a report, as SVG text: the contact's path where it was compensated, else the worn cutter's contact, else
-/// how far the ends were moved.
+/// the errors of motions.
 #[must_use]
 pub fn one_pass_figure(report: &CompensationReport) -> String {
     let findings = &report.findings;
@@ -220,7 +221,7 @@ pub fn one_pass_figure(report: &CompensationReport) -> String {
                 DeviationPoint::zipped(&series.path_mm, &series.line, &series.before_um, &series.after_um);
             (points, quantity)
         }
-        None => (moves(findings), "tool tip off its place before posting anew [µm], over lines"),
+        None => (errors(findings), "sum of a motion's errors [µm], over lines"),
     };
     let title = format!(
         "One pass: {} motions changed, {} blocks inserted, error {:.1} µm before and {:.1} µm after",
@@ -236,17 +237,9 @@ pub fn one_pass_figure(report: &CompensationReport) -> String {
     })
 }
 
-/// How far ends were moved for location errors, over the lines, and what rounding left at most.
-fn moves(findings: &CompensationFindings) -> Vec<DeviationPoint> {
+/// The errors of motions as programmed and as written, over the lines.
+fn errors(findings: &CompensationFindings) -> Vec<DeviationPoint> {
     let series = &findings.changes.series;
-    let after_um = findings.error_budget.location_errors.after_um + findings.error_budget.rounding.after_um;
-    let points = series.line.iter().zip(&series.location_errors_um);
-    points
-        .map(|(line, moved_um)| DeviationPoint {
-            path_mm: *line as f64,
-            line: *line,
-            before_um: *moved_um,
-            after_um,
-        })
-        .collect()
+    let lines: Vec<f64> = series.line.iter().map(|line| *line as f64).collect();
+    DeviationPoint::zipped(&lines, &series.line, &series.error_before_um, &series.error_after_um)
 }

@@ -22,7 +22,9 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
         process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
         process::Fault::Lines(faults) => by_lines(faults, detail),
-        process::Fault::NothingToSimulate { first, .. } | process::Fault::NothingToCut { first, .. } => {
+        process::Fault::NothingToSimulate { first, .. }
+        | process::Fault::NothingToCut { first, .. }
+        | process::Fault::NothingFollowed { first } => {
             plain(program, first.map(|(_, line)| line), Vec::new())
         }
         // faults of the drives only come of a simulation, which has looked at them already

@@ -70,7 +70,7 @@ pub use machine::{
 pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;
 pub use objects::Objects;
-pub use one_pass::{CcStep, CompensationParameters, CompensationQuery, WearStep};
+pub use one_pass::{CcStep, CompensationParameters, CompensationQuery, WearStep, looks_at};
 pub use one_pass_answer::{
     BlockBudgetDoc, BlockChangeDoc, BlockErrorDoc, BudgetLineDoc, ChangeRow, ChangeSeriesDoc, ChangeTable,
     ChangesDoc, CompensationFindings, CompensationReport, ErrorBudgetDoc, LocationErrorFindings,

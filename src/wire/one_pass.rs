@@ -113,6 +113,12 @@ pub struct CompensationParameters {
     pub dialect: Dialect,
 }
 
+/// Whether a step with this contact looks at the part's surface, where one came with the program.
+#[must_use]
+pub const fn looks_at(contact: Contact, has_part: bool) -> bool {
+    has_part && matches!(contact, Contact::Auto | Contact::Surface)
+}
+
 const fn yes() -> bool {
     true
 }
@@ -270,10 +276,9 @@ impl CompensationParameters {
         if self.wear.is_none() && !self.location_errors && self.cc.is_none() {
             faults.push(|| Fault::new("", "nothing is asked for: name wear, location_errors or cc"));
         }
-        let looks = |contact: Contact| matches!(contact, Contact::Auto | Contact::Surface);
         let contacts =
             [self.wear.as_ref().map(|step| step.contact), self.cc.as_ref().map(|step| step.contact)];
-        if has_part && !contacts.into_iter().flatten().any(looks) {
+        if has_part && !contacts.into_iter().flatten().any(|contact| looks_at(contact, has_part)) {
             let detail = "a surface came with the program, but no step looks at it";
             faults.push(|| Fault::new("", detail));
         }
@@ -302,9 +307,8 @@ impl CompensationParameters {
     pub fn check(&self, has_part: bool) -> Result<(), Vec<Fault>> {
         let mut faults = FaultList::default();
         self.check_shared(has_part, &mut faults);
-        let of_step = |contact: Contact| has_part && matches!(contact, Contact::Auto | Contact::Surface);
-        let wear = self.wear_alone().map(|step| step.to_core(of_step(step.contact)).map(|_| ()));
-        let cc = self.cc_alone().map(|step| step.check(of_step(step.contact)).map(|_| ()));
+        let wear = self.wear_alone().map(|step| step.to_core(looks_at(step.contact, has_part)).map(|_| ()));
+        let cc = self.cc_alone().map(|step| step.check(looks_at(step.contact, has_part)).map(|_| ()));
         for (name, found) in [("/wear", wear), ("/cc", cc)] {
             for fault in found.and_then(Result::err).into_iter().flatten() {
                 faults.push(|| Fault { pointer: format!("{name}{}", fault.pointer), ..fault });

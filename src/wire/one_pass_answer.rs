@@ -109,6 +109,10 @@ pub struct ChangeSeriesDoc {
     pub wear_um: Vec<f64>,
     /// Largest correction of a course.
     pub cc_um: Vec<f64>,
+    /// Largest sum of a motion's errors as programmed.
+    pub error_before_um: Vec<f64>,
+    /// The same as written.
+    pub error_after_um: Vec<f64>,
 }
 
 /// What the steps did to the blocks; every motion's share is in the job's table of changes.
@@ -139,6 +143,8 @@ impl ChangesDoc {
                 location_errors_um: points.iter().map(|point| um(point.location_errors_mm)).collect(),
                 wear_um: points.iter().map(|point| um(point.wear_mm)).collect(),
                 cc_um: points.iter().map(|point| um(point.cc_mm)).collect(),
+                error_before_um: points.iter().map(|point| um(point.error_before_mm)).collect(),
+                error_after_um: points.iter().map(|point| um(point.error_after_mm)).collect(),
             },
         }
     }
@@ -336,13 +342,12 @@ pub struct CompensationReport {
 }
 
 /// One row of the table of changes: a motion that any step did something to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ChangeRow {
     /// Line of the upload.
     pub line: u64,
     /// `rapid`, `linear`, `arc`, or `opaque` for a motion that is not followed.
-    #[serde(serialize_with = "motion_kind", skip_deserializing, default = "linear")]
-    pub kind: MotionKind,
+    pub kind: &'static str,
     /// How far its end was moved because the machine is not the nominal one.
     pub location_errors_um: f64,
     /// By how much the tool axis at its end was turned for the same.
@@ -359,25 +364,16 @@ pub struct ChangeRow {
     pub error_after_um: f64,
 }
 
-const fn linear() -> MotionKind {
-    MotionKind::Linear
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
-fn motion_kind<S: serde::Serializer>(kind: &MotionKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(match kind {
-        MotionKind::Rapid => "rapid",
-        MotionKind::Linear => "linear",
-        MotionKind::Arc => "arc",
-        MotionKind::Opaque => "opaque",
-    })
-}
-
 impl From<&process::BlockChange> for ChangeRow {
     fn from(core: &process::BlockChange) -> Self {
         Self {
             line: core.line,
-            kind: core.kind,
+            kind: match core.kind {
+                MotionKind::Rapid => "rapid",
+                MotionKind::Linear => "linear",
+                MotionKind::Arc => "arc",
+                MotionKind::Opaque => "opaque",
+            },
             location_errors_um: um(core.location_errors_mm),
             tool_axis_urad: urad(core.axis_rad),
             wear_um: um(core.wear_mm),

@@ -17,6 +17,7 @@ use trunnion::process::{
     ContactSource, Fault, LengthInControl, LineFaultKind, Milling, WearParameters, WearReport, WornCutter,
     compensate_wear,
 };
+use trunnion::program::Dialect;
 use trunnion::units::{Angle, Length};
 use trunnion::wear::WearTable;
 
@@ -363,6 +364,25 @@ fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
     assert_eq!(faulty_line(&format!("T1 M6\n{one}T2\nM6\n{two}M30\n")), Some(8));
     assert_eq!(faulty_line(&format!("{one}T1 M6\n{two}M30\n")), Some(6), "the first one is not known");
     assert_eq!(faulty_line(&format!("T[#1] M6\n{one}T[#1] M6\n{two}M30\n")), Some(7), "values are not known");
+}
+
+#[test]
+fn a_program_of_which_nothing_can_be_followed_is_refused_where_it_should_move() {
+    // Read as conversational text, blocks of G words have no motion that could be followed.
+    let forced = |step: WearParameters| WearParameters { dialect: Some(Dialect::Heidenhain), ..step };
+    let text = pass_from("0");
+    match plain(&forced(ball_by_feed((5.0, 4.5))), &text) {
+        Err(Fault::NothingFollowed { .. } | Fault::NoMotion | Fault::Lines(_)) => {}
+        other => panic!("{other:?}"),
+    }
+    // Three axes alone: nobody knows how the table stands.
+    let three = "G1 X10. Y0. Z20. F500\nX12.\nM30\n";
+    match plain(&ball_by_feed((5.0, 4.5)), three) {
+        Err(Fault::NothingFollowed { first: Some((_, 1)) } | Fault::Lines(_)) => {}
+        other => panic!("{other:?}"),
+    }
+    let (output, _) = plain(&ball_by_feed((5.0, 5.0)), three).expect("nothing to move");
+    assert_eq!(output, three);
 }
 
 #[test]

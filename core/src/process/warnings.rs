@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Warning, WarningKind};
+use super::{LeftOutReason, Warning, WarningKind};
 
 #[derive(Debug, Default)]
 pub(super) struct Warnings(BTreeMap<WarningKind, Warning>);
@@ -29,6 +29,16 @@ impl Warnings {
             warning.max_distance_mm = Some(distance_mm);
             warning.worst_line = Some(line);
         }
+    }
+
+    /// Why the first motion was left as it is, and its line.
+    pub(super) fn first_left(&self) -> Option<(LeftOutReason, u64)> {
+        let of = |kind| self.0.get(&kind).and_then(|warning| Some((warning.line?, warning.reason)));
+        let unknown =
+            of(WarningKind::PositionUnknown).map(|(line, _)| (LeftOutReason::PositionUnknown, line));
+        let followed = of(WarningKind::NotFollowed)
+            .and_then(|(line, reason)| Some((LeftOutReason::NotFollowed(reason?), line)));
+        [unknown, followed].into_iter().flatten().min_by_key(|(_, line)| *line)
     }
 
     pub(super) fn into_list(self) -> Vec<Warning> {

@@ -111,6 +111,11 @@ pub(in crate::process) fn move_program(
     if let Some(number) = parameters.tool_number.filter(|_| run.motions_of_its_tool == 0) {
         return Err(Fault::NoSuchTool { number });
     }
+    let asks_for_nothing = parameters.has_nominal_shape() && !run.pilot.moves_everything && !moves.posts;
+    if run.motions_followed == 0 && !asks_for_nothing {
+        // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
+        return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
+    }
     run.inventory.inserted += run.emitter.feed_blocks;
     run.verifier.finish(&run.inventory, note)?;
     output.flush()?;
@@ -141,6 +146,8 @@ struct Run<'a> {
     motions_shifted: u64,
     /// Motions that are looked at: all, or those of the tool asked for.
     motions_of_its_tool: u64,
+    /// Motions whose end was looked at, whatever the tool.
+    motions_followed: u64,
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
     contact_angles: Option<[Angle; 2]>,
@@ -195,6 +202,7 @@ impl<'a> Run<'a> {
             contacts_kept: 0,
             motions_shifted: 0,
             motions_of_its_tool: 0,
+            motions_followed: 0,
             feeds_lowered: 0,
             max_shift: (0.0, None),
             contact_angles: None,
@@ -441,6 +449,7 @@ impl<'a> Run<'a> {
     }
 
     fn count(&mut self, motion: &Motion, point: Option<&Point>) {
+        self.motions_followed += 1;
         self.motions_of_its_tool += u64::from(self.pilot.is_its_tool);
         let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
         self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;

@@ -176,6 +176,12 @@ pub enum Fault {
     /// A program that moves nothing.
     #[error("the program has no motion")]
     NoMotion,
+    /// The ends of motions are to be moved, and not one motion can be followed.
+    #[error("no motion of the program can be followed, so none was moved{}", first_of(*first))]
+    NothingFollowed {
+        /// Why the first of them cannot, and its line.
+        first: Option<(LeftOutReason, u64)>,
+    },
     /// A program without a motion at feed whose course is known.
     #[error("the program has no motion that can be simulated; {left_out} were left out{}", first_of(*first))]
     NothingToSimulate {

@@ -1,0 +1,30 @@
+//! The core of Trunnion: a pure, synchronous, unit-safe model of a five-axis machine tool and of the programs it runs.
+//!
+//! No HTTP, no SQL, no clock, no files, no threads of its own: the crate depends on nothing that could bring them, and
+//! `tests/architecture.rs` holds it to that. Modules in reading order; `docs/architecture.md` is the map.
+
+pub mod units;
+
+pub mod geometry;
+
+pub mod machine;
+
+pub mod kinematics;
+
+pub mod program;
+
+pub mod surface;
+
+pub mod motion;
+
+pub mod contact;
+
+pub mod wear;
+
+pub mod servo;
+
+pub mod calibration;
+
+pub mod process;
+
+pub mod plot;
