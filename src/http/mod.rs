@@ -2,11 +2,13 @@
 
 mod body;
 mod calibrations;
+pub mod caller;
 mod conditional;
 pub mod connections;
 mod current_machine;
 mod edge;
 mod extract;
+mod guard;
 mod idempotency;
 mod jobs;
 mod kinematics;

@@ -16,7 +16,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use super::negotiate::choose;
 use super::problem::Problem;
 use super::{
-    AppState, calibrations, edge, jobs, kinematics, machines, openapi, programs, service, servo, wear,
+    AppState, calibrations, edge, guard, jobs, kinematics, machines, openapi, programs, service, servo, wear,
 };
 
 /// Every described route, and the description.
@@ -57,6 +57,7 @@ pub fn router(app: AppState) -> Router {
                 .layer(middleware::from_fn_with_state(app.clone(), edge::watch))
                 .layer(CatchPanicLayer::custom(edge::panicked))
                 .layer(middleware::from_fn_with_state(app.clone(), edge::deadline))
+                .layer(middleware::from_fn_with_state(app.clone(), guard::guard))
                 .layer(RequestDecompressionLayer::new())
                 .layer(DefaultBodyLimit::disable()),
         )

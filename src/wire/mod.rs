@@ -1,5 +1,6 @@
 //! The one external form of everything: serde documents, towards a client and towards the disk.
 
+mod api_key;
 mod calibration;
 mod calibration_answer;
 mod calibration_history;
@@ -39,6 +40,7 @@ mod wear_scallop_curves;
 mod wear_tool;
 mod wear_trend;
 
+pub use api_key::{ApiKeyDocument, ApiKeyRequest, NewApiKeyDocument, NoScope, Scope, is_slug};
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
     SphereAxisDoc, SphereCentreDoc, SpindleBar,

@@ -12,7 +12,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{NewRevision, PutOutcome};
-use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters};
+use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters, is_slug};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, RequestTimeout, PreconditionFailed, PreconditionRequired,
@@ -83,11 +83,7 @@ pub(super) async fn put_machine(
 }
 
 fn check_slug(machine_id: &str) -> Result<(), Problem> {
-    let word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
-    let sound = machine_id.len() <= 64
-        && machine_id.bytes().all(|byte| word(byte) || byte == b'-')
-        && machine_id.bytes().next().is_some_and(word);
-    if sound {
+    if is_slug(machine_id) {
         return Ok(());
     }
     let detail = "a machine id has 1 to 64 characters of a-z, 0-9 and -, and does not begin with -";
