@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod api_keys;
 mod calibration;
 mod clock;
 mod compensation;
@@ -20,6 +21,7 @@ mod verification;
 mod wear;
 mod wear_program;
 
+pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{
