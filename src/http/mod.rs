@@ -1,5 +1,6 @@
 //! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
 
+mod admission;
 mod body;
 mod calibrations;
 pub mod caller;
@@ -14,10 +15,12 @@ mod jobs;
 mod kinematics;
 mod machines;
 mod negotiate;
+pub mod observation;
 mod openapi;
 mod paging;
 pub mod problem;
 mod programs;
+mod rates;
 mod refusals;
 mod router;
 mod service;

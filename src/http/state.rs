@@ -3,11 +3,13 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
-
+use super::observation::{Exporter, Operations};
+use super::rates::Rates;
 use crate::config::Settings;
 use crate::jobs::{Compensator, Compute, Limits, OpenFault, Sources, Spool, open_data_directory};
+use crate::meter::Counter;
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -25,8 +27,16 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// Where counts and times of requests are kept.
-    pub(super) recorder: Arc<PrometheusRecorder>,
+    /// Counts and times of requests, by operation.
+    pub(super) operations: Arc<Operations>,
+    /// Requests whose client left before the answer.
+    pub(super) abandoned: Arc<Counter>,
+    /// How often callers may ask, where that is limited.
+    pub(super) rates: Option<Arc<Rates>>,
+    /// Where the spans of requests go besides the log.
+    pub(super) exporter: Option<Arc<dyn Exporter>>,
+    /// When the service started.
+    pub(super) began: Instant,
     draining: Arc<AtomicBool>,
 }
 
@@ -47,6 +57,7 @@ impl AppState {
         compensator: Arc<dyn Compensator>,
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
+        let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
         Ok(Self {
             store,
             compute: Compute::new(
@@ -58,7 +69,11 @@ impl AppState {
             sources,
             settings: Arc::new(settings),
             compensator,
-            recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
+            operations: Arc::new(Operations::new(std::iter::empty())),
+            abandoned: Arc::default(),
+            rates: rates.map(Arc::new),
+            exporter: None,
+            began: Instant::now(),
             draining: Arc::new(AtomicBool::new(false)),
         })
     }
@@ -67,6 +82,13 @@ impl AppState {
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// The same with a place where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
+        self.exporter = Some(exporter);
+        self
     }
 
     /// From now on the service is not ready.

@@ -10,6 +10,7 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod readers;
 mod wear_entries;
 
 pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
