@@ -70,6 +70,9 @@ pub enum StartFault {
     Process(std::io::Error),
 }
 
+/// Least room for what has arrived of a connection and was not taken yet \[bytes\].
+const LEAST_BUFFER_BYTES: usize = 64 << 10;
+
 /// A service that listens.
 #[derive(Debug)]
 pub struct Running {
@@ -111,18 +114,31 @@ pub async fn start(
     let handle = Handle::new();
     let mut server = axum_server::from_tcp(listener)
         .map_err(StartFault::Process)?
-        .acceptor(Cap::new(state.settings.max_connections))
+        .acceptor(Cap::new(
+            state.settings.max_connections,
+            Duration::from_secs_f64(state.settings.answer_pause_timeout_s),
+        ))
         .handle(handle.clone());
     let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(header_timeout);
+    // A header within the limits always fits; what is far longer is refused before it is all in memory.
+    let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
+    let buffer_bytes = (2 * header_bytes).max(LEAST_BUFFER_BYTES);
+    server
+        .http_builder()
+        .http1()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .max_buf_size(buffer_bytes);
     server
         .http_builder()
         .http2()
         .timer(TokioTimer::new())
         .keep_alive_interval(header_timeout)
         .keep_alive_timeout(header_timeout)
-        .max_concurrent_streams(64);
-    let task = tokio::spawn(server.serve(router(state.clone()).into_make_service()));
+        .max_concurrent_streams(64)
+        .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
+    let task =
+        tokio::spawn(server.serve(router(state.clone()).into_make_service_with_connect_info::<SocketAddr>()));
     Ok(Running { address, state, handle, task, drain, lock })
 }
 
