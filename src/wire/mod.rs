@@ -16,6 +16,7 @@ mod numbers;
 mod objects;
 mod one_pass;
 mod one_pass_answer;
+mod posting;
 mod presets;
 mod query;
 mod reading;
@@ -76,6 +77,7 @@ pub use one_pass_answer::{
     ChangesDoc, CompensationFindings, CompensationReport, ErrorBudgetDoc, LocationErrorFindings,
     NotModelledDoc,
 };
+pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
