@@ -15,12 +15,18 @@ use super::problem::{PROBLEM_JSON, Problem, ProblemType};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
+/// The id of a request.
+#[derive(Debug, Clone)]
+pub(super) struct RequestId(pub(super) String);
+
 /// Id, span, log line, counts; a refusal that is not a problem document yet becomes one.
-pub(super) async fn watch(State(app): State<AppState>, request: Request, next: Next) -> Response {
+pub(super) async fn watch(State(app): State<AppState>, mut request: Request, next: Next) -> Response {
     let id = request_id(&app, request.headers());
     let method = request.method().clone();
     let route = request.extensions().get::<MatchedPath>().map_or("unmatched", MatchedPath::as_str).to_owned();
-    let span = tracing::info_span!("request", request_id = %id, %method, %route);
+    let span =
+        tracing::info_span!("request", request_id = %id, %method, %route, key_id = tracing::field::Empty);
+    request.extensions_mut().insert(RequestId(id.clone()));
     let began = Instant::now();
     let mut response = dressed(next.run(request).instrument(span.clone()).await);
     let (elapsed_s, status) = (began.elapsed().as_secs_f64(), response.status().as_u16());

@@ -1,14 +1,20 @@
 //! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
 
+mod access;
+mod audit;
 mod body;
 mod calibrations;
+pub mod caller;
 mod conditional;
 pub mod connections;
 mod current_machine;
 mod edge;
 mod extract;
+mod guard;
+mod held_keys;
 mod idempotency;
 mod jobs;
+mod keys;
 mod kinematics;
 mod machines;
 mod negotiate;

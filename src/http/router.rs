@@ -16,7 +16,8 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use super::negotiate::choose;
 use super::problem::Problem;
 use super::{
-    AppState, calibrations, edge, jobs, kinematics, machines, openapi, programs, service, servo, wear,
+    AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
+    servo, wear,
 };
 
 /// Every described route, and the description.
@@ -29,6 +30,8 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
+        .merge(keys::router())
+        .merge(audit::router())
         .merge(service::router())
         .split_for_parts();
     (router, openapi::completed(document))
@@ -57,6 +60,7 @@ pub fn router(app: AppState) -> Router {
                 .layer(middleware::from_fn_with_state(app.clone(), edge::watch))
                 .layer(CatchPanicLayer::custom(edge::panicked))
                 .layer(middleware::from_fn_with_state(app.clone(), edge::deadline))
+                .layer(middleware::from_fn_with_state(app.clone(), guard::guard))
                 .layer(RequestDecompressionLayer::new())
                 .layer(DefaultBodyLimit::disable()),
         )

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
 
+use super::held_keys::HeldKeys;
 use crate::config::Settings;
 use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
 use crate::store::Store;
@@ -27,6 +28,8 @@ pub struct AppState {
     pub compensator: Arc<dyn Compensator>,
     /// Where counts and times of requests are kept.
     pub(super) recorder: Arc<PrometheusRecorder>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
     draining: Arc<AtomicBool>,
 }
 
@@ -56,6 +59,7 @@ impl AppState {
             ),
             spool: Spool::new(blobs, settings.max_body_bytes),
             sources,
+            keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
             recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
