@@ -362,6 +362,10 @@ impl From<std::io::Error> for Problem {
             tracing::error!(error = %fault, "the disk is full");
             return Self::new(ProblemType::StorageUnavailable, "the disk is full");
         }
+        // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
+        if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {
+            return Self::new(ProblemType::ResultTooLarge, fault.to_string());
+        }
         Self::internal(&fault)
     }
 }
@@ -465,6 +469,8 @@ impl From<ServoFault> for Problem {
 impl From<JobFault> for Problem {
     fn from(fault: JobFault) -> Self {
         match fault {
+            JobFault::Unreadable(fault) => fault.into(),
+            JobFault::Parameters(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
             JobFault::TooCostly(fault) => fault.into(),
             JobFault::Compute(fault) => fault.into(),
             JobFault::Compensator(fault) => fault.into(),

@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::observation::{Exporter, Operations};
 use super::rates::Rates;
 use crate::config::Settings;
-use crate::jobs::{Compensator, Compute, Limits, OpenFault, Sources, Spool, open_data_directory};
+use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
 use crate::meter::Counter;
 use crate::store::Store;
 
@@ -65,7 +65,7 @@ impl AppState {
                 settings.max_waiting_computations,
                 settings.max_surface_memory_bytes,
             ),
-            spool: Spool::new(blobs, settings.max_body_bytes),
+            spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
             sources,
             settings: Arc::new(settings),
             compensator,
@@ -89,6 +89,12 @@ impl AppState {
     pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
         self.exporter = Some(exporter);
         self
+    }
+
+    /// What programs are worked on with.
+    #[must_use]
+    pub fn means(&self) -> Means {
+        Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
     }
 
     /// From now on the service is not ready.

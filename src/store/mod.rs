@@ -13,7 +13,7 @@ mod page;
 mod readers;
 mod wear_entries;
 
-pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
+pub use blobs::{BlobFault, Blobs, Draft, DraftTooLong, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
 pub use database::Store;
 pub use error::StoreError;
