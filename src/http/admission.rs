@@ -7,7 +7,6 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use http::HeaderValue;
 use http::header::RETRY_AFTER;
-use tracing::Span;
 
 use super::AppState;
 use super::caller::Caller;
@@ -20,9 +19,6 @@ const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
 /// Lets a request pass to its handler.
 pub(super) async fn admit(State(app): State<AppState>, request: Request, next: Next) -> Response {
     let key_id = request.extensions().get::<Caller>().and_then(|caller| caller.key_id.clone());
-    if let Some(key_id) = &key_id {
-        Span::current().record("key_id", &**key_id);
-    }
     if let Err(problem) = measured(&app, &request) {
         return problem.into_response();
     }

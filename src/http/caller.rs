@@ -3,13 +3,16 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use axum::extract::FromRequestParts;
+use axum::extract::{FromRequestParts, MatchedPath};
 use http::Extensions;
 use http::request::Parts;
 
 use super::AppState;
+use super::edge::RequestId;
 use super::problem::Problem;
-use crate::wire::Scope;
+use crate::jobs::HeldKey;
+use crate::store::Actor;
+use crate::wire::{AuditOrigin, Scope};
 
 /// Who asks; cheap to clone. Every request has one once it has passed the guard.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,6 +30,19 @@ impl Caller {
     #[must_use]
     pub fn anybody() -> Self {
         Self { key_id: None, scopes: Arc::new(Scope::ALL.into()), machines: None }
+    }
+
+    /// Whoever asks for what is open at a service with keys.
+    #[must_use]
+    pub fn nobody() -> Self {
+        Self { key_id: None, scopes: Arc::default(), machines: Some(Arc::default()) }
+    }
+
+    /// Who carries this key.
+    #[must_use]
+    pub fn with(key: &HeldKey) -> Self {
+        let HeldKey { id, scopes, machines, .. } = key;
+        Self { key_id: Some(Arc::clone(id)), scopes: Arc::clone(scopes), machines: machines.clone() }
     }
 
     /// Whether the key allows this.
@@ -65,4 +81,31 @@ impl FromRequestParts<AppState> for Caller {
 pub(super) fn caller(extensions: &Extensions) -> Result<Caller, Problem> {
     let found = extensions.get::<Caller>().cloned();
     found.ok_or_else(|| Problem::internal(&"a request came by the guard"))
+}
+
+/// Who changes something, for the audit log.
+#[derive(Debug)]
+pub(super) struct By(pub(super) Actor);
+
+impl FromRequestParts<AppState> for By {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
+        actor(parts).map(Self)
+    }
+}
+
+/// Who changes something, for the audit log.
+///
+/// # Errors
+/// The request did not pass the guard.
+pub(super) fn actor(parts: &Parts) -> Result<Actor, Problem> {
+    let found = &parts.extensions;
+    Ok(Actor {
+        origin: AuditOrigin::Http,
+        key_id: caller(found)?.key_id.map(|id| id.to_string()),
+        method: Some(parts.method.to_string()),
+        route: found.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
+        request_id: found.get::<RequestId>().map(|id| id.0.clone()),
+    })
 }

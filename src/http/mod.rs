@@ -1,6 +1,8 @@
 //! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
 
+mod access;
 mod admission;
+mod audit;
 mod body;
 mod calibrations;
 pub mod caller;
@@ -10,8 +12,10 @@ mod current_machine;
 mod edge;
 mod extract;
 mod guard;
+mod held_keys;
 mod idempotency;
 mod jobs;
+mod keys;
 mod kinematics;
 mod machines;
 mod negotiate;

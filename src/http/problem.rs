@@ -47,6 +47,12 @@ catalogue! {
         "A header, the query or the body's framing cannot be read: a bad entity tag, a query that is not percent-encoded UTF-8, a body that ends early or does not decompress. Correct the request; the same bytes will always be refused.";
     UnreadableJson = BAD_REQUEST, "unreadable-json", "The body is not JSON",
         "The text is not JSON: the detail says where. NaN and Infinity are not JSON.";
+    Unauthenticated = UNAUTHORIZED, "unauthenticated", "A valid API key is needed",
+        "Send Authorization: Bearer with a key of this service. The detail says whether it was missing, unknown, revoked or has ended.";
+    ScopeMissing = FORBIDDEN, "scope-missing", "The API key does not allow this",
+        "The detail names the scope that the operation needs. Ask for a key that has it.";
+    MachineNotAllowed = FORBIDDEN, "machine-not-allowed", "The API key is for other machines",
+        "The key has a list of machines, and may not store one that is not in it.";
     NotFound = NOT_FOUND, "not-found", "There is nothing at this address",
         "The path belongs to no operation. The list of operations is at /docs.";
     MachineNotFound = NOT_FOUND, "machine-not-found", "There is no such machine",
@@ -59,6 +65,8 @@ catalogue! {
         "The tool has no entry with this id. GET /v1/machines/{machine_id}/tools/{tool_id}/wear-entries lists them.";
     JobNotFound = NOT_FOUND, "job-not-found", "There is no such job",
         "No job has this id. GET /v1/jobs lists them.";
+    KeyNotFound = NOT_FOUND, "key-not-found", "There is no such API key",
+        "No key has this id. GET /v1/keys lists them.";
     ResultNotFound = NOT_FOUND, "result-not-found", "The job has no result",
         "The job has not succeeded, so that there is no program, report or plot. GET /v1/jobs/{id} says where it stands.";
     MethodNotAllowed = METHOD_NOT_ALLOWED, "method-not-allowed", "The resource does not have this method",
@@ -150,6 +158,8 @@ impl ProblemType {
     /// The problem that a bare status stands for.
     pub(super) fn of_status(status: StatusCode) -> Self {
         match status {
+            StatusCode::UNAUTHORIZED => Self::Unauthenticated,
+            StatusCode::FORBIDDEN => Self::ScopeMissing,
             StatusCode::NOT_FOUND => Self::NotFound,
             StatusCode::METHOD_NOT_ALLOWED => Self::MethodNotAllowed,
             StatusCode::REQUEST_TIMEOUT => Self::RequestTimeout,

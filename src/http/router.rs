@@ -20,7 +20,8 @@ use super::negotiate::choose;
 use super::observation::{Operations, watch};
 use super::problem::Problem;
 use super::{
-    AppState, calibrations, edge, guard, jobs, kinematics, machines, openapi, programs, service, servo, wear,
+    AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
+    servo, wear,
 };
 
 /// Every described route, and the description.
@@ -33,6 +34,8 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
+        .merge(keys::router())
+        .merge(audit::router())
         .merge(service::router())
         .split_for_parts();
     (router, openapi::completed(document))

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::held_keys::HeldKeys;
 use super::observation::{Exporter, Operations};
 use super::rates::Rates;
 use crate::config::Settings;
@@ -37,6 +38,8 @@ pub struct AppState {
     pub(super) exporter: Option<Arc<dyn Exporter>>,
     /// When the service started.
     pub(super) began: Instant,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
     draining: Arc<AtomicBool>,
 }
 
@@ -67,6 +70,7 @@ impl AppState {
             ),
             spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
             sources,
+            keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
             operations: Arc::new(Operations::new(std::iter::empty())),

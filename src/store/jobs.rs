@@ -1,9 +1,10 @@
 //! Jobs: what was computed on which machine from which bytes, and the keys under which it was asked for.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
+use super::machines::as_array;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{JobDocument, JobOperation};
 
@@ -44,6 +45,8 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// With this id of the client's own.
     pub external_id: Option<String>,
+    /// Of any of these machines, where there is a list.
+    pub machines: Option<BTreeSet<String>>,
 }
 
 struct StoredJob {
@@ -127,17 +130,19 @@ impl Store {
     ) -> Result<Page<JobRow>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let (machine_id, external_id) = (&filter.machine_id, &filter.external_id);
-        let state = filter.state.map(JobState::as_str);
+        let (state, machines) = (filter.state.map(JobState::as_str), as_array(filter.machines.as_ref()));
         let rows = sqlx::query_as!(
             StoredJob,
             "SELECT * FROM jobs
              WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
                AND (?4 IS NULL OR external_id = ?4)
-             ORDER BY seq DESC LIMIT ?5",
+               AND (?5 IS NULL OR machine_id IN (SELECT value FROM json_each(?5)))
+             ORDER BY seq DESC LIMIT ?6",
             before,
             machine_id,
             state,
             external_id,
+            machines,
             count
         )
         .fetch_all(&self.readers)

@@ -2,12 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
+mod audit;
 mod calibrations;
 mod compensation;
 mod examples;
 mod forward;
 mod inverse;
 mod jobs;
+mod keys;
 mod limits;
 mod machines;
 mod mutations;

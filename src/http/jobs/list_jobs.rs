@@ -6,6 +6,7 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::paging::{Listed, PageQuery};
@@ -37,7 +38,7 @@ pub(super) struct JobQuery {
 
 /// List jobs
 ///
-/// Newest first.
+/// Newest first; of the machines that the API key reaches.
 #[utoipa::path(
     get,
     path = "/v1/jobs",
@@ -53,11 +54,14 @@ pub(super) struct JobQuery {
 pub(super) async fn list_jobs(
     State(app): State<AppState>,
     Query(query): Query<JobQuery>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Json<Listed<JobDocument>>, Problem> {
     choose(&headers, &["application/json"])?;
     let JobQuery { limit, cursor, machine_id, state, external_id } = query;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
-    let page = app.store.jobs(&JobFilter { machine_id, state, external_id }, limit, before).await?;
+    let machines = caller.machines.as_deref().cloned();
+    let filter = JobFilter { machine_id, state, external_id, machines };
+    let page = app.store.jobs(&filter, limit, before).await?;
     Ok(Json(Listed::new(page, |job| job.document)))
 }

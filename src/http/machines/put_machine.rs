@@ -6,6 +6,7 @@ use http::header::LOCATION;
 use http::{HeaderMap, StatusCode};
 
 use crate::http::AppState;
+use crate::http::caller::By;
 use crate::http::conditional::{expected, machine_tag, stale, tagged};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::problem::{Problem, ProblemType};
@@ -56,6 +57,7 @@ pub(super) async fn put_machine(
     Path(machine_id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
+    By(actor): By,
     Json(profile): Json<MachineProfile>,
 ) -> Result<Response, Problem> {
     check_slug(&machine_id)?;
@@ -70,7 +72,7 @@ pub(super) async fn put_machine(
         calibration_id: None,
         created_at: now,
     };
-    let put = app.store.put_machine(new, expected, None).await?;
+    let put = app.store.put_machine(new, expected, None, &actor).await?;
     match put.map_err(|reason| stale(reason, &machine_id))? {
         PutOutcome::Created(stored) => {
             let location = [(LOCATION, format!("/v1/machines/{machine_id}"))];

@@ -14,6 +14,7 @@ use tracing::{Instrument, Span};
 use super::subject::Subject;
 use super::{FinishedSpan, Trace};
 use crate::http::AppState;
+use crate::http::edge::RequestId;
 use crate::http::problem::{PROBLEM_JSON, Problem, ProblemType};
 use crate::meter;
 
@@ -21,7 +22,11 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Id, trace, span, log line, counts; a refusal that is not a problem document yet becomes one.
-pub(in crate::http) async fn watch(State(app): State<AppState>, request: Request, next: Next) -> Response {
+pub(in crate::http) async fn watch(
+    State(app): State<AppState>,
+    mut request: Request,
+    next: Next,
+) -> Response {
     let in_flight = meter::IN_FLIGHT.enter();
     let fresh = app.sources.ids.next();
     let trace = Trace::of(request.headers(), fresh);
@@ -42,6 +47,7 @@ pub(in crate::http) async fn watch(State(app): State<AppState>, request: Request
     };
     watched.open();
     let span = watched.span.clone();
+    request.extensions_mut().insert(RequestId(request_id.clone()));
     let mut response = dressed(next.run(request).instrument(span).await);
     if let Ok(value) = HeaderValue::try_from(&request_id) {
         response.headers_mut().insert(REQUEST_ID, value);
