@@ -3,6 +3,8 @@
 mod arguments;
 mod health;
 mod logs;
+#[cfg(feature = "otlp")]
+mod otlp;
 mod serve;
 
 pub use arguments::{Cli, Command, run};

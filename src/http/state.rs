@@ -95,6 +95,12 @@ impl AppState {
         self
     }
 
+    /// Where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
+        self.exporter.clone()
+    }
+
     /// What programs are worked on with.
     #[must_use]
     pub fn means(&self) -> Means {

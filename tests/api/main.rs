@@ -13,6 +13,7 @@ mod keys;
 mod limits;
 mod machines;
 mod mutations;
+mod observation;
 mod one_pass;
 mod pages;
 mod process;

@@ -125,6 +125,7 @@ impl Watched<'_> {
                 route: self.route,
                 status,
                 elapsed,
+                ended_at: self.app.sources.clock.now(),
                 request_id: self.request_id,
                 machine_id,
                 job_id: job_id.or(made),
