@@ -15,6 +15,7 @@ use tokio::task::JoinHandle;
 
 use super::{KeysFault, TlsFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
+use crate::http::observation::Exporter;
 use crate::http::{AppState, connections::Cap, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
@@ -82,6 +83,23 @@ pub enum StartFault {
         /// First line of its answer, or why there is none.
         answer: String,
     },
+    /// Spans are to be sent, but not by this binary.
+    #[error(
+        "otlp_endpoint is {endpoint:?}, but this binary was built without the feature otlp; leave the setting empty, or \
+         build with --features otlp"
+    )]
+    NoExport {
+        /// What was given.
+        endpoint: String,
+    },
+    /// The address of the collector cannot be used.
+    #[error("otlp_endpoint {endpoint:?} cannot be used: {reason}")]
+    Collector {
+        /// What was given.
+        endpoint: String,
+        /// Why not.
+        reason: String,
+    },
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
@@ -127,6 +145,7 @@ pub async fn start(
     sources: Sources,
     compensator: Arc<dyn Compensator>,
 ) -> Result<Running, StartFault> {
+    let exporter = exporter(&settings.otlp_endpoint)?;
     let path = settings.data_dir.clone();
     std::fs::create_dir_all(&path)
         .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
@@ -141,7 +160,10 @@ pub async fn start(
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
     let address = listener.local_addr().map_err(StartFault::Process)?;
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
-    let state = AppState::open(settings, sources, compensator).await?;
+    let mut state = AppState::open(settings, sources, compensator).await?;
+    if let Some(exporter) = exporter {
+        state = state.exporting(exporter);
+    }
     let guarding = guarding(address, &state).await?;
     let handle = Handle::new();
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
@@ -218,6 +240,17 @@ fn patient<A>(mut server: Server<SocketAddr, A>, patience: Patience) -> Server<S
     server
 }
 
+/// Where spans go, if anywhere.
+fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
+    if endpoint.is_empty() {
+        return Ok(None);
+    }
+    #[cfg(feature = "otlp")]
+    return super::otlp::exporter(endpoint).map(Some);
+    #[cfg(not(feature = "otlp"))]
+    Err(StartFault::NoExport { endpoint: endpoint.to_owned() })
+}
+
 impl Running {
     /// Stops listening, lets requests under way finish within the drain time, closes the database.
     ///
@@ -227,6 +260,10 @@ impl Running {
         self.state.begin_draining();
         self.handle.graceful_shutdown(Some(self.drain));
         let served = self.task.await.map_err(std::io::Error::other);
+        if let Some(exporter) = self.state.exporter() {
+            // It waits for a collector on a thread of its own, for a moment.
+            drop(tokio::task::spawn_blocking(move || exporter.close()).await);
+        }
         self.state.store.close().await;
         drop(self.lock);
         served?
