@@ -454,6 +454,8 @@ impl From<ServoFault> for Problem {
 impl From<JobFault> for Problem {
     fn from(fault: JobFault) -> Self {
         match fault {
+            JobFault::Unreadable(fault) => fault.into(),
+            JobFault::Parameters(faults) => Self::invalid(ProblemType::InvalidRequest, faults),
             JobFault::TooCostly(fault) => fault.into(),
             JobFault::Compute(fault) => fault.into(),
             JobFault::Compensator(fault) => fault.into(),

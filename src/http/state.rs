@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
 
 use crate::config::Settings;
-use crate::jobs::{Compensator, Compute, Limits, OpenFault, Sources, Spool, open_data_directory};
+use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -67,6 +67,12 @@ impl AppState {
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// What programs are worked on with.
+    #[must_use]
+    pub fn means(&self) -> Means {
+        Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
     }
 
     /// From now on the service is not ready.

@@ -19,23 +19,22 @@ mod spool;
 mod verification;
 mod wear;
 mod wear_program;
+mod work;
 
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
-pub use compensation::{
-    CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart, compensate,
-};
+pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
-pub use one_pass::{OnePassRequest, compensate_in_one_pass, one_pass_figure};
+pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;
-pub use program_job::{JobFault, ProgramJob};
+pub use program_job::{Finished, InputFile, JobFault, ProgramJob, Workplace, run_program_job};
 pub use servo::{ServoWork, ServoWorkFault};
-pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
-pub use verification::{ResidualFault, VerificationRequest, verification_figure, verify_part};
+pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
-pub use wear_program::{WearProgramRequest, compensate_wear, wear_figure};
+pub use wear_program::wear_figure;
+pub use work::{MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes};

@@ -5,7 +5,7 @@ mod arrival;
 mod compensate_cc_path;
 mod compensate_program;
 mod compensate_wear;
-pub(super) mod simulate_servo_program;
+mod simulate_servo_program;
 pub(super) mod upload;
 mod verify_part;
 
