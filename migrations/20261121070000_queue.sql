@@ -13,6 +13,7 @@ ALTER TABLE jobs ADD COLUMN lease TEXT CHECK ((state = 'running') = (lease IS NO
 CREATE INDEX jobs_queued ON jobs (machine_id, seq) WHERE state = 'queued';
 CREATE INDEX jobs_running ON jobs (seq) WHERE state = 'running';
 CREATE INDEX jobs_by_end ON jobs (finished_at) WHERE finished_at IS NOT NULL;
+CREATE INDEX idempotency_keys_by_job ON idempotency_keys (job_id) WHERE job_id IS NOT NULL;
 
 CREATE TRIGGER jobs_end_once BEFORE UPDATE OF state ON jobs
 WHEN OLD.state IN ('succeeded', 'failed', 'cancelled')

@@ -16,6 +16,7 @@ mod openapi;
 mod paging;
 pub mod problem;
 mod programs;
+mod range;
 mod refusals;
 mod router;
 mod service;

@@ -6,8 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
 
+use tokio::sync::Semaphore;
+
+use super::problem::Problem;
 use crate::config::Settings;
-use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
+use crate::jobs::{
+    Compensator, Compute, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool, open_data_directory,
+};
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -25,6 +30,10 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
+    /// Jobs that wait and run.
+    pub queue: Queue,
+    /// Room for those who follow events of jobs.
+    pub(super) followers: Arc<Semaphore>,
     /// Where counts and times of requests are kept.
     pub(super) recorder: Arc<PrometheusRecorder>,
     draining: Arc<AtomicBool>,
@@ -47,17 +56,37 @@ impl AppState {
         compensator: Arc<dyn Compensator>,
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
+        let compute = Compute::new(
+            settings.computations(),
+            settings.max_waiting_computations,
+            settings.max_surface_memory_bytes,
+        );
+        let spool = Spool::new(blobs, settings.max_body_bytes);
+        let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
+        let limits = QueueLimits {
+            max_queued: settings.max_queued_jobs,
+            job_retention_s: settings.job_retention_s,
+            key_retention_s: settings.idempotency_retention_s,
+        };
+        let queue = Queue::open(
+            store.clone(),
+            spool.clone(),
+            compute.clone(),
+            sources.clone(),
+            means,
+            limits,
+            Problem::of_job,
+        )
+        .await?;
         Ok(Self {
             store,
-            compute: Compute::new(
-                settings.computations(),
-                settings.max_waiting_computations,
-                settings.max_surface_memory_bytes,
-            ),
-            spool: Spool::new(blobs, settings.max_body_bytes),
+            compute,
+            spool,
             sources,
+            followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
             settings: Arc::new(settings),
             compensator,
+            queue,
             recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
             draining: Arc::new(AtomicBool::new(false)),
         })

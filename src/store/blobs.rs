@@ -5,10 +5,12 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
 use thiserror::Error;
+use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -39,6 +41,8 @@ impl BlobFault {
 pub struct Blobs {
     blobs: PathBuf,
     spool: PathBuf,
+    /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
+    naming: Arc<RwLock<()>>,
 }
 
 /// A file being written; it vanishes unless it is kept.
@@ -63,7 +67,7 @@ impl Blobs {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { blobs, spool })
+        Ok(Self { blobs, spool, naming: Arc::default() })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -137,7 +141,42 @@ impl Blobs {
         File::open(&path).map_err(BlobFault::at("opening", &path))
     }
 
-    fn path(&self, sha256: &str) -> PathBuf {
+    /// Held from keeping files until a row names them: nothing is removed meanwhile.
+    pub async fn naming(&self) -> OwnedRwLockReadGuard<()> {
+        Arc::clone(&self.naming).read_owned().await
+    }
+
+    /// Held while what no row names is removed.
+    pub async fn removing(&self) -> OwnedRwLockWriteGuard<()> {
+        Arc::clone(&self.naming).write_owned().await
+    }
+
+    /// Removes a kept file; one that is gone already is no fault.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn remove(&self, sha256: &str) -> Result<(), BlobFault> {
+        let path = self.path(sha256);
+        match fs::remove_file(&path) {
+            Err(fault) if fault.kind() != io::ErrorKind::NotFound => {
+                Err(BlobFault::at("removing", &path)(fault))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Length of a kept file \[bytes\].
+    ///
+    /// # Errors
+    /// There is none, or it cannot be asked.
+    pub fn length(&self, sha256: &str) -> Result<u64, BlobFault> {
+        let path = self.path(sha256);
+        fs::metadata(&path).map(|found| found.len()).map_err(BlobFault::at("asking for", &path))
+    }
+
+    /// Where a kept file stands.
+    #[must_use]
+    pub fn path(&self, sha256: &str) -> PathBuf {
         self.blobs.join(sha256.get(..2).unwrap_or("00")).join(sha256)
     }
 }

@@ -10,6 +10,8 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod queue;
+mod retention;
 mod wear_entries;
 
 pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
@@ -22,4 +24,5 @@ pub use keys::{KeyUse, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};
 pub use page::{Cursor, CursorFault, Page};
+pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
 pub use wear_entries::{AddedWear, WearConflict};
