@@ -39,7 +39,7 @@ impl BlobFault {
 /// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for what is not complete yet.
 #[derive(Debug, Clone)]
 pub struct Blobs {
-    blobs: PathBuf,
+    kept: PathBuf,
     spool: PathBuf,
     /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
     naming: Arc<RwLock<()>>,
@@ -59,15 +59,15 @@ impl Blobs {
     /// # Errors
     /// A directory cannot be made or read.
     pub fn open(data_dir: &Path) -> Result<Self, BlobFault> {
-        let (blobs, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
-        for directory in [&blobs, &spool] {
+        let (kept, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
+        for directory in [&kept, &spool] {
             fs::create_dir_all(directory).map_err(BlobFault::at("making", directory))?;
         }
         for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { blobs, spool, naming: Arc::default() })
+        Ok(Self { kept, spool, naming: Arc::default() })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -83,7 +83,7 @@ impl Blobs {
                 .map(|entry| entry.map(|entry| entry.path()).map_err(BlobFault::at("reading", path)))
                 .collect()
         };
-        for folder in entries(&self.blobs)? {
+        for folder in entries(&self.kept)? {
             for path in entries(&folder)? {
                 let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
                 if !named.contains(name) {
@@ -121,11 +121,11 @@ impl Blobs {
     pub fn keep(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
         let sha256 = draft.sha256();
         let path = self.path(&sha256);
-        let folder = path.parent().unwrap_or(&self.blobs).to_owned();
+        let folder = path.parent().unwrap_or(&self.kept).to_owned();
         draft.file.as_file().sync_all().map_err(BlobFault::at("synchronising", draft.file.path()))?;
         if !folder.is_dir() {
             fs::create_dir_all(&folder).map_err(BlobFault::at("making", &folder))?;
-            sync_directory(&self.blobs)?;
+            sync_directory(&self.kept)?;
         }
         draft.file.persist(&path).map_err(|fault| BlobFault::at("keeping", &path)(fault.error))?;
         sync_directory(&folder)?;
@@ -177,7 +177,7 @@ impl Blobs {
     /// Where a kept file stands.
     #[must_use]
     pub fn path(&self, sha256: &str) -> PathBuf {
-        self.blobs.join(sha256.get(..2).unwrap_or("00")).join(sha256)
+        self.kept.join(sha256.get(..2).unwrap_or("00")).join(sha256)
     }
 }
 

@@ -184,20 +184,18 @@ fn url_fault(url: &str) -> Option<&'static str> {
 
 /// Whether a text is a host, perhaps with a port.
 fn is_authority(text: &str) -> bool {
-    let (host, port) = match text.strip_prefix('[') {
-        Some(rest) => match rest.split_once(']') {
-            Some((host, port)) if host.parse::<std::net::Ipv6Addr>().is_ok() => (host, port),
-            _ => return false,
-        },
-        None => {
-            let end = text.find(':').unwrap_or(text.len());
-            let (host, port) = text.split_at(end);
-            let sound = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~%".contains(&byte);
-            if !host.bytes().all(sound) {
-                return false;
-            }
-            (host, port)
+    let (host, port) = if let Some(rest) = text.strip_prefix('[') {
+        let Some((host, port)) = rest.split_once(']') else { return false };
+        if host.parse::<std::net::Ipv6Addr>().is_err() {
+            return false;
         }
+        (host, port)
+    } else {
+        let (host, port) = text.split_at(text.find(':').unwrap_or(text.len()));
+        if !host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._~%".contains(&byte)) {
+            return false;
+        }
+        (host, port)
     };
     let port_fits = match port.strip_prefix(':') {
         None => port.is_empty(),

@@ -117,8 +117,11 @@ pub(in crate::http) fn part_of_json(headers: &HeaderMap, tag: &str, text: String
     let text = Bytes::from(text);
     let asked = asked(headers, length, tag);
     let part = match &asked {
-        // Both ends lie within the text.
-        Asked::Part(part) => text.slice(part.start as usize..part.end as usize),
+        Asked::Part(part) => {
+            // Both ends lie within the text.
+            let at = |place: u64| usize::try_from(place).unwrap_or(text.len());
+            text.slice(at(part.start)..at(part.end))
+        }
         Asked::Whole | Asked::Outside => text,
     };
     dressed(&asked, length, json_response(part))

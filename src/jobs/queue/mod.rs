@@ -19,7 +19,7 @@ pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
 use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
-use crate::store::{Cancelling, Enqueued, JobRow, Store, StoreError};
+use crate::store::{Cancelling, Draft, Enqueued, JobRow, KeyUse, Store, StoreError};
 use crate::wire::{JobDocument, JobState};
 
 /// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
@@ -74,7 +74,6 @@ impl Queue {
     ///
     /// # Errors
     /// The database failed.
-    #[expect(clippy::too_many_arguments, reason = "everything that a job meets on its way")]
     pub async fn open(
         store: Store,
         spool: Spool,
@@ -136,8 +135,9 @@ impl Queue {
         external_id: Option<String>,
         callback_url: Option<String>,
     ) -> Result<JobRow, JobFault> {
-        let Shared { store, spool, sources, limits, more, .. } = &*self.0;
+        let shared = &*self.0;
         let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used } = job;
+        let sources = &shared.sources;
         let document = JobDocument {
             id: sources.ids.next().to_string(),
             machine_id,
@@ -160,17 +160,21 @@ impl Queue {
             finished_at: None,
         };
         let row = JobRow { document, file_name, report: None, report_sha256: None };
-        let naming = spool.blobs().naming().await;
-        keep_all(spool.blobs(), [Some(program), surface]).await?;
-        let enqueued = store.enqueue(&row, used.as_ref(), limits.max_queued).await?;
-        drop(naming);
-        match enqueued {
+        let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref()).await;
+        if !matches!(enqueued, Ok(Enqueued::Added)) {
+            // What was refused leaves nothing behind, whatever it was refused for.
+            let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
+            if let Err(fault) = shared.remove_unnamed(kept.into_iter().flatten().collect()).await {
+                tracing::warn!(error = %fault, "the files of a refused job stay until the next start");
+            }
+        }
+        match enqueued? {
             Enqueued::Added => {
-                more.notify_one();
+                shared.more.notify_one();
                 Ok(row)
             }
-            Enqueued::Full => Err(JobFault::QueueFull { waiting: limits.max_queued }),
-            Enqueued::KeyTaken => job_of_key(store, used.as_ref()).await,
+            Enqueued::Full => Err(JobFault::QueueFull { waiting: shared.limits.max_queued }),
+            Enqueued::KeyTaken => job_of_key(&shared.store, used.as_ref()).await,
         }
     }
 
@@ -232,6 +236,19 @@ impl Queue {
 }
 
 impl Shared {
+    /// Keeps the files of a job, then names them.
+    async fn enqueue(
+        &self,
+        row: &JobRow,
+        files: [Option<Draft>; 2],
+        used: Option<&KeyUse>,
+    ) -> Result<Enqueued, JobFault> {
+        let blobs = self.spool.blobs();
+        let _naming = blobs.naming().await;
+        keep_all(blobs, files).await?;
+        Ok(self.store.enqueue(row, used, self.limits.max_queued).await?)
+    }
+
     /// Tells those who follow jobs that one has changed.
     fn changed(&self, id: &str) {
         // Nobody may be listening.

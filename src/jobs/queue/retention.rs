@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::Shared;
 use crate::jobs::JobFault;
+use crate::store::Sha256Hex;
 
 /// Time between two looks for jobs that are too old.
 const BETWEEN_LOOKS: Duration = Duration::from_hours(1);
@@ -34,18 +35,26 @@ impl Shared {
             }
             digests.extend(named);
         }
+        let removed = self.remove_unnamed(digests).await?;
+        if removed > 0 {
+            tracing::info!(files = removed, "removed the files of jobs that ended long ago");
+        }
+        Ok(())
+    }
+
+    /// Removes those of these files that no job names; gives how many.
+    pub(super) async fn remove_unnamed(&self, mut digests: Vec<Sha256Hex>) -> Result<usize, JobFault> {
         if digests.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         let blobs = self.spool.blobs();
-        // From here on nothing is kept until the files are gone that nobody names.
+        // Until this goes, nothing is kept that a row is yet to name.
         let _alone = blobs.removing().await;
         let named = self.store.named_blobs().await?;
         digests.retain(|sha256| !named.contains(sha256));
-        tracing::info!(files = digests.len(), "removed jobs that ended long ago");
-        for sha256 in digests {
-            blobs.remove(&sha256)?;
+        for sha256 in &digests {
+            blobs.remove(sha256)?;
         }
-        Ok(())
+        Ok(digests.len())
     }
 }

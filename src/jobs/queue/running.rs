@@ -37,12 +37,12 @@ impl UnderWay {
 /// What is read to its end is not yet stored.
 const ALMOST_DONE: f64 = 0.99;
 
-/// How often an operation reads its program, counted on programs of the tests; a program that is read more often waits
-/// at the end of its progress.
+/// How often an operation reads its program, counted on programs of the tests, where every step finds something to do. A
+/// program that needs fewer readings jumps to the end of its progress, one that needs more waits there.
 const fn passes(operation: JobOperation) -> f64 {
     match operation {
-        JobOperation::CcCompensation | JobOperation::Verification | JobOperation::ServoSimulation => 2.0,
-        JobOperation::WearCompensation | JobOperation::Compensation => 3.0,
+        JobOperation::CcCompensation | JobOperation::Compensation => 4.0,
+        JobOperation::WearCompensation | JobOperation::Verification | JobOperation::ServoSimulation => 2.0,
     }
 }
 
