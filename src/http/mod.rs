@@ -24,6 +24,7 @@ mod openapi;
 mod paging;
 pub mod problem;
 mod programs;
+mod range;
 mod rates;
 mod refusals;
 mod router;
