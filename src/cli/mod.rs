@@ -2,8 +2,12 @@
 
 mod arguments;
 mod health;
+mod keys;
 mod logs;
 mod serve;
+mod tls;
 
 pub use arguments::{Cli, Command, run};
-pub use serve::{Running, StartFault, start};
+pub use keys::{KeysCommand, KeysFault};
+pub use serve::{Guarding, Running, StartFault, start};
+pub use tls::TlsFault;

@@ -3,16 +3,19 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
+use std::time::Instant;
 
 use tokio::sync::Semaphore;
 
+use super::held_keys::HeldKeys;
+use super::observation::{Exporter, Operations};
 use super::problem::Problem;
+use super::rates::Rates;
 use crate::config::Settings;
 use crate::jobs::{
     Compensator, Compute, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool, open_data_directory,
 };
+use crate::meter::Counter;
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -34,8 +37,18 @@ pub struct AppState {
     pub queue: Queue,
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
-    /// Where counts and times of requests are kept.
-    pub(super) recorder: Arc<PrometheusRecorder>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
+    /// Counts and times of requests, by operation.
+    pub(super) operations: Arc<Operations>,
+    /// Requests whose client left before the answer.
+    pub(super) abandoned: Arc<Counter>,
+    /// How often callers may ask, where that is limited.
+    pub(super) rates: Option<Arc<Rates>>,
+    /// Where the spans of requests go besides the log.
+    pub(super) exporter: Option<Arc<dyn Exporter>>,
+    /// When the service started.
+    pub(super) began: Instant,
     draining: Arc<AtomicBool>,
 }
 
@@ -78,16 +91,22 @@ impl AppState {
             Problem::of_job,
         )
         .await?;
+        let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
         Ok(Self {
             store,
             compute,
             spool,
             sources,
             followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
             queue,
-            recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
+            operations: Arc::new(Operations::new(std::iter::empty())),
+            abandoned: Arc::default(),
+            rates: rates.map(Arc::new),
+            exporter: None,
+            began: Instant::now(),
             draining: Arc::new(AtomicBool::new(false)),
         })
     }
@@ -102,6 +121,13 @@ impl AppState {
     #[must_use]
     pub fn means(&self) -> Means {
         Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// The same with a place where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
+        self.exporter = Some(exporter);
+        self
     }
 
     /// From now on the service is not ready.

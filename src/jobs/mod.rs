@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod api_keys;
 mod calibration;
 mod clock;
 mod compensation;
@@ -10,6 +11,7 @@ mod kinematics;
 mod one_pass;
 mod opening;
 mod part_surface;
+mod posting;
 mod program_file;
 mod program_job;
 mod queue;
@@ -22,6 +24,7 @@ mod wear;
 mod wear_program;
 mod work;
 
+pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::process::Stop;
 use crate::store::{
-    BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
+    Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
 };
 use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 
@@ -33,6 +33,8 @@ pub struct ProgramJob {
     pub file_name: String,
     /// The key it was asked under.
     pub used: Option<KeyUse>,
+    /// Who asked.
+    pub by: Actor,
 }
 
 /// What there is to work on, and with.
@@ -145,7 +147,7 @@ pub async fn run_program_job(
     sources: &Sources,
     job: ProgramJob,
 ) -> Result<JobRow, JobFault> {
-    let created_at = sources.timestamp();
+    let (created_at, by) = (sources.timestamp(), job.by.clone());
     let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
@@ -193,7 +195,7 @@ pub async fn run_program_job(
     let (drafts, job, used) = compute.run_in_parts(worked).await??;
     let naming = blobs.naming().await;
     keep_all(&blobs, drafts).await?;
-    let added = store.add_job(&job, used.as_ref()).await?;
+    let added = store.add_job(&job, used.as_ref(), &by).await?;
     drop(naming);
     if added {
         let NewJob { document, file_name, report, report_sha256 } = job;

@@ -14,8 +14,8 @@ use super::{Compensator, Cost, InputFile, JobFault};
 use crate::machine::Machine;
 use crate::store::Draft;
 use crate::wire::{
-    CcParameters, CompensationParameters, Drives, Fault, JobOperation, Provenance, ServoProgramParameters,
-    VerificationParameters, WearParameters, read_json,
+    CcParameters, CompensationParameters, Drives, Fault, JobOperation, PostingParameters, Provenance,
+    ServoProgramParameters, VerificationParameters, WearParameters, read_json,
 };
 
 /// The machine that a program is for.
@@ -112,6 +112,7 @@ pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Outp
         JobOperation::Compensation => what.with::<CompensationParameters>(),
         JobOperation::Verification => what.with::<VerificationParameters>(),
         JobOperation::ServoSimulation => what.with::<ServoProgramParameters>(),
+        JobOperation::Posting => what.with::<PostingParameters>(),
     }
 }
 

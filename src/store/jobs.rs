@@ -1,11 +1,13 @@
 //! Jobs: what was computed on which machine from which bytes, and the keys under which it was asked for.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
+use super::machines::as_array;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
-use crate::wire::{JobDocument, JobOperation};
+use crate::wire::{AuditAction, JobDocument, JobOperation};
 
 pub use crate::wire::JobState;
 
@@ -50,6 +52,8 @@ pub struct JobFilter {
     pub created_after: Option<String>,
     /// Asked for earlier.
     pub created_before: Option<String>,
+    /// Of any of these machines, where there is a list.
+    pub machines: Option<BTreeSet<String>>,
 }
 
 pub(super) struct StoredJob {
@@ -116,6 +120,17 @@ impl StoredJob {
     }
 }
 
+/// The entry of the audit log for a new job.
+pub(super) fn created(job: &JobDocument) -> Change<'_> {
+    Change {
+        at: &job.created_at,
+        action: AuditAction::JobCreated,
+        machine_id: Some(&job.machine_id),
+        resource: format!("/v1/jobs/{}", job.id),
+        revisions: (None, None),
+    }
+}
+
 impl Store {
     /// One job.
     ///
@@ -144,13 +159,15 @@ impl Store {
         let (state, operation) =
             (filter.state.map(JobState::as_str), filter.operation.map(JobOperation::as_str));
         let (created_after, created_before) = (&filter.created_after, &filter.created_before);
+        let machines = as_array(filter.machines.as_ref());
         let rows = sqlx::query_as!(
             StoredJob,
             "SELECT * FROM jobs
              WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
                AND (?4 IS NULL OR external_id = ?4) AND (?5 IS NULL OR operation = ?5)
                AND (?6 IS NULL OR created_at >= ?6) AND (?7 IS NULL OR created_at < ?7)
-             ORDER BY seq DESC LIMIT ?8",
+               AND (?8 IS NULL OR machine_id IN (SELECT value FROM json_each(?8)))
+             ORDER BY seq DESC LIMIT ?9",
             before,
             machine_id,
             state,
@@ -158,6 +175,7 @@ impl Store {
             operation,
             created_after,
             created_before,
+            machines,
             count
         )
         .fetch_all(&self.readers)
@@ -172,9 +190,9 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>) -> Result<bool, StoreError> {
+    pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>, by: &Actor) -> Result<bool, StoreError> {
         let NewJob { document, file_name, report, report_sha256 } = job.clone();
-        let used = used.cloned();
+        let (used, by) = (used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let added = self
             .write("storing a job", |connection| {
@@ -209,6 +227,7 @@ impl Store {
                     .await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    audit(connection, &by, created(&document)).await?;
                     Ok(())
                 })
             })

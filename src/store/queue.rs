@@ -4,10 +4,12 @@
 
 use serde_json::Value;
 
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
-use super::jobs::StoredJob;
+use super::jobs::{StoredJob, created};
 use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{JobRow, JobState, KeyUse, Store, StoreError};
+use crate::wire::AuditAction;
 
 /// What became of a job that was to be queued.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,9 +112,10 @@ impl Store {
         &self,
         job: &JobRow,
         used: Option<&KeyUse>,
+        by: &Actor,
         max_queued: usize,
     ) -> Result<Enqueued, StoreError> {
-        let (JobRow { document, file_name, .. }, used) = (job.clone(), used.cloned());
+        let (JobRow { document, file_name, .. }, used, by) = (job.clone(), used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let max_queued = i64::try_from(max_queued).unwrap_or(i64::MAX);
         let added = self
@@ -148,6 +151,7 @@ impl Store {
                     .await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    audit(connection, &by, created(&document)).await?;
                     Ok(true)
                 })
             })
@@ -294,16 +298,17 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn cancel_job(&self, id: &str, now: &str) -> Result<Cancelling, StoreError> {
-        let (id, now) = (id.to_owned(), now.to_owned());
+    pub async fn cancel_job(&self, id: &str, by: &Actor, now: &str) -> Result<Cancelling, StoreError> {
+        let (id, by, now) = (id.to_owned(), by.clone(), now.to_owned());
         self.write("cancelling a job", |connection| {
             Box::pin(async move {
-                let state = sqlx::query_scalar!("SELECT state FROM jobs WHERE id = ?", id)
-                    .fetch_optional(&mut *connection)
-                    .await?;
-                Ok(match state.as_deref() {
-                    None => Cancelling::Unknown,
-                    Some("queued") => {
+                let job =
+                    sqlx::query!("SELECT state, machine_id, cancel_requested FROM jobs WHERE id = ?", id)
+                        .fetch_optional(&mut *connection)
+                        .await?;
+                let Some(job) = job else { return Ok(Cancelling::Unknown) };
+                let done = match job.state.as_str() {
+                    "queued" => {
                         sqlx::query!(
                             "UPDATE jobs SET state = 'cancelled', cancel_requested = 1, finished_at = ?
                              WHERE id = ?",
@@ -314,16 +319,29 @@ impl Store {
                         .await?;
                         Cancelling::Cancelled
                     }
-                    Some("running") => {
+                    "running" => {
                         sqlx::query!("UPDATE jobs SET cancel_requested = 1 WHERE id = ?", id)
                             .execute(&mut *connection)
                             .await?;
                         Cancelling::Requested
                     }
-                    Some("cancelled") => Cancelling::Already,
-                    Some("failed") => Cancelling::Ended(JobState::Failed),
-                    Some(_) => Cancelling::Ended(JobState::Succeeded),
-                })
+                    "cancelled" => Cancelling::Already,
+                    "failed" => Cancelling::Ended(JobState::Failed),
+                    _ => Cancelling::Ended(JobState::Succeeded),
+                };
+                // Asked for once more, nothing changes.
+                if matches!(done, Cancelling::Cancelled | Cancelling::Requested) && job.cancel_requested == 0
+                {
+                    let change = Change {
+                        at: &now,
+                        action: AuditAction::JobCancelled,
+                        machine_id: Some(&job.machine_id),
+                        resource: format!("/v1/jobs/{id}"),
+                        revisions: (None, None),
+                    };
+                    audit(connection, &by, change).await?;
+                }
+                Ok(done)
             })
         })
         .await

@@ -19,6 +19,8 @@ pub enum JobOperation {
     Verification,
     /// Compensation in one pass.
     Compensation,
+    /// Posting of cutter location data to the machine.
+    Posting,
 }
 
 impl JobOperation {
@@ -31,6 +33,7 @@ impl JobOperation {
             Self::WearCompensation => "wear-compensation",
             Self::Verification => "verification",
             Self::Compensation => "compensation",
+            Self::Posting => "posting",
         }
     }
 }

@@ -256,11 +256,15 @@ async fn every_example_of_the_description_is_answered_as_described() {
             let name = format!("{method} {path}");
             for sample in described.samples(&name, operation) {
                 for (kind, schema) in representations(operation) {
-                    let app = if name == "delete /v1/jobs/{id}" {
+                    let mut app = if name == "delete /v1/jobs/{id}" {
                         with_a_held_job().await
                     } else {
                         spawn_real(Arc::new(CutterContactCompensator::default())).await
                     };
+                    // What is about keys is tried with one.
+                    if path.starts_with("/v1/keys") {
+                        app.close().await;
+                    }
                     let address = described.address(&app, method, path, operation).await;
                     let verb = method.to_uppercase().parse().unwrap();
                     let mut request =

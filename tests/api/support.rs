@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderValue};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -106,6 +107,24 @@ impl App {
 
     pub(crate) async fn put_machine(&self, id: &str, profile: &Value) -> Response {
         self.client.put(self.url(&format!("/v1/machines/{id}"))).json(profile).send().await.unwrap()
+    }
+
+    /// Makes the first key, which allows everything, and sends it with every request from now on.
+    pub(crate) async fn close(&mut self) -> String {
+        let all = ["read", "compute", "machines", "calibrations", "admin"];
+        let key = self.new_key(&all, None).await;
+        let value = HeaderValue::try_from(format!("Bearer {key}")).unwrap();
+        let headers = HeaderMap::from_iter([(AUTHORIZATION, value)]);
+        self.client = Client::builder().no_proxy().default_headers(headers).build().unwrap();
+        key
+    }
+
+    /// A new key.
+    pub(crate) async fn new_key(&self, scopes: &[&str], machines: Option<&[&str]>) -> String {
+        let body = json!({"name": "a test", "scopes": scopes, "machines": machines});
+        let made = self.post_json("/v1/keys", &body).await;
+        assert_eq!(made.status(), 201);
+        made.json::<Value>().await.unwrap()["key"].as_str().unwrap().to_owned()
     }
 
     pub(crate) async fn stop(self) -> Option<TempDir> {

@@ -6,6 +6,7 @@ use http::{HeaderMap, StatusCode};
 
 use super::{find, job_tag};
 use crate::http::AppState;
+use crate::http::caller::By;
 use crate::http::conditional::tagged;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -38,10 +39,11 @@ pub(super) async fn cancel_job(
     State(app): State<AppState>,
     Path(id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
-    let status = match app.queue.cancel(&id).await? {
+    let status = match app.queue.cancel(&id, &by).await? {
         Cancelling::Unknown => return Err(Problem::job_not_found(&id)),
         Cancelling::Ended(state) => {
             let detail = format!("the job is {} and cannot be cancelled", state.as_str());

@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 
 use super::job_tag;
 use crate::http::AppState;
+use crate::http::caller::{Caller, actor};
 use crate::http::conditional::tagged;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
@@ -20,7 +21,7 @@ use crate::http::refusals::refusals;
 use crate::jobs::{InputFile, JobFault, JobOrder, ProgramJob, Sizes};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
-    CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters,
+    CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
     ServoProgramParameters, VerificationParameters, WearParameters,
 };
 
@@ -77,6 +78,8 @@ enum AnyParameters {
     Verification(VerificationParameters),
     /// Of `servo-simulation`.
     ServoSimulation(ServoProgramParameters),
+    /// Of `posting`.
+    Posting(PostingParameters),
 }
 
 /// Post a job
@@ -115,6 +118,7 @@ enum AnyParameters {
 pub(super) async fn create_job(
     State(app): State<AppState>,
     Query(NoParameters {}): Query<NoParameters>,
+    caller: Caller,
     request: Request,
 ) -> Result<Response, Problem> {
     choose(request.headers(), &["application/json"])?;
@@ -125,6 +129,7 @@ pub(super) async fn create_job(
     let invalid =
         |pointer, detail| Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(pointer, detail)]);
     let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
+    caller.must_reach(&order.machine_id)?;
     let mut said = vec![program.sha256(), order.canonical.clone()];
     said.extend(surface.as_ref().map(Draft::sha256));
     let used = used(&app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());
@@ -147,7 +152,16 @@ pub(super) async fn create_job(
     }
     app.queue.check_room().await?;
     let JobOrder { machine_id, external_id, callback_url, .. } = order;
-    let job = ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used };
+    let job = ProgramJob {
+        machine_id,
+        machine_revision,
+        work,
+        program,
+        surface,
+        file_name,
+        used,
+        by: actor(&parts)?,
+    };
     Ok(accepted(app.queue.accept(job, external_id, callback_url).await?))
 }
 

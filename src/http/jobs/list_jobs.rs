@@ -7,6 +7,7 @@ use utoipa::IntoParams;
 
 use super::with_progress;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::paging::{Listed, PageQuery};
@@ -48,7 +49,7 @@ pub(super) struct JobQuery {
 
 /// List jobs
 ///
-/// Newest first.
+/// Newest first; of the machines that the API key reaches.
 #[utoipa::path(
     get,
     path = "/v1/jobs",
@@ -64,6 +65,7 @@ pub(super) struct JobQuery {
 pub(super) async fn list_jobs(
     State(app): State<AppState>,
     Query(query): Query<JobQuery>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Json<Listed<JobDocument>>, Problem> {
     choose(&headers, &["application/json"])?;
@@ -77,7 +79,9 @@ pub(super) async fn list_jobs(
     let created_before = bound("/created_before", created_before);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
-    let filter = JobFilter { machine_id, state, external_id, operation, created_after, created_before };
+    let machines = caller.machines.as_deref().cloned();
+    let filter =
+        JobFilter { machine_id, state, external_id, operation, created_after, created_before, machines };
     let page = app.store.jobs(&filter, limit, before).await?;
     Ok(Json(Listed::new(page, |job| with_progress(&app, job).document)))
 }

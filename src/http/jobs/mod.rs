@@ -11,11 +11,16 @@ mod get_report;
 mod get_residuals;
 mod list_jobs;
 
+use axum::response::Response;
+use http::HeaderMap;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::AppState;
+use super::conditional::unless_known;
+use super::negotiate::choose;
 use super::problem::Problem;
+use super::programs::answer::{self, CSV, Table};
 use crate::store::JobRow;
 use crate::wire::{JobDocument, JobState};
 
@@ -48,4 +53,12 @@ fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
 /// The tag of a job as it stands.
 fn job_tag(job: &JobDocument) -> String {
     format!("{}-{}-{}-{}", job.id, job.state.as_str(), job.attempts, job.progress)
+}
+
+/// A table of a job, unless the client knows it.
+async fn table(app: &AppState, id: &str, headers: &HeaderMap, table: Table) -> Result<Response, Problem> {
+    choose(headers, &[CSV])?;
+    let job = find(app, id).await?;
+    let answer = answer::table(app, &job, table, headers).await?;
+    unless_known(headers, table.sha256(&job)?, || answer)
 }

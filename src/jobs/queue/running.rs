@@ -42,7 +42,10 @@ const ALMOST_DONE: f64 = 0.99;
 const fn passes(operation: JobOperation) -> f64 {
     match operation {
         JobOperation::CcCompensation | JobOperation::Compensation => 4.0,
-        JobOperation::WearCompensation | JobOperation::Verification | JobOperation::ServoSimulation => 2.0,
+        JobOperation::WearCompensation
+        | JobOperation::Verification
+        | JobOperation::ServoSimulation
+        | JobOperation::Posting => 2.0,
     }
 }
 
