@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::operations::{Operations, STATUSES};
+use crate::jobs::QueueReading;
 use crate::meter::{self, CLASSES_S, Counter, Times};
 
 /// What is asked of others at the moment of reading.
@@ -14,6 +15,8 @@ pub(in crate::http) struct Readings {
     pub(in crate::http) resident_bytes: Option<u64>,
     /// Since the service started \[s\].
     pub(in crate::http) uptime_s: f64,
+    /// What waits and runs of posted jobs, where the store tells.
+    pub(in crate::http) queue: Option<QueueReading>,
 }
 
 /// The whole text. Series that never counted are left out.
@@ -25,6 +28,12 @@ pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings
     text.single("trunnion_uptime_seconds", "gauge", "Since the service started.", readings.uptime_s);
     if let Some(bytes) = readings.resident_bytes {
         text.single("process_resident_memory_bytes", "gauge", "Memory of the process.", bytes);
+    }
+    if let Some(QueueReading { queued, running, oldest_s }) = readings.queue {
+        text.single("trunnion_jobs_queued", "gauge", "Posted jobs that wait.", queued);
+        text.single("trunnion_jobs_running", "gauge", "Posted jobs that are computed.", running);
+        let help = "Since when the oldest of the jobs that wait does.";
+        text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
     }
     requests(&mut text, operations);
     for (name, kind, help, value) in [
