@@ -11,7 +11,7 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
-use super::logs;
+use super::{CommandFault, logs};
 use crate::config::{ConfigFault, Settings};
 use crate::http::{AppState, connections::Cap, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
@@ -65,9 +65,23 @@ pub enum StartFault {
         /// First line of its answer, or why there is none.
         answer: String,
     },
+    /// A command did not do what it was asked.
+    #[error(transparent)]
+    Command(#[from] CommandFault),
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
+}
+
+impl StartFault {
+    /// Status that the process ends with.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Command(fault) => fault.exit_code(),
+            _ => 1,
+        }
+    }
 }
 
 /// A service that listens.
