@@ -188,7 +188,7 @@ async fn a_newer_database_is_refused_with_both_schemas_and_stays_as_it_is() {
     let before = std::fs::read(data.join("trunnion.sqlite")).unwrap();
     for command in [&["serve", "--listen", "127.0.0.1:0"][..], &["migrate"], &["doctor"]] {
         let output = trunnion(&data, command);
-        assert_eq!(output.status.success(), false, "{command:?}");
+        assert!(!output.status.success(), "{command:?}");
         let text = said(&output);
         assert!(text.contains("99990101000000") && text.contains(&newest), "{command:?}: {text}");
     }
