@@ -57,7 +57,7 @@ fn operations() -> Vec<Operation> {
             let scope = match named {
                 _ if OPEN.contains(&path.as_str()) => None,
                 None if method == "get" => Some("read"),
-                None => panic!("{name}: which scope does it need?"),
+                None => unreachable!("{name}: which scope does it need?"),
                 named => named,
             };
             let described = operation["security"].clone();
