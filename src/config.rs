@@ -39,6 +39,9 @@ macro_rules! settings {
 
         /// Name of each setting and of its environment variable.
         pub const ENVIRONMENT: &[(&str, &str)] = &[$((stringify!($name), $env),)+];
+
+        /// Name of each setting and what it means.
+        pub const MEANINGS: &[(&str, &str)] = &[$((stringify!($name), concat!($($doc),+)),)+];
     };
 }
 
@@ -71,12 +74,24 @@ settings! {
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
+    /// Largest file or table that one request makes (bytes)
+    max_result_bytes: u64 = 4 << 30, "TRUNNION_MAX_RESULT_BYTES";
+    /// Longest path and query of a request (bytes)
+    max_url_bytes: usize = 32 << 10, "TRUNNION_MAX_URL_BYTES";
+    /// Longest header of a request, all its fields together (bytes)
+    max_header_bytes: usize = 32 << 10, "TRUNNION_MAX_HEADER_BYTES";
+    /// Requests a second that one key, or without keys one address, may make in the long run; 0 sets no limit (1/s)
+    max_rate_per_s: f64 = 50_000.0, "TRUNNION_MAX_RATE_PER_S";
+    /// Requests that it may make at once after a rest
+    max_burst_requests: u32 = 100_000, "TRUNNION_MAX_BURST_REQUESTS";
     /// Longest time from a request's header to its answer (s)
     request_timeout_s: f64 = 300.0, "TRUNNION_REQUEST_TIMEOUT_S";
     /// Longest time for a request's header, also for an idle connection (s)
     header_timeout_s: f64 = 15.0, "TRUNNION_HEADER_TIMEOUT_S";
     /// Longest pause within a request's body (s)
     body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
+    /// Longest time in which a client takes nothing of its answer (s)
+    answer_pause_timeout_s: f64 = 30.0, "TRUNNION_ANSWER_PAUSE_TIMEOUT_S";
     /// Time that requests under way get to finish when the service stops (s)
     drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
     /// How long an Idempotency-Key is remembered (s)
@@ -87,6 +102,8 @@ settings! {
     log: String = "info".to_owned(), "TRUNNION_LOG";
     /// Form of the log lines
     log_format: LogFormat = LogFormat::Text, "TRUNNION_LOG_FORMAT";
+    /// Where the spans of requests are sent as OTLP over HTTP, such as `http://127.0.0.1:4318`; empty sends none
+    otlp_endpoint: String = String::new(), "TRUNNION_OTLP_ENDPOINT";
 }
 
 /// Form of the log lines.
@@ -180,9 +197,15 @@ impl Settings {
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
         in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
+        in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
+        in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;
+        in_range("max_header_bytes", self.max_header_bytes as f64, 1024.0, 1e6)?;
+        in_range("max_rate_per_s", self.max_rate_per_s, 0.0, 1e9)?;
+        in_range("max_burst_requests", f64::from(self.max_burst_requests), 1.0, 1e9)?;
         in_range("request_timeout_s", self.request_timeout_s, 0.001, 86_400.0)?;
         in_range("header_timeout_s", self.header_timeout_s, 0.001, 3600.0)?;
         in_range("body_pause_timeout_s", self.body_pause_timeout_s, 0.001, 3600.0)?;
+        in_range("answer_pause_timeout_s", self.answer_pause_timeout_s, 0.001, 3600.0)?;
         in_range("drain_timeout_s", self.drain_timeout_s, 0.0, 3600.0)?;
         in_range("idempotency_retention_s", self.idempotency_retention_s, 1.0, 1e9)?;
         in_range("store_readers", f64::from(self.store_readers), 1.0, 256.0)

@@ -87,6 +87,9 @@ pub enum StartFault {
     Process(std::io::Error),
 }
 
+/// Least room for what has arrived of a connection and was not taken yet \[bytes\].
+const LEAST_BUFFER_BYTES: usize = 64 << 10;
+
 /// Who is let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarding {
@@ -142,15 +145,16 @@ pub async fn start(
     let guarding = guarding(address, &state).await?;
     let handle = Handle::new();
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
-    let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
-    let cap = Cap::new(state.settings.max_connections);
-    let service = router(state.clone()).into_make_service();
+    let limits = HttpLimits::of(&state.settings);
+    let pause = Duration::from_secs_f64(state.settings.answer_pause_timeout_s);
+    let cap = Cap::new(state.settings.max_connections, pause);
+    let service = router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
     let speaks_tls = tls.is_some();
     let task = match tls {
-        None => tokio::spawn(patient(server.acceptor(cap), header_timeout).serve(service)),
+        None => tokio::spawn(limits.set(server.acceptor(cap)).serve(service)),
         Some(config) => {
-            let acceptor = RustlsAcceptor::new(config).handshake_timeout(header_timeout).acceptor(cap);
-            tokio::spawn(patient(server.acceptor(acceptor), header_timeout).serve(service))
+            let acceptor = RustlsAcceptor::new(config).handshake_timeout(limits.header_timeout).acceptor(cap);
+            tokio::spawn(limits.set(server.acceptor(acceptor)).serve(service))
         }
     };
     Ok(Running { address, tls: speaks_tls, guarding, state, handle, task, drain, lock })
@@ -182,17 +186,41 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     }
 }
 
-/// The server with its patience for headers and silent connections.
-fn patient<A>(mut server: Server<SocketAddr, A>, header_timeout: Duration) -> Server<SocketAddr, A> {
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(header_timeout);
-    server
-        .http_builder()
-        .http2()
-        .timer(TokioTimer::new())
-        .keep_alive_interval(header_timeout)
-        .keep_alive_timeout(header_timeout)
-        .max_concurrent_streams(64);
-    server
+/// What the reader of requests is patient with.
+#[derive(Debug, Clone, Copy)]
+struct HttpLimits {
+    header_timeout: Duration,
+    buffer_bytes: usize,
+}
+
+impl HttpLimits {
+    fn of(settings: &Settings) -> Self {
+        // A header within the limits always fits; what is far longer is refused before it is all in memory.
+        let header_bytes = settings.max_url_bytes + settings.max_header_bytes;
+        Self {
+            header_timeout: Duration::from_secs_f64(settings.header_timeout_s),
+            buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES),
+        }
+    }
+
+    fn set<A>(self, mut server: Server<SocketAddr, A>) -> Server<SocketAddr, A> {
+        let Self { header_timeout, buffer_bytes } = self;
+        server
+            .http_builder()
+            .http1()
+            .timer(TokioTimer::new())
+            .header_read_timeout(header_timeout)
+            .max_buf_size(buffer_bytes);
+        server
+            .http_builder()
+            .http2()
+            .timer(TokioTimer::new())
+            .keep_alive_interval(header_timeout)
+            .keep_alive_timeout(header_timeout)
+            .max_concurrent_streams(64)
+            .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
+        server
+    }
 }
 
 impl Running {

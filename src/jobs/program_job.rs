@@ -1,13 +1,19 @@
 //! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
 //! nothing is stored.
 
+use std::io::BufWriter;
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use super::part_surface::facets_of;
-use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
+use super::{
+    CompensatorFault, Compute, ComputeFault, PartSurfaceFault, ProgramWork, Sources, Spool, Threads,
+    TooCostly,
+};
 use crate::process::Stop;
 use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
-use crate::wire::{JobDocument, JobOperation, JobState};
+use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 
 /// A program that is to be worked on.
 #[derive(Debug)]
@@ -16,10 +22,8 @@ pub struct ProgramJob {
     pub machine_id: String,
     /// Revision of the machine.
     pub machine_revision: i64,
-    /// What is done.
-    pub operation: JobOperation,
-    /// With which parameters, defaults filled in.
-    pub parameters: serde_json::Value,
+    /// What is done, with which parameters.
+    pub work: ProgramWork,
     /// The upload.
     pub program: Draft,
     /// The part's surface, where one came with it.
@@ -30,35 +34,79 @@ pub struct ProgramJob {
     pub used: Option<KeyUse>,
 }
 
+/// A file that came in, complete.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputFile {
+    /// Where it stands.
+    pub path: PathBuf,
+    /// Its length \[bytes\].
+    pub length: u64,
+    /// Its digest.
+    pub sha256: String,
+}
+
+impl From<&Draft> for InputFile {
+    fn from(draft: &Draft) -> Self {
+        Self { path: draft.path().to_owned(), length: draft.length(), sha256: draft.sha256() }
+    }
+}
+
 /// What there is to work on, and with.
 #[derive(Clone, Copy)]
-pub(super) struct Workplace<'a> {
+pub struct Workplace<'a> {
     /// The program.
-    pub(super) program: &'a Draft,
+    pub program: &'a InputFile,
     /// The part's surface, where one came with it.
-    pub(super) surface: Option<&'a Draft>,
+    pub surface: Option<&'a InputFile>,
     /// Where results go.
-    pub(super) spool: &'a Spool,
+    pub spool: &'a Spool,
     /// Threads for work in parts.
-    pub(super) threads: &'a Threads,
+    pub threads: &'a Threads,
     /// Breaks when nobody waits for the result any more.
-    pub(super) stop: &'a Stop<'a>,
+    pub stop: &'a Stop<'a>,
+}
+
+impl std::fmt::Debug for Workplace<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Workplace").field("program", &self.program).finish_non_exhaustive()
+    }
+}
+
+/// Bytes gathered before a result is written.
+const GATHERED: usize = 1 << 18;
+
+impl Workplace<'_> {
+    /// A new result.
+    pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.blobs().draft()?))
+    }
+}
+
+/// A result with its last bytes.
+pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
+    output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
 }
 
 /// What the work has made.
 #[derive(Debug)]
-pub(super) struct Finished {
+pub struct Finished {
     /// The report, as JSON text.
-    pub(super) report: String,
+    pub report: String,
     /// A program or a table, where the operation makes one.
-    pub(super) output: Option<Draft>,
+    pub output: Option<Draft>,
     /// The table of changes, where it makes one.
-    pub(super) changes: Option<Draft>,
+    pub changes: Option<Draft>,
 }
 
 /// Why there is no job.
 #[derive(Debug, Error)]
 pub enum JobFault {
+    /// The parameters are no document of the operation.
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
+    /// Parameters do not fit, each with its pointer.
+    #[error("{}", .0.first().map_or("a parameter is wrong", |fault| fault.detail.as_str()))]
+    Parameters(Vec<Fault>),
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
@@ -92,17 +140,13 @@ pub enum JobFault {
 ///
 /// # Errors
 /// Why there is no job.
-pub(super) async fn run_program_job<F>(
+pub async fn run_program_job(
     compute: &Compute,
     store: &Store,
     spool: &Spool,
     sources: &Sources,
     job: ProgramJob,
-    work: F,
-) -> Result<JobRow, JobFault>
-where
-    F: FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
-{
+) -> Result<JobRow, JobFault> {
     let created_at = sources.timestamp();
     let (spool, sources) = (spool.clone(), sources.clone());
     let memory = match &job.surface {
@@ -116,9 +160,10 @@ where
         // Held by the work, not by the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();
-        let surface = job.surface.as_ref();
-        let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };
-        let Finished { report, output, changes } = work(place)?;
+        let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
+        let (program, surface) = (InputFile::from(&job.program), job.surface.as_ref().map(InputFile::from));
+        let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
+        let Finished { report, output, changes } = job.work.run(place)?;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -126,12 +171,12 @@ where
             id: sources.ids.next().to_string(),
             machine_id: job.machine_id,
             machine_revision: job.machine_revision,
-            operation: job.operation,
-            parameters: job.parameters,
+            operation,
+            parameters,
             state: JobState::Succeeded,
             progress: 1.0,
-            input_sha256: job.program.sha256(),
-            surface_sha256: job.surface.as_ref().map(Draft::sha256),
+            input_sha256: program.sha256,
+            surface_sha256: surface.map(|surface| surface.sha256),
             output_sha256: output.as_ref().map(Draft::sha256),
             changes_sha256: changes.as_ref().map(Draft::sha256),
             external_id: None,

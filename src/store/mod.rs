@@ -13,6 +13,7 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod readers;
 mod wear_entries;
 
 pub use api_keys::ApiKeyRow;

@@ -16,6 +16,7 @@ mod machines;
 mod mutations;
 mod one_pass;
 mod pages;
+mod posting;
 mod process;
 mod real_programs;
 mod service;

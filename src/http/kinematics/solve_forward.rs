@@ -7,12 +7,12 @@ use utoipa::ToSchema;
 
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::{KinematicsFault, forward};
+use crate::jobs::{KinematicsFault, MachineUsed, forward};
 use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
 
 refusals!(
@@ -72,7 +72,7 @@ pub(super) async fn solve_forward_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
+    let MachineUsed { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let (joints, options) = read(&app, table, request).await?;
     if options.selection.is_some() || options.start.is_some() {
         let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");

@@ -6,12 +6,12 @@ use http::{HeaderName, HeaderValue};
 
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{InverseAnswer, InverseOptions, KinematicsFault, inverse};
+use crate::jobs::{InverseAnswer, InverseOptions, KinematicsFault, MachineUsed, inverse};
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
 };
@@ -50,7 +50,7 @@ pub(super) async fn solve_inverse_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
+    let MachineUsed { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let (poses, options) = read(&app, table, request).await?;
     let limits = app.limits();
     let csv = kind == CSV;

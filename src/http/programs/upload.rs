@@ -18,10 +18,8 @@ use crate::wire::{Fault, read_json, read_query};
 pub(super) struct Upload<P> {
     /// The program.
     pub(super) program: Draft,
-    /// Its name, cleaned; none where the client gave none.
-    pub(super) file_name: Option<String>,
-    /// The media type it came with.
-    pub(super) media_type: Option<String>,
+    /// Its name, cleaned; a stand-in where the client gave none.
+    pub(super) file_name: String,
     /// The part's surface.
     pub(super) surface: Option<Draft>,
     /// The parameters.
@@ -37,15 +35,13 @@ pub(super) enum Part {
     Seen,
 }
 
-impl<P> Upload<P> {
-    /// The upload's name, or eight digits of its digest with an extension that fits.
-    pub(super) fn name(&self) -> String {
-        self.file_name.clone().unwrap_or_else(|| {
-            let csv = self.media_type.as_deref() == Some("text/csv");
-            let digest = self.program.sha256();
-            format!("{}.{}", digest.get(..8).unwrap_or(&digest), if csv { "csv" } else { "nc" })
-        })
-    }
+/// The name given, or eight digits of the program's digest with an extension that fits its media type.
+fn named(given: Option<String>, program: &Draft, media_type: Option<&str>) -> String {
+    given.unwrap_or_else(|| {
+        let extension = if media_type == Some("text/csv") { "csv" } else { "nc" };
+        let digest = program.sha256();
+        format!("{}.{extension}", digest.get(..8).unwrap_or(&digest))
+    })
 }
 
 const MULTIPART: &str = "multipart/form-data";
@@ -95,8 +91,8 @@ pub(super) async fn take<P: DeserializeOwned>(
                 }
             }
             let program = spooling.finish().await?;
-            let file_name = given_name(&parts.headers);
-            Ok(Upload { program, file_name, media_type: kind, surface: None, parameters })
+            let file_name = named(given_name(&parts.headers), &program, kind.as_deref());
+            Ok(Upload { program, file_name, surface: None, parameters })
         }
     }
 }
@@ -165,7 +161,8 @@ async fn multipart<P: DeserializeOwned>(
         Some(parameters) => parameters,
         None => read_query(query)?,
     };
-    Ok(Upload { program, file_name, media_type, surface, parameters })
+    let file_name = named(file_name, &program, media_type.as_deref());
+    Ok(Upload { program, file_name, surface, parameters })
 }
 
 /// A field on the disk.

@@ -16,13 +16,11 @@ use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::answer;
-use crate::http::programs::simulate_servo_program::store;
 use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
-use crate::jobs::ProgramJob;
+use crate::jobs::{ProgramJob, ProgramWork, Sizes, run_program_job};
 use crate::wire::{
-    Fault, FaultList, JobOperation, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer,
-    SimulationRequest,
+    Fault, FaultList, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
 };
 
 refusals!(
@@ -122,23 +120,18 @@ async fn program(
     }
     let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
     let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
-    let core = parameters.to_core(drives, &mut faults);
+    parameters.to_core(drives, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
-    let Some((machine_id, machine)) = current else {
+    let Some((machine_id, on)) = current else {
         return Err(Problem::internal(&"a program without a machine has no fault"));
     };
     let mut spooling = app.spool.begin()?;
     spooling.take(&bytes::Bytes::from(text.clone())).await?;
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
-    let job = ProgramJob {
-        surface: None,
-        machine_id,
-        machine_revision: machine.revision,
-        operation: JobOperation::ServoSimulation,
-        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
-        program: spooling.finish().await?,
-        file_name,
-        used,
-    };
-    answer::job(app, &store(app, machine.machine, core, job).await?, kind).await
+    let (program, machine_revision) = (spooling.finish().await?, on.revision);
+    let sizes = Sizes { program_length: program.length(), surface_facets: None };
+    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
+    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used };
+    let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
+    answer::job(app, &job, kind).await
 }
