@@ -244,6 +244,52 @@ async fn the_first_key_closes_the_service_and_can_make_others() {
 }
 
 #[tokio::test]
+async fn a_page_of_another_site_does_not_get_at_a_service_without_keys() {
+    let mut app = spawn().await;
+    let here = app.base.strip_prefix("http://").unwrap().to_owned();
+    let send = async |app: &App, verb: Method, headers: &[(&'static str, &str)]| {
+        let path = if verb == Method::GET { "/v1/machines" } else { "/v1/wear-advice" };
+        let mut request = stranger().request(verb, app.url(path));
+        for (name, value) in headers {
+            request = request.header(*name, *value);
+        }
+        request.send().await.unwrap()
+    };
+    let same = format!("http://{here}");
+    let mine: [&[(&'static str, &str)]; 6] = [
+        &[],
+        &[("host", "localhost:8080")],
+        &[("host", "[::1]")],
+        &[("sec-fetch-site", "same-origin"), ("origin", "http://localhost:5173")],
+        &[("sec-fetch-site", "none")],
+        &[("origin", &same)],
+    ];
+    let foreign: [&[(&'static str, &str)]; 6] = [
+        &[("host", "evil.example")],
+        &[("host", "evil.example"), ("origin", "http://evil.example"), ("sec-fetch-site", "same-origin")],
+        &[("sec-fetch-site", "cross-site")],
+        &[("sec-fetch-site", "same-site")],
+        &[("origin", "http://evil.example")],
+        &[("origin", "null")],
+    ];
+    for headers in mine {
+        assert_eq!(send(&app, Method::GET, headers).await.status(), 200, "{headers:?}");
+        problem(send(&app, Method::POST, headers).await, "unsupported-media-type").await;
+    }
+    for headers in foreign {
+        problem(send(&app, Method::POST, headers).await, "foreign-page").await;
+        // What another site's page reads here it does not get to see; what is under another name it would.
+        let renamed = headers[0].0 == "host";
+        let read = send(&app, Method::GET, headers).await.status();
+        assert_eq!(read, if renamed { 403 } else { 200 }, "{headers:?}");
+    }
+    // A key is sent by nobody else's page.
+    let key = app.close().await;
+    let post = stranger().post(app.url("/v1/wear-advice")).header("host", "mes.example").bearer_auth(&key);
+    problem(post.send().await.unwrap(), "unsupported-media-type").await;
+}
+
+#[tokio::test]
 async fn keys_are_listed_newest_first_without_secrets_and_never_deleted() {
     let mut app = spawn().await;
     let first = app.close().await;
