@@ -4,6 +4,8 @@ mod arguments;
 mod health;
 mod keys;
 mod logs;
+#[cfg(feature = "otlp")]
+mod otlp;
 mod serve;
 mod tls;
 

@@ -15,6 +15,7 @@ use tokio::task::JoinHandle;
 
 use super::{KeysFault, TlsFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
+use crate::http::observation::Exporter;
 use crate::http::{AppState, connections::Cap, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
@@ -82,6 +83,23 @@ pub enum StartFault {
         /// First line of its answer, or why there is none.
         answer: String,
     },
+    /// Spans are to be sent, but not by this binary.
+    #[error(
+        "otlp_endpoint is {endpoint:?}, but this binary was built without the feature otlp; leave the setting empty, or \
+         build with --features otlp"
+    )]
+    NoExport {
+        /// What was given.
+        endpoint: String,
+    },
+    /// The address of the collector cannot be used.
+    #[error("otlp_endpoint {endpoint:?} cannot be used: {reason}")]
+    Collector {
+        /// What was given.
+        endpoint: String,
+        /// Why not.
+        reason: String,
+    },
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
@@ -127,6 +145,7 @@ pub async fn start(
     sources: Sources,
     compensator: Arc<dyn Compensator>,
 ) -> Result<Running, StartFault> {
+    let exporter = exporter(&settings.otlp_endpoint)?;
     let path = settings.data_dir.clone();
     std::fs::create_dir_all(&path)
         .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
@@ -141,20 +160,28 @@ pub async fn start(
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
     let address = listener.local_addr().map_err(StartFault::Process)?;
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
-    let state = AppState::open(settings, sources, compensator).await?;
+    let mut state = AppState::open(settings, sources, compensator).await?;
+    if let Some(exporter) = exporter {
+        state = state.exporting(exporter);
+    }
     let guarding = guarding(address, &state).await?;
     let handle = Handle::new();
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
-    let limits = HttpLimits::of(&state.settings);
-    let pause = Duration::from_secs_f64(state.settings.answer_pause_timeout_s);
-    let cap = Cap::new(state.settings.max_connections, pause);
+    let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
+    let cap = Cap::new(
+        state.settings.max_connections,
+        Duration::from_secs_f64(state.settings.answer_pause_timeout_s),
+    );
+    // A header within the limits always fits; what is far longer is refused before it is all in memory.
+    let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
+    let patience = Patience { header_timeout, buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES) };
     let service = router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
     let speaks_tls = tls.is_some();
     let task = match tls {
-        None => tokio::spawn(limits.set(server.acceptor(cap)).serve(service)),
+        None => tokio::spawn(patient(server.acceptor(cap), patience).serve(service)),
         Some(config) => {
-            let acceptor = RustlsAcceptor::new(config).handshake_timeout(limits.header_timeout).acceptor(cap);
-            tokio::spawn(limits.set(server.acceptor(acceptor)).serve(service))
+            let acceptor = RustlsAcceptor::new(config).handshake_timeout(header_timeout).acceptor(cap);
+            tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
         }
     };
     Ok(Running { address, tls: speaks_tls, guarding, state, handle, task, drain, lock })
@@ -186,41 +213,42 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     }
 }
 
-/// What the reader of requests is patient with.
+/// How long headers and silent connections are waited for, and how much of a header is kept.
 #[derive(Debug, Clone, Copy)]
-struct HttpLimits {
+struct Patience {
     header_timeout: Duration,
     buffer_bytes: usize,
 }
 
-impl HttpLimits {
-    fn of(settings: &Settings) -> Self {
-        // A header within the limits always fits; what is far longer is refused before it is all in memory.
-        let header_bytes = settings.max_url_bytes + settings.max_header_bytes;
-        Self {
-            header_timeout: Duration::from_secs_f64(settings.header_timeout_s),
-            buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES),
-        }
-    }
+/// The server with its patience.
+fn patient<A>(mut server: Server<SocketAddr, A>, patience: Patience) -> Server<SocketAddr, A> {
+    let Patience { header_timeout, buffer_bytes } = patience;
+    server
+        .http_builder()
+        .http1()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .max_buf_size(buffer_bytes);
+    server
+        .http_builder()
+        .http2()
+        .timer(TokioTimer::new())
+        .keep_alive_interval(header_timeout)
+        .keep_alive_timeout(header_timeout)
+        .max_concurrent_streams(64)
+        .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
+    server
+}
 
-    fn set<A>(self, mut server: Server<SocketAddr, A>) -> Server<SocketAddr, A> {
-        let Self { header_timeout, buffer_bytes } = self;
-        server
-            .http_builder()
-            .http1()
-            .timer(TokioTimer::new())
-            .header_read_timeout(header_timeout)
-            .max_buf_size(buffer_bytes);
-        server
-            .http_builder()
-            .http2()
-            .timer(TokioTimer::new())
-            .keep_alive_interval(header_timeout)
-            .keep_alive_timeout(header_timeout)
-            .max_concurrent_streams(64)
-            .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
-        server
+/// Where spans go, if anywhere.
+fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
+    if endpoint.is_empty() {
+        return Ok(None);
     }
+    #[cfg(feature = "otlp")]
+    return super::otlp::exporter(endpoint).map(Some);
+    #[cfg(not(feature = "otlp"))]
+    Err(StartFault::NoExport { endpoint: endpoint.to_owned() })
 }
 
 impl Running {
@@ -232,6 +260,10 @@ impl Running {
         self.state.begin_draining();
         self.handle.graceful_shutdown(Some(self.drain));
         let served = self.task.await.map_err(std::io::Error::other);
+        if let Some(exporter) = self.state.exporter() {
+            // It waits for a collector on a thread of its own, for a moment.
+            drop(tokio::task::spawn_blocking(move || exporter.close()).await);
+        }
         self.state.store.close().await;
         drop(self.lock);
         served?

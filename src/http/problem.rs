@@ -374,6 +374,10 @@ impl From<std::io::Error> for Problem {
             tracing::error!(error = %fault, "the disk is full");
             return Self::new(ProblemType::StorageUnavailable, "the disk is full");
         }
+        // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
+        if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {
+            return Self::new(ProblemType::ResultTooLarge, fault.to_string());
+        }
         Self::internal(&fault)
     }
 }

@@ -68,7 +68,7 @@ impl AppState {
                 settings.max_waiting_computations,
                 settings.max_surface_memory_bytes,
             ),
-            spool: Spool::new(blobs, settings.max_body_bytes),
+            spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
             sources,
             keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
@@ -88,17 +88,23 @@ impl AppState {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
     }
 
-    /// What programs are worked on with.
-    #[must_use]
-    pub fn means(&self) -> Means {
-        Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
-    }
-
     /// The same with a place where the spans of requests go besides the log.
     #[must_use]
     pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
         self.exporter = Some(exporter);
         self
+    }
+
+    /// Where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
+        self.exporter.clone()
+    }
+
+    /// What programs are worked on with.
+    #[must_use]
+    pub fn means(&self) -> Means {
+        Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
     }
 
     /// From now on the service is not ready.

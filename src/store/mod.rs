@@ -18,7 +18,7 @@ mod wear_entries;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
-pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
+pub use blobs::{BlobFault, Blobs, Draft, DraftTooLong, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
 pub use database::Store;
 pub use error::StoreError;

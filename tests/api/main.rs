@@ -14,6 +14,7 @@ mod keys_command;
 mod limits;
 mod machines;
 mod mutations;
+mod observation;
 mod one_pass;
 mod pages;
 mod posting;

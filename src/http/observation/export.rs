@@ -22,6 +22,8 @@ pub struct FinishedSpan<'a> {
     pub status: Option<StatusCode>,
     /// From the header of the request to the header of the answer.
     pub elapsed: Duration,
+    /// When the answer began.
+    pub ended_at: jiff::Timestamp,
     /// Id of the request.
     pub request_id: &'a str,
     /// The machine that its path names.
