@@ -1,6 +1,7 @@
 //! API keys: every kind of key against every operation of the description, and against what belongs to the machines of
 //! another; how keys are made, end and are revoked.
 
+use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::{Value, json};
 
@@ -30,6 +31,8 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/servo-simulation", "compute"),
     ("post /v1/machines/{machine_id}/verification", "compute"),
     ("post /v1/machines/{machine_id}/wear-compensation", "compute"),
+    ("post /v1/jobs", "compute"),
+    ("delete /v1/jobs/{id}", "compute"),
     ("post /v1/scallop-height", "compute"),
     ("post /v1/servo-matching", "compute"),
     ("post /v1/servo-simulations", "compute"),
@@ -480,6 +483,26 @@ async fn a_body_does_not_name_a_machine_out_of_reach() {
         ),
         ("/v1/servo-matching", json!({"path": circle, "feed_mm_per_min": 1800, "target_um": [10]})),
     ];
+    for operation in operations() {
+        let path = operation.path.as_str();
+        let by_path = path.contains("{machine_id}") || path.contains("{id}") || operation.method == "get";
+        let tried = bodies.iter().any(|(known, _)| *known == path) || path == "/v1/jobs";
+        let nowhere = ["/v1/keys", "/v1/scallop-height", "/v1/wear-advice"].contains(&path);
+        assert!(by_path || tried || nowhere, "{path}: can its body name a machine?");
+        if path == "/v1/jobs" && operation.method == "post" {
+            let post = async |machine: &str| {
+                let job = json!({"machine_id": machine, "operation": "cc-compensation",
+                    "parameters": {"tool_radius_mm": 5, "contact": "tip"}});
+                let form = Form::new().text("job", job.to_string());
+                let form = form.part("program", Part::text("g1 x1\n").file_name("a.nc"));
+                stranger().post(app.url(path)).bearer_auth(&key).multipart(form).send().await.unwrap()
+            };
+            let theirs = post("theirs").await;
+            assert_eq!(theirs.status(), 404);
+            assert_eq!(said(theirs, "theirs").await, said(post("nowhere").await, "nowhere").await);
+            assert_eq!(post("mine").await.status(), 202);
+        }
+    }
     for (path, mut body) in bodies {
         let mut post = async |machine: &str| {
             body["machine_id"] = json!(machine);
