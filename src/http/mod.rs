@@ -25,6 +25,7 @@ mod pages;
 mod paging;
 pub mod problem;
 mod programs;
+mod range;
 mod rates;
 mod refusals;
 mod router;
