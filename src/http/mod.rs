@@ -21,6 +21,7 @@ mod machines;
 mod negotiate;
 pub mod observation;
 mod openapi;
+mod pages;
 mod paging;
 pub mod problem;
 mod programs;
