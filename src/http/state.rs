@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::held_keys::HeldKeys;
+use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
 use super::rates::Rates;
 use crate::config::Settings;
@@ -38,6 +39,8 @@ pub struct AppState {
     pub(super) exporter: Option<Arc<dyn Exporter>>,
     /// When the service started.
     pub(super) began: Instant,
+    /// Machines used last.
+    pub(super) machines: Arc<HeldMachines>,
     /// The API keys.
     pub(super) keys: Arc<HeldKeys>,
     draining: Arc<AtomicBool>,
@@ -70,6 +73,7 @@ impl AppState {
             ),
             spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
             sources,
+            machines: Arc::default(),
             keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,

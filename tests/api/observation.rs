@@ -186,9 +186,8 @@ async fn log_of(level: &str, ask: impl AsyncFnOnce(&str)) -> Vec<Value> {
 }
 
 fn answered<'a>(lines: &'a [Value], request_id: &str) -> &'a Value {
-    let of = |line: &&Value| {
-        line["span"]["request_id"] == request_id && line["fields"]["message"] == "answered"
-    };
+    let of =
+        |line: &&Value| line["span"]["request_id"] == request_id && line["fields"]["message"] == "answered";
     let found: Vec<&Value> = lines.iter().filter(of).collect();
     assert_eq!(found.len(), 1, "{lines:#?}");
     found[0]
@@ -209,7 +208,7 @@ async fn every_request_has_one_log_line_without_secrets() {
             .header("traceparent", format!("00-{trace}-00f067aa0ba902b7-01"))
             .json(&crate::support::ac_table());
         assert_eq!(send(put, "one").await, 201);
-        assert_eq!(send(client.get(url("/v1/machines/none?token=sesame-4712")), "two").await, 404);
+        assert_eq!(send(client.get(url("/v1/machines/mine?token=sesame-4712")), "two").await, 422);
         let program = client.post(url(CC)).body("G1 G90 X1 Y1 Z1 A0 C0 F100 (sesame-4713)\nX2\n");
         assert_eq!(send(program, "three").await, 200);
     })
@@ -222,7 +221,7 @@ async fn every_request_has_one_log_line_without_secrets() {
     assert_eq!(one["span"]["machine_id"], "mine");
     assert_eq!(one["span"]["trace_id"], trace);
     let two = answered(&lines, "two");
-    assert_eq!((&two["level"], &two["fields"]["status"]), (&json!("WARN"), &json!(404)));
+    assert_eq!((&two["level"], &two["fields"]["status"]), (&json!("WARN"), &json!(422)));
     assert_eq!(two["span"]["operation"], "get_machine");
     let three = answered(&lines, "three");
     assert_eq!(three["span"]["machine_id"], "example-ac-table");
