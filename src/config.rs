@@ -8,9 +8,10 @@ use figment::providers::{Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Declares each setting once: the field, its type, its default and the name of its environment variable.
+/// Declares each setting once: the field, its type, its default, the name of its environment variable, and what else its
+/// flag needs.
 macro_rules! settings {
-    ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal;)+) => {
+    ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal $(, [$($arg:tt)+])?;)+) => {
         /// The service's settings, complete.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -30,7 +31,7 @@ macro_rules! settings {
         pub struct Flags {
             $(
                 $(#[doc = $doc])+
-                #[arg(long, env = $env, global = true)]
+                #[arg(long, env = $env, global = true $(, $($arg)+)?)]
                 #[serde(skip_serializing_if = "Option::is_none")]
                 pub $name: Option<$type>,
             )+
@@ -49,6 +50,12 @@ settings! {
     listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
     /// Directory of the database, the programs and their results; created when missing
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
+    /// Serve on an address that is not a loopback one although no API key was ever made
+    insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
+    /// File (PEM) with the certificate and its chain; with it and its key the service speaks TLS
+    tls_certificate: Option<PathBuf> = None, "TRUNNION_TLS_CERTIFICATE";
+    /// File (PEM) with the certificate's private key
+    tls_key: Option<PathBuf> = None, "TRUNNION_TLS_KEY";
     /// Largest program or CSV body, after decompression (bytes)
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
     /// Largest surface uploaded beside a program, after decompression (bytes)
@@ -121,6 +128,12 @@ pub enum ConfigFault {
         /// The path given.
         path: PathBuf,
     },
+    /// A certificate without its key, or a key without its certificate.
+    #[error("TLS needs both tls_certificate and tls_key, and {missing} is missing")]
+    HalfTls {
+        /// Name of the setting that is missing.
+        missing: &'static str,
+    },
     /// A number outside its range.
     #[error("{setting} is {value}, but must lie between {min} and {max}")]
     OutOfRange {
@@ -170,6 +183,11 @@ impl Settings {
                 Err(ConfigFault::OutOfRange { setting, value, min, max })
             }
         };
+        match (&self.tls_certificate, &self.tls_key) {
+            (Some(_), None) => return Err(ConfigFault::HalfTls { missing: "tls_key" }),
+            (None, Some(_)) => return Err(ConfigFault::HalfTls { missing: "tls_certificate" }),
+            _ => {}
+        }
         in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;

@@ -11,6 +11,7 @@ mod kinematics;
 mod one_pass;
 mod opening;
 mod part_surface;
+mod posting;
 mod program_file;
 mod program_job;
 mod refusals;

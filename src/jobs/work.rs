@@ -14,8 +14,8 @@ use super::{Compensator, Cost, JobFault};
 use crate::machine::Machine;
 use crate::store::Draft;
 use crate::wire::{
-    CcParameters, CompensationParameters, Drives, Fault, JobOperation, Provenance, ServoProgramParameters,
-    VerificationParameters, WearParameters, read_json,
+    CcParameters, CompensationParameters, Drives, Fault, JobOperation, PostingParameters, Provenance,
+    ServoProgramParameters, VerificationParameters, WearParameters, read_json,
 };
 
 /// The machine that a program is for.
@@ -167,6 +167,7 @@ impl ProgramWork {
             JobOperation::Compensation => read!(CompensationParameters),
             JobOperation::Verification => read!(VerificationParameters),
             JobOperation::ServoSimulation => read!(ServoProgramParameters),
+            JobOperation::Posting => read!(PostingParameters),
         }
     }
 

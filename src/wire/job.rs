@@ -17,6 +17,8 @@ pub enum JobOperation {
     Verification,
     /// Compensation in one pass.
     Compensation,
+    /// Posting of cutter location data to the machine.
+    Posting,
 }
 
 impl JobOperation {
@@ -29,6 +31,7 @@ impl JobOperation {
             Self::WearCompensation => "wear-compensation",
             Self::Verification => "verification",
             Self::Compensation => "compensation",
+            Self::Posting => "posting",
         }
     }
 }

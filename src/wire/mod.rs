@@ -19,6 +19,7 @@ mod objects;
 mod one_pass;
 mod one_pass_answer;
 mod path_segment;
+mod posting;
 mod presets;
 mod query;
 mod reading;
@@ -82,6 +83,7 @@ pub use one_pass_answer::{
     NotModelledDoc,
 };
 pub use path_segment::path_segment;
+pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};

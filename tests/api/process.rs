@@ -17,10 +17,15 @@ pub(crate) fn binary(data: &TempDir) -> Command {
 
 /// The address that the first line names.
 pub(crate) fn address(child: &mut Child) -> String {
+    first_lines(child).0
+}
+
+/// The address that the first line names, and what the third says of keys.
+pub(crate) fn first_lines(child: &mut Child) -> (String, String) {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let first = lines.next().unwrap().unwrap();
     assert!(lines.next().unwrap().unwrap().contains("/docs"));
-    first.rsplit("http://").next().unwrap().to_owned()
+    (first.rsplit("://").next().unwrap().to_owned(), lines.next().unwrap().unwrap())
 }
 
 #[tokio::test]

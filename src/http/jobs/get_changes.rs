@@ -4,13 +4,11 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
-use super::find;
+use super::table;
 use crate::http::AppState;
-use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
-use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::answer::{self, CSV};
+use crate::http::programs::answer::Table;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
@@ -43,9 +41,5 @@ pub(super) async fn get_job_changes(
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    choose(&headers, &[CSV])?;
-    let job = find(&app, &id).await?;
-    let changes = answer::changes(&app, &job).await?;
-    let tag = job.document.changes_sha256.clone().unwrap_or_default();
-    unless_known(&headers, &tag, || changes)
+    table(&app, &id, &headers, Table::Changes).await
 }

@@ -14,7 +14,9 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::programs::answer::{self, REPORT_TYPES};
 use crate::http::refusals::refusals;
-use crate::wire::{CcReport, NoParameters, ServoReport, VerificationReport, WearReport};
+use crate::wire::{
+    CcReport, CompensationReport, NoParameters, PostingReport, ServoReport, VerificationReport, WearReport,
+};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
 
@@ -31,6 +33,10 @@ enum AnyReport {
     WearCompensation(WearReport),
     /// Of `verification`.
     Verification(VerificationReport),
+    /// Of `compensation`.
+    Compensation(Box<CompensationReport>),
+    /// Of `posting`.
+    Posting(PostingReport),
 }
 
 /// Read the report of a job

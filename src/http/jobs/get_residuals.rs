@@ -4,13 +4,11 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
-use super::find;
+use super::table;
 use crate::http::AppState;
-use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
-use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::answer::{self, CSV};
+use crate::http::programs::answer::Table;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
@@ -42,9 +40,5 @@ pub(super) async fn get_job_residuals(
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    choose(&headers, &[CSV])?;
-    let job = find(&app, &id).await?;
-    let residuals = answer::residuals(&app, &job).await?;
-    let tag = answer::program_tag(&job);
-    unless_known(&headers, &tag, || residuals)
+    table(&app, &id, &headers, Table::Residuals).await
 }

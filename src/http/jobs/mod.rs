@@ -8,11 +8,16 @@ mod get_report;
 mod get_residuals;
 mod list_jobs;
 
+use axum::response::Response;
+use http::HeaderMap;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::AppState;
+use super::conditional::unless_known;
+use super::negotiate::choose;
 use super::problem::{Problem, ProblemType};
+use super::programs::answer::{self, CSV, Table};
 use crate::store::JobRow;
 
 /// The routes of this resource.
@@ -29,6 +34,14 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
 
 async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {
     app.store.job(id).await?.ok_or_else(|| Problem::job_not_found(id))
+}
+
+/// A table of a job, unless the client knows it.
+async fn table(app: &AppState, id: &str, headers: &HeaderMap, table: Table) -> Result<Response, Problem> {
+    choose(headers, &[CSV])?;
+    let job = find(app, id).await?;
+    let answer = answer::table(app, &job, table).await?;
+    unless_known(headers, table.sha256(&job)?, || answer)
 }
 
 fn no_result(job: &JobRow) -> Problem {

@@ -41,22 +41,46 @@ pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -
     } else {
         kind
     };
-    streamed(app, sha256, kind, &compensated_name(&job.file_name)).await
+    let name = match job.document.operation {
+        JobOperation::Posting => format!("{}-posted.nc", stem(&job.file_name)),
+        _ => compensated_name(&job.file_name),
+    };
+    streamed(app, sha256, kind, &name).await
 }
 
-/// The residuals of a verification, streamed from their file.
-pub(in crate::http) async fn residuals(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let sha256 = residuals_sha256(job)?;
-    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
-    streamed(app, sha256, CSV, &format!("{stem}-residuals.csv")).await
+/// A table that an operation makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::http) enum Table {
+    /// What a verification found.
+    Residuals,
+    /// What a compensation in one pass did to every motion.
+    Changes,
 }
 
-/// The table of changes of a compensation in one pass, streamed from its file.
-pub(in crate::http) async fn changes(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let sha256 =
-        job.document.changes_sha256.as_deref().ok_or_else(|| without_result(job, "table of changes"))?;
-    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
-    streamed(app, sha256, CSV, &format!("{stem}-changes.csv")).await
+impl Table {
+    /// Digest of this table of a job, which is its tag.
+    pub(in crate::http) fn sha256(self, job: &JobRow) -> Result<&str, Problem> {
+        match self {
+            Self::Residuals => residuals_sha256(job),
+            Self::Changes => {
+                let sha256 = job.document.changes_sha256.as_deref();
+                sha256.ok_or_else(|| without_result(job, "table of changes"))
+            }
+        }
+    }
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Residuals => "residuals",
+            Self::Changes => "changes",
+        }
+    }
+}
+
+/// A table of a job, streamed from its file.
+pub(in crate::http) async fn table(app: &AppState, job: &JobRow, table: Table) -> Result<Response, Problem> {
+    let name = format!("{}-{}.csv", stem(&job.file_name), table.word());
+    streamed(app, table.sha256(job)?, CSV, &name).await
 }
 
 fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
@@ -114,6 +138,7 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let drawn = app.compute.run(move |_stop| verification_figure(&report, &blobs, &sha256)).await?;
             drawn.map_err(|fault| Problem::internal(&fault))?
         }
+        JobOperation::Posting => return Err(without_result(job, "plot")),
     };
     Ok(([(CONTENT_TYPE, SVG)], figure).into_response())
 }
@@ -128,7 +153,7 @@ pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Re
         "application/json" => (report_tag(job, kind), json_response(job.report.clone().unwrap_or_default())),
         SVG => (report_tag(job, kind), plot(app, job).await?),
         CSV if job.document.operation == JobOperation::Verification => {
-            (program_tag(job), residuals(app, job).await?)
+            (program_tag(job), table(app, job, Table::Residuals).await?)
         }
         _ => (program_tag(job), program(app, job, kind).await?),
     };
@@ -156,6 +181,11 @@ fn without_result(job: &JobRow, what: &str) -> Problem {
         state => format!("the job is {}", state.as_str()),
     };
     Problem::new(ProblemType::ResultNotFound, detail)
+}
+
+/// A file's name without its extension.
+fn stem(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
 /// `blade-compensated.nc` for `blade.nc`.
