@@ -313,3 +313,31 @@ async fn a_form_of_which_no_field_begins_is_given_up_early() {
     assert!(sent.load(std::sync::atomic::Ordering::SeqCst) < 64 << 20);
     assert_eq!(app.files(), (0, 0));
 }
+
+#[tokio::test]
+async fn each_key_has_a_rate_of_its_own_and_guesses_count_by_address() {
+    let mut app = spawn_with(|settings| {
+        settings.max_rate_per_s = 1.0 / 3600.0;
+        settings.max_burst_requests = 8;
+    })
+    .await;
+    let admin = app.close().await;
+    let keys = [app.new_key(&["read"], None).await, app.new_key(&["read"], None).await];
+    let ask = async |key: &str| {
+        let stranger = reqwest::Client::builder().no_proxy().build().unwrap();
+        let request = stranger.get(app.url("/v1/machines")).header("authorization", format!("Bearer {key}"));
+        request.send().await.unwrap()
+    };
+    for key in &keys {
+        for _ in 0..8 {
+            assert_eq!(ask(key).await.status(), 200);
+        }
+        problem(ask(key).await, "too-many-requests").await;
+    }
+    // The address has made one request: the one for the first key.
+    for _ in 0..7 {
+        assert_eq!(ask("guess").await.status(), 401);
+    }
+    problem(ask("guess").await, "too-many-requests").await;
+    assert_eq!(ask(&admin).await.status(), 200);
+}
