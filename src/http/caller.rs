@@ -8,7 +8,7 @@ use http::Extensions;
 use http::request::Parts;
 
 use super::AppState;
-use super::observation::RequestId;
+use super::edge::RequestId;
 use super::problem::Problem;
 use crate::jobs::HeldKey;
 use crate::store::Actor;

@@ -11,4 +11,4 @@ pub use export::{Exporter, FinishedSpan};
 pub(super) use metrics_text::{Readings, metrics_text};
 pub(super) use operations::Operations;
 pub use traceparent::Trace;
-pub(super) use watch::{RequestId, watch};
+pub(super) use watch::watch;

@@ -18,10 +18,6 @@ use crate::http::problem::{PROBLEM_JSON, Problem, ProblemType};
 use crate::meter;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
-/// The id of a request, for what is stored with it.
-#[derive(Debug, Clone)]
-pub(in crate::http) struct RequestId(pub(in crate::http) String);
-
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Id, trace, span, log line, counts; a refusal that is not a problem document yet becomes one.
@@ -34,7 +30,6 @@ pub(in crate::http) async fn watch(
     let fresh = app.sources.ids.next();
     let trace = Trace::of(request.headers(), fresh);
     let request_id = given_id(request.headers()).map_or_else(|| fresh.to_string(), str::to_owned);
-    request.extensions_mut().insert(RequestId(request_id.clone()));
     let route = request.extensions().get::<MatchedPath>().cloned();
     let method = request.method().clone();
     let path = request.uri().path().to_owned();
