@@ -10,6 +10,10 @@ use axum::response::{IntoResponse, Response};
 use super::AppState;
 use super::problem::{Problem, ProblemType};
 
+/// The id of a request.
+#[derive(Debug, Clone)]
+pub(super) struct RequestId(pub(super) String);
+
 /// Ends a request that takes too long; what it computes is told to stop.
 pub(super) async fn deadline(State(app): State<AppState>, request: Request, next: Next) -> Response {
     let limit_s = app.settings.request_timeout_s;

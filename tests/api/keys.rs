@@ -26,6 +26,7 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/compensation", "compute"),
     ("post /v1/machines/{machine_id}/forward-kinematics", "compute"),
     ("post /v1/machines/{machine_id}/inverse-kinematics", "compute"),
+    ("post /v1/machines/{machine_id}/posting", "compute"),
     ("post /v1/machines/{machine_id}/servo-simulation", "compute"),
     ("post /v1/machines/{machine_id}/verification", "compute"),
     ("post /v1/machines/{machine_id}/wear-compensation", "compute"),

@@ -14,6 +14,7 @@ use tracing::{Instrument, Span};
 use super::subject::Subject;
 use super::{FinishedSpan, Trace};
 use crate::http::AppState;
+use crate::http::edge::RequestId;
 use crate::http::problem::{PROBLEM_JSON, Problem, ProblemType};
 use crate::meter;
 
@@ -46,6 +47,7 @@ pub(in crate::http) async fn watch(
     };
     watched.open();
     let span = watched.span.clone();
+    request.extensions_mut().insert(RequestId(request_id.clone()));
     let mut response = dressed(next.run(request).instrument(span).await);
     if let Ok(value) = HeaderValue::try_from(&request_id) {
         response.headers_mut().insert(REQUEST_ID, value);
