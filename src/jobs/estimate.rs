@@ -69,6 +69,9 @@ const SAMPLE_S: f64 = 1e-5;
 /// One scallop height with its inverses, read and printed \[s\].
 const SCALLOP_S: f64 = 3e-6;
 
+/// Work so short that it is done where it arrives \[s\]: ten poses on an ordinary machine.
+const TRIFLE_S: f64 = 2e-4;
+
 impl Cost {
     /// Of so many scallop heights.
     #[must_use]
@@ -166,6 +169,12 @@ impl Cost {
         )]
         let samples = (limit_s / TOOL_SAMPLE_S).max(0.0) as u64;
         samples
+    }
+
+    /// Whether it is less than handing the work to another thread and back is worth.
+    #[must_use]
+    pub fn is_trifling(self) -> bool {
+        self.seconds <= TRIFLE_S
     }
 
     /// Refuses work over the limit.
