@@ -19,7 +19,7 @@ const RESTING_MM: f64 = 1e-6;
 /// What a look leaves open below this share of the tolerance needs no closer look.
 const NEGLIGIBLE: f64 = 0.02;
 /// A contact looked for on a surface takes as long as so many evaluations.
-const SURFACE_EVALUATIONS: u64 = 512;
+pub(super) const SURFACE_EVALUATIONS: u64 = 512;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 

@@ -186,6 +186,7 @@ impl<'a> Run<'a> {
         let mut each = Vec::with_capacity(region.len());
         let mut nearest: Option<crate::kinematics::Singularity> = None;
         for pending in &region {
+            self.effort.pass(2 * self.planner.cutting.look_evaluations());
             let block = self.planner.block(pending);
             let time = time_s(&block, &pending.motion);
             let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
@@ -205,7 +206,7 @@ impl<'a> Run<'a> {
         let treatment = match self.planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&region, &mut courses, stop)?,
-            SingularityAction::Smooth => self.smooth(&region, &mut courses),
+            SingularityAction::Smooth => self.smooth(&region, &mut courses)?,
         };
         let number = self.verifier.regions.add(SingularRegion {
             first_line: first.motion.line,
@@ -261,8 +262,10 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn smooth(&self, region: &[Pending], courses: &mut [Course<'a>]) -> RegionTreatment {
-        match self.planner.smooth(region) {
+    fn smooth(&mut self, region: &[Pending], courses: &mut [Course<'a>]) -> Result<RegionTreatment, Fault> {
+        let found = self.planner.smooth(region, &mut self.effort);
+        go_on(&self.effort)?;
+        Ok(match found {
             Err(reason) => RegionTreatment::Left(reason),
             Ok(moved) => {
                 let mut changed = 0;
@@ -274,7 +277,7 @@ impl<'a> Run<'a> {
                 }
                 RegionTreatment::Smoothed { changed, axis_spent: Angle::ZERO }
             }
-        }
+        })
     }
 
     fn write_held(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
