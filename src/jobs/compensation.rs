@@ -1,26 +1,25 @@
-//! One compensation from upload to stored job: computed into a file, verified, kept, then named by a row.
+//! The compensation of the CC path, as work on a program.
 
 use std::fmt;
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::io::Write;
 use std::sync::Arc;
 
 use thiserror::Error;
 
 use super::one_pass::Resting;
-use super::part_surface::{cost_of_part, part_surface};
-use super::program_job::{Finished, Workplace, run_program_job};
-use super::{Compute, Cost, JobFault, ProgramJob, Sources, Spool};
+use super::part_surface::part_surface;
+use super::program_job::{Finished, Workplace, written};
+use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
+use crate::meter;
 use crate::process::{self, Stop};
-use crate::store::{JobRow, Store};
 use crate::wear::SideBySide;
-use crate::wire::{CcFindings, CcParameters, CcReport, Fault, Provenance};
+use crate::wire::{CcFindings, CcParameters, CcReport, Fault, JobOperation};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
 pub trait Compensator: Send + Sync + fmt::Debug {
-    /// Reads the program at `source`, as often as it likes, and writes the compensated one to `output`.
+    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
     ///
     /// # Errors
     /// Why there is no program; what was written so far is then dropped.
@@ -33,7 +32,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         machine: &Machine,
         parameters: &CcParameters,
         contact: ToolAndPart,
-        source: &Path,
+        source: &dyn process::ProgramSource,
         output: &mut dyn Write,
         spool: &dyn process::Spool,
         parts: &dyn SideBySide,
@@ -105,69 +104,35 @@ pub enum CompensatorFault {
     },
 }
 
-/// One program to be compensated.
-#[derive(Debug)]
-pub struct CompensationRequest {
-    /// The machine at the job's revision.
-    pub machine: Machine,
-    /// The parameters, checked.
-    pub parameters: CcParameters,
-    /// The tool, if there is one.
-    pub tool: Option<Tool>,
-    /// The dearest computation allowed \[s of one core\].
-    pub max_cost_s: f64,
-}
+impl ProgramParameters for CcParameters {
+    const OPERATION: JobOperation = JobOperation::CcCompensation;
+    const LOOKS_AT_PART: bool = true;
 
-/// Compensates and stores; on any fault nothing is stored.
-///
-/// # Errors
-/// Why there is no job.
-pub async fn compensate(
-    compute: &Compute,
-    compensator: &Arc<dyn Compensator>,
-    store: &Store,
-    spool: &Spool,
-    sources: &Sources,
-    job: ProgramJob,
-    request: CompensationRequest,
-) -> Result<JobRow, JobFault> {
-    let length = job.program.length();
-    let cost = Cost::of_program(length, request.parameters.tolerance_um);
-    (cost + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
-    let compensator = Arc::clone(compensator);
-    let machine_revision = job.machine_revision;
-    run_program_job(
-        compute,
-        store,
-        spool,
-        sources,
-        job,
-        move |Workplace { program, surface, spool, threads, stop }| {
-            let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-            let CompensationRequest { machine, parameters, tool, .. } = &request;
-            let part = part_surface(surface, &parameters.surface_reading(), stop)?;
-            let contact = ToolAndPart { tool: *tool, part };
+    fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
+        let tool = self.check(sizes.has_part())?;
+        let cost = Cost::of_program(sizes.program_length, self.tolerance_um) + sizes.cost_of_part();
+        let compensator = Arc::clone(&means.compensator);
+        Ok(Prepared::new(cost, move |place| {
+            let Workplace { program, surface, spool, threads, stop } = place;
+            let mut output = place.output()?;
+            let part = part_surface(surface, &self.surface_reading(), stop)?;
+            let contact = ToolAndPart { tool, part };
             let resting = Resting::new(spool.blobs().clone());
             let findings = compensator.compensate(
-                machine,
-                parameters,
+                &on.machine,
+                &self,
                 contact,
-                program.path(),
+                program,
                 &mut output,
                 &resting,
                 threads,
                 stop,
             )?;
-            let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
-            let provenance = Provenance {
-                machine_revision,
-                software_version: env!("CARGO_PKG_VERSION").to_owned(),
-                input_sha256: program.sha256(),
-                output_sha256: output.sha256(),
-            };
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
+            let output = written(output)?;
+            let provenance = on.provenance(program, &output);
             let report = serde_json::to_string(&CcReport { provenance, findings })?;
             Ok(Finished { report, output: Some(output), changes: None })
-        },
-    )
-    .await
+        }))
+    }
 }

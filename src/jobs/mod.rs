@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod api_keys;
 mod calibration;
 mod clock;
 mod compensation;
@@ -10,8 +11,10 @@ mod kinematics;
 mod one_pass;
 mod opening;
 mod part_surface;
+mod posting;
 mod program_file;
 mod program_job;
+mod queue;
 mod refusals;
 mod servo;
 mod servo_program;
@@ -19,23 +22,27 @@ mod spool;
 mod verification;
 mod wear;
 mod wear_program;
+mod work;
 
+pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
-pub use compensation::{
-    CompensationRequest, Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart, compensate,
-};
+pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
-pub use one_pass::{OnePassRequest, compensate_in_one_pass, one_pass_figure};
+pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;
-pub use program_job::{JobFault, ProgramJob};
+pub use program_file::InputFile;
+pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job};
+pub use queue::{Describe, JobOrder, Queue, QueueLimits};
 pub use servo::{ServoWork, ServoWorkFault};
-pub use servo_program::{ServoProgramRequest, simulate_program};
 pub use spool::{Spool, SpoolFault, Upload};
-pub use verification::{ResidualFault, VerificationRequest, verification_figure, verify_part};
+pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
-pub use wear_program::{WearProgramRequest, compensate_wear, wear_figure};
+pub use wear_program::wear_figure;
+pub use work::{
+    ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,
+};

@@ -1,104 +1,76 @@
-//! A program compensated in one pass, kept as a job.
+//! The compensation of a program in one pass, as work on a program.
 
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
 use super::cutter_contact::{core_parameters, findings as cc_findings};
-use super::part_surface::{cost_of_part, part_surface};
-use super::program_file::FileSource;
-use super::program_job::{Finished, Workplace, run_program_job};
+use super::part_surface::part_surface;
+use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::wear_program::findings as wear_findings;
-use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
-use crate::machine::Machine;
+use super::{CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, CcStep, Place, ServoStep, WearStep};
-use crate::servo::DriveSet;
-use crate::store::{Blobs, JobRow, Store};
+use crate::store::Blobs;
 use crate::wire::{
-    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Interpolation,
-    Provenance, looks_at,
+    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Fault,
+    FaultList, Interpolation, JobOperation, fault_of_table, looks_at,
 };
-
-/// One program to be compensated in one pass.
-#[derive(Debug)]
-pub struct OnePassRequest {
-    /// The machine at the job's revision.
-    pub machine: Machine,
-    /// Its drives, where it has any.
-    pub drives: Option<DriveSet>,
-    /// The parameters, checked.
-    pub parameters: CompensationParameters,
-    /// The dearest computation allowed \[s of one core\].
-    pub max_cost_s: f64,
-}
 
 /// Most samples of the drives for an error budget: ten seconds of one core.
 const MAX_LAG_SAMPLES: u64 = 2_500_000;
 
-/// Compensates and stores; on any fault nothing is stored.
-///
-/// # Errors
-/// Why there is no job.
-pub async fn compensate_in_one_pass(
-    compute: &Compute,
-    store: &Store,
-    spool: &Spool,
-    sources: &Sources,
-    job: ProgramJob,
-    request: OnePassRequest,
-) -> Result<JobRow, JobFault> {
-    let length = job.program.length();
-    // Ends are moved, then the path between them is compensated.
-    let steps = Cost::of_program(length, request.parameters.tolerance_um()) + Cost::of_moving_ends(length);
-    (steps + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
-    let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |place| {
-        let Workplace { program, surface, spool, threads, stop } = place;
-        let OnePassRequest { machine, drives, parameters, max_cost_s } = &request;
-        let mut core = in_core_terms(parameters, surface.is_some())?;
-        if let Some(step) = &mut core.cc {
-            step.budget = Cost::budget_within(*max_cost_s);
-        }
-        core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
-        core.servo = drives.filter(|_| parameters.servo_lag).map(|drives| ServoStep {
-            max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(*max_cost_s)),
-            ..ServoStep::new(drives)
-        });
-        let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-        let table = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-        let mut changes = ChangeTable::new(table).map_err(|fault| CompensatorFault::Io(fault.into()))?;
-        let resting = Resting::new(spool.blobs().clone());
-        let source = FileSource(program.path());
-        let report = process::compensate_program(
-            machine,
-            &core,
-            &source,
-            &resting,
-            &mut output,
-            &mut changes,
-            threads,
-            stop,
-        )
-        .map_err(in_words_of_the_wire)?;
-        let written = |output: BufWriter<_>| {
-            output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))
-        };
-        let output = written(output)?;
-        let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
-        let provenance = Provenance {
-            machine_revision,
-            software_version: env!("CARGO_PKG_VERSION").to_owned(),
-            input_sha256: program.sha256(),
-            output_sha256: output.sha256(),
-        };
-        let findings = findings(parameters, changes.sha256(), &report);
-        let report = serde_json::to_string(&CompensationReport { provenance, findings })?;
-        Ok(Finished { report, output: Some(output), changes: Some(changes) })
-    })
-    .await
+impl ProgramParameters for CompensationParameters {
+    const OPERATION: JobOperation = JobOperation::Compensation;
+    const LOOKS_AT_PART: bool = true;
+
+    fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
+        self.check(sizes.has_part())?;
+        let mut faults = FaultList::default();
+        let drives = on.drives.as_ref().map(|drives| drives.to_core("/drives", &mut faults));
+        faults.into_result()?;
+        let max_cost_s = means.max_cost_s;
+        // Ends are moved, then the path between them is compensated.
+        let length = sizes.program_length;
+        let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
+        Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
+            let Workplace { program, surface, spool, threads, stop } = place;
+            let mut core = in_core_terms(&self, surface.is_some())?;
+            if let Some(step) = &mut core.cc {
+                step.budget = Cost::budget_within(max_cost_s);
+            }
+            core.part = part_surface(surface, &self.surface_reading(), stop)?;
+            core.servo = drives.filter(|_| self.servo_lag).map(|drives| ServoStep {
+                max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(max_cost_s)),
+                ..ServoStep::new(drives)
+            });
+            let mut output = place.output()?;
+            let mut changes = ChangeTable::new(place.output()?)
+                .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
+            let resting = Resting::new(spool.blobs().clone());
+            let report = process::compensate_program(
+                &on.machine,
+                &core,
+                program,
+                &resting,
+                &mut output,
+                &mut changes,
+                threads,
+                stop,
+            )
+            .map_err(in_words_of_the_wire)?;
+            let output = written(output)?;
+            let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
+            let provenance = on.provenance(program, &output);
+            let findings = findings(&self, changes.sha256(), &report);
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
+            let report = serde_json::to_string(&CompensationReport { provenance, findings })?;
+            Ok(Finished { report, output: Some(output), changes: Some(changes) })
+        }))
+    }
 }
 
 /// The parameters in the core's terms, part and drives apart.

@@ -8,9 +8,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{CompensatorFault, Cost};
+use super::{CompensatorFault, InputFile};
 use crate::contact::PartSurface;
-use crate::store::Draft;
 use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, StlFault, stl_facets_at_most};
 use crate::wire::SurfaceReading;
 
@@ -58,16 +57,9 @@ pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
     Ok(stl_facets_at_most(&start, length))
 }
 
-/// What reading the part costs, and finding a contact on it for every block of a program of this length.
-pub(super) fn cost_of_part(surface: Option<&Draft>, length: u64) -> Result<Cost, super::JobFault> {
-    let Some(surface) = surface else { return Ok(Cost::NOTHING) };
-    let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
-    Ok(Cost::of_part(facets, length))
-}
-
 /// The part that an uploaded surface is of, if one was.
 pub(super) fn part_surface(
-    surface: Option<&Draft>,
+    surface: Option<&InputFile>,
     reading: &SurfaceReading,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Option<PartSurface>, super::JobFault> {
@@ -80,11 +72,11 @@ pub(super) fn part_surface(
 
 /// The mesh of an uploaded surface.
 pub(super) fn read_part(
-    surface: &Draft,
+    surface: &InputFile,
     settings: &MeshSettings,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Mesh, super::JobFault> {
-    let open = || Ok((File::open(surface.path())?, facets_of(surface.path(), surface.length())?));
+    let open = || Ok((File::open(&surface.path)?, facets_of(&surface.path, surface.length)?));
     let (file, max_facets) = open().map_err(CompensatorFault::Io)?;
     let settings = MeshSettings { max_facets, ..*settings };
     Mesh::read_stl(file, &settings, stop).map_err(|fault| match fault {

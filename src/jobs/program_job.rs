@@ -1,25 +1,32 @@
 //! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
 //! nothing is stored.
 
+use std::io::BufWriter;
+
 use thiserror::Error;
 
 use super::part_surface::facets_of;
-use super::{CompensatorFault, Compute, ComputeFault, PartSurfaceFault, Sources, Spool, Threads, TooCostly};
+use super::{
+    CompensatorFault, Compute, ComputeFault, InputFile, PartSurfaceFault, ProgramWork, Sources, Spool,
+    Threads, TooCostly,
+};
 use crate::process::Stop;
-use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
-use crate::wire::{JobDocument, JobOperation, JobState};
+use crate::store::{
+    Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
+};
+use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 
 /// A program that is to be worked on.
 #[derive(Debug)]
 pub struct ProgramJob {
+    /// Who asks.
+    pub actor: Actor,
     /// Slug of the machine.
     pub machine_id: String,
     /// Revision of the machine.
     pub machine_revision: i64,
-    /// What is done.
-    pub operation: JobOperation,
-    /// With which parameters, defaults filled in.
-    pub parameters: serde_json::Value,
+    /// What is done, with which parameters.
+    pub work: ProgramWork,
     /// The upload.
     pub program: Draft,
     /// The part's surface, where one came with it.
@@ -32,33 +39,60 @@ pub struct ProgramJob {
 
 /// What there is to work on, and with.
 #[derive(Clone, Copy)]
-pub(super) struct Workplace<'a> {
+pub struct Workplace<'a> {
     /// The program.
-    pub(super) program: &'a Draft,
+    pub program: &'a InputFile,
     /// The part's surface, where one came with it.
-    pub(super) surface: Option<&'a Draft>,
+    pub surface: Option<&'a InputFile>,
     /// Where results go.
-    pub(super) spool: &'a Spool,
+    pub spool: &'a Spool,
     /// Threads for work in parts.
-    pub(super) threads: &'a Threads,
+    pub threads: &'a Threads,
     /// Breaks when nobody waits for the result any more.
-    pub(super) stop: &'a Stop<'a>,
+    pub stop: &'a Stop<'a>,
+}
+
+impl std::fmt::Debug for Workplace<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Workplace").field("program", &self.program).finish_non_exhaustive()
+    }
+}
+
+/// Bytes gathered before a result is written.
+const GATHERED: usize = 1 << 18;
+
+impl Workplace<'_> {
+    /// A new result.
+    pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
+    }
+}
+
+/// A result with its last bytes.
+pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
+    output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
 }
 
 /// What the work has made.
 #[derive(Debug)]
-pub(super) struct Finished {
+pub struct Finished {
     /// The report, as JSON text.
-    pub(super) report: String,
+    pub report: String,
     /// A program or a table, where the operation makes one.
-    pub(super) output: Option<Draft>,
+    pub output: Option<Draft>,
     /// The table of changes, where it makes one.
-    pub(super) changes: Option<Draft>,
+    pub changes: Option<Draft>,
 }
 
 /// Why there is no job.
 #[derive(Debug, Error)]
 pub enum JobFault {
+    /// The parameters are no document of the operation.
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
+    /// Parameters do not fit, each with its pointer.
+    #[error("{}", .0.first().map_or("a parameter is wrong", |fault| fault.detail.as_str()))]
+    Parameters(Vec<Fault>),
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
@@ -80,6 +114,20 @@ pub enum JobFault {
     /// The row could not be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// As many jobs wait as may.
+    #[error("{waiting} jobs wait already")]
+    QueueFull {
+        /// How many.
+        waiting: usize,
+    },
+    /// The machine's revision does not read back: a fault of ours.
+    #[error("the machine's revision cannot be used any more")]
+    MachineLost,
+    /// The process died while it computed this.
+    #[error(
+        "the process ended unexpectedly while it computed this job, and did so again at a second attempt"
+    )]
+    ProcessDied,
     /// The key is taken by another request.
     #[error("the idempotency key was used for another request")]
     KeyReused,
@@ -92,19 +140,15 @@ pub enum JobFault {
 ///
 /// # Errors
 /// Why there is no job.
-pub(super) async fn run_program_job<F>(
+pub async fn run_program_job(
     compute: &Compute,
     store: &Store,
     spool: &Spool,
     sources: &Sources,
     job: ProgramJob,
-    work: F,
-) -> Result<JobRow, JobFault>
-where
-    F: FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
-{
+) -> Result<JobRow, JobFault> {
     let created_at = sources.timestamp();
-    let (spool, sources) = (spool.clone(), sources.clone());
+    let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
             let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
@@ -116,9 +160,10 @@ where
         // Held by the work, not by the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();
-        let surface = job.surface.as_ref();
-        let place = Workplace { program: &job.program, surface, spool: &spool, threads, stop };
-        let Finished { report, output, changes } = work(place)?;
+        let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
+        let (program, surface) = (InputFile::from(&job.program), job.surface.as_ref().map(InputFile::from));
+        let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
+        let Finished { report, output, changes } = job.work.run(place)?;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -126,36 +171,59 @@ where
             id: sources.ids.next().to_string(),
             machine_id: job.machine_id,
             machine_revision: job.machine_revision,
-            operation: job.operation,
-            parameters: job.parameters,
+            operation,
+            parameters,
             state: JobState::Succeeded,
             progress: 1.0,
-            input_sha256: job.program.sha256(),
-            surface_sha256: job.surface.as_ref().map(Draft::sha256),
+            input_sha256: program.sha256,
+            surface_sha256: surface.map(|surface| surface.sha256),
             output_sha256: output.as_ref().map(Draft::sha256),
             changes_sha256: changes.as_ref().map(Draft::sha256),
             external_id: None,
+            callback_url: None,
+            attempts: 1,
             problem: None,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
             created_at,
             started_at: Some(started_at),
             finished_at: Some(sources.timestamp()),
         };
-        for draft in [Some(job.program), job.surface, output, changes].into_iter().flatten() {
-            spool.blobs().keep(draft)?;
-        }
+        let drafts = [Some(job.program), job.surface, output, changes];
         let report_sha256 = sha256_hex(report.as_bytes());
-        Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
+        Ok((
+            drafts,
+            NewJob { document, file_name: job.file_name, report, report_sha256 },
+            (job.used, job.actor),
+        ))
     };
-    let (job, used) = compute.run_in_parts(worked).await??;
-    if store.add_job(&job, used.as_ref()).await? {
+    let (drafts, job, (used, actor)) = compute.run_in_parts(worked).await??;
+    let naming = blobs.naming().await;
+    keep_all(&blobs, drafts).await?;
+    let added = store.add_job(&job, used.as_ref(), &actor).await?;
+    drop(naming);
+    if added {
         let NewJob { document, file_name, report, report_sha256 } = job;
         return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });
     }
-    // The same key came twice at once, and the other request was faster.
+    job_of_key(store, used.as_ref()).await
+}
+
+/// The job of a key that came twice at once, where the other request was faster.
+pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<JobRow, JobFault> {
     let Some(used) = used else { return Err(JobFault::KeyReused) };
-    match store.remembered(&used).await? {
+    match store.remembered(used).await? {
         Some(Remembered::Job(job)) => Ok(*job),
         Some(_) | None => Err(JobFault::KeyReused),
     }
+}
+
+/// Keeps files, each before anything names it.
+pub(super) async fn keep_all<const N: usize>(
+    blobs: &Blobs,
+    drafts: [Option<Draft>; N],
+) -> Result<(), JobFault> {
+    let blobs = blobs.clone();
+    let keep = move || drafts.into_iter().flatten().try_for_each(|draft| blobs.keep(draft).map(drop));
+    let kept = tokio::task::spawn_blocking(keep).await.map_err(|_panicked| ComputeFault::Panicked)?;
+    Ok(kept?)
 }

@@ -1,84 +1,65 @@
-//! Virtual cutting of a part, kept as a job.
+//! Virtual cutting of a part, as work on a program.
 
 use std::io::{BufReader, BufWriter};
 
 use thiserror::Error;
 
-use super::part_surface::{cost_of_part, read_part};
-use super::program_file::FileSource;
-use super::program_job::{Finished, Workplace, run_program_job};
+use super::part_surface::read_part;
+use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
-use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
-use crate::machine::Machine;
+use super::{
+    CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes, Spool,
+};
 use crate::plot::{PlotFault, ResidualFigure, residual_map};
 use crate::process;
-use crate::store::{BlobFault, Blobs, Draft, JobRow, Store};
+use crate::store::{BlobFault, Blobs, Draft};
 use crate::surface::EvenSamples;
 use crate::units::Length;
-use crate::wire::{AnySurface, ResidualRow, SurfaceReading, VerificationReport, VerificationSources};
+use crate::wire::{
+    Fault, JobOperation, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
+    fault_of_table,
+};
 
-/// One program to be cut virtually.
-pub struct VerificationRequest {
-    /// The machine at the job's revision.
-    pub machine: Machine,
-    /// What is asked, in the core's terms.
-    pub core: process::VerificationParameters,
-    /// The surface, where it is none that was uploaded.
-    pub surface: Option<AnySurface>,
-    /// How an uploaded one is read.
-    pub reading: SurfaceReading,
-    /// How many points of it are looked at.
-    pub samples: usize,
-    /// The dearest computation allowed \[s of one core\].
-    pub max_cost_s: f64,
-}
+impl ProgramParameters for VerificationParameters {
+    const OPERATION: JobOperation = JobOperation::Verification;
+    const LOOKS_AT_PART: bool = true;
 
-/// Cuts and stores; on any fault nothing is stored.
-///
-/// # Errors
-/// Why there is no job.
-pub async fn verify_part(
-    compute: &Compute,
-    store: &Store,
-    spool: &Spool,
-    sources: &Sources,
-    job: ProgramJob,
-    request: VerificationRequest,
-) -> Result<JobRow, JobFault> {
-    let cost = Cost::of_verification(job.program.length(), request.samples);
-    (cost + cost_of_part(job.surface.as_ref(), 0)?).within(request.max_cost_s)?;
-    let machine_revision = job.machine_revision;
-    run_program_job(compute, store, spool, sources, job, move |place| {
-        let Workplace { program, surface: uploaded, spool, threads, stop } = place;
-        let VerificationRequest { machine, core, surface, reading, samples, max_cost_s } = &request;
-        let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(*max_cost_s);
-        let core = &process::VerificationParameters { max_pairs, max_pieces, ..core.clone() };
-        let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
-        let samples = match (surface, &part) {
-            (Some(surface), _) => surface.samples(*samples),
-            (None, Some(part)) => part.samples(*samples),
-            (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
-        };
-        let source = FileSource(program.path());
-        let verification = process::verify_part(machine, core, &samples.points, &source, threads, stop)
-            .map_err(in_words_of_the_wire)?;
-        let table = residual_table(&samples, &verification, spool)?;
-        let report = VerificationReport::of(
-            VerificationSources {
-                machine_revision,
-                input_sha256: program.sha256(),
-                surface_sha256: uploaded.map(Draft::sha256),
-                residuals_sha256: table.sha256(),
-                sample_spacing_mm: samples.spacing_mm,
-                area_mm2: samples.area_mm2,
-                mesh: part.as_ref().map(|part| *part.report()),
-            },
-            core,
-            &verification,
-        );
-        Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table), changes: None })
-    })
-    .await
+    fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
+        let (core, surface) = self.to_core(sizes.has_part())?;
+        // No block has its contact looked for on the part.
+        let part = Sizes { program_length: 0, ..sizes }.cost_of_part();
+        let cost = Cost::of_verification(sizes.program_length, self.samples) + part;
+        let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(means.max_cost_s);
+        Ok(Prepared::new(cost, move |place| {
+            let Workplace { program, surface: uploaded, spool, threads, stop } = place;
+            let core = &process::VerificationParameters { max_pairs, max_pieces, ..core };
+            let reading = self.surface_reading();
+            let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
+            let samples = match (&surface, &part) {
+                (Some(surface), _) => surface.samples(self.samples),
+                (None, Some(part)) => part.samples(self.samples),
+                (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
+            };
+            let verification =
+                process::verify_part(&on.machine, core, &samples.points, program, threads, stop)
+                    .map_err(in_words_of_the_wire)?;
+            let table = residual_table(&samples, &verification, spool)?;
+            let report = VerificationReport::of(
+                VerificationSources {
+                    machine_revision: on.revision,
+                    input_sha256: program.sha256.clone(),
+                    surface_sha256: uploaded.map(|uploaded| uploaded.sha256.clone()),
+                    residuals_sha256: table.sha256(),
+                    sample_spacing_mm: samples.spacing_mm,
+                    area_mm2: samples.area_mm2,
+                    mesh: part.as_ref().map(|part| *part.report()),
+                },
+                core,
+                &verification,
+            );
+            Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table), changes: None })
+        }))
+    }
 }
 
 /// The table of residuals, aligned with the samples.
@@ -87,7 +68,7 @@ fn residual_table(
     verification: &process::Verification,
     spool: &Spool,
 ) -> Result<Draft, JobFault> {
-    let mut table = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+    let mut table = BufWriter::with_capacity(1 << 18, spool.result()?);
     let rows = samples.points.iter().zip(&verification.residuals).map(|(sample, residual)| ResidualRow {
         x_mm: sample.point_mm.x,
         y_mm: sample.point_mm.y,
@@ -98,8 +79,8 @@ fn residual_table(
         residual_um: residual.map(|residual| Length::from_mm(residual.residual_mm).um()),
         line: residual.map(|residual| residual.line),
     });
-    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault.into()))?;
-    table.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
+    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
+    written(table)
 }
 
 /// Why a verification cannot be drawn.

@@ -1,75 +1,37 @@
-//! A program for a worn cutter, kept as a job.
-
-use std::io::BufWriter;
+//! A program for a worn cutter, as work on a program.
 
 use super::cutter_contact::{contact, series, summary};
-use super::part_surface::{cost_of_part, part_surface};
-use super::program_file::FileSource;
-use super::program_job::{Finished, Workplace, run_program_job};
+use super::part_surface::part_surface;
+use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
-use super::{CompensatorFault, Compute, Cost, JobFault, ProgramJob, Sources, Spool};
-use crate::machine::Machine;
+use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process;
-use crate::store::{JobRow, Store};
 use crate::units::Angle;
-use crate::wire::{Fixed, Provenance, WearFindings, WearParameters, WearReport};
+use crate::wire::{Fault, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
 
-/// One program for a worn cutter.
-#[derive(Debug)]
-pub struct WearProgramRequest {
-    /// The machine at the job's revision.
-    pub machine: Machine,
-    /// The parameters as they came, for the advice.
-    pub parameters: WearParameters,
-    /// The same in the core's terms.
-    pub core: process::WearParameters,
-    /// The dearest computation allowed \[s of one core\].
-    pub max_cost_s: f64,
-}
+impl ProgramParameters for WearParameters {
+    const OPERATION: JobOperation = JobOperation::WearCompensation;
+    const LOOKS_AT_PART: bool = true;
 
-/// Compensates and stores; on any fault nothing is stored.
-///
-/// # Errors
-/// Why there is no job.
-pub async fn compensate_wear(
-    compute: &Compute,
-    store: &Store,
-    spool: &Spool,
-    sources: &Sources,
-    job: ProgramJob,
-    request: WearProgramRequest,
-) -> Result<JobRow, JobFault> {
-    let length = job.program.length();
-    let cost = Cost::of_moving_ends(length);
-    (cost + cost_of_part(job.surface.as_ref(), length)?).within(request.max_cost_s)?;
-    let machine_revision = job.machine_revision;
-    run_program_job(
-        compute,
-        store,
-        spool,
-        sources,
-        job,
-        move |Workplace { program, surface, spool, stop, .. }| {
-            let mut output = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
-            let WearProgramRequest { machine, parameters, mut core, .. } = request;
-            core.part = part_surface(surface, &parameters.surface_reading(), stop)?;
-            let source = FileSource(program.path());
-            let report = process::compensate_wear(&machine, &core, &source, &mut output, stop)
+    fn prepare(self, on: MachineUsed, sizes: Sizes, _means: &Means) -> Result<Prepared, Vec<Fault>> {
+        let mut core = self.to_core(sizes.has_part())?;
+        let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
+        Ok(Prepared::new(cost, move |place| {
+            let Workplace { program, surface, stop, .. } = place;
+            let mut output = place.output()?;
+            core.part = part_surface(surface, &self.surface_reading(), stop)?;
+            let report = process::compensate_wear(&on.machine, &core, program, &mut output, stop)
                 .map_err(in_words_of_the_wire)?;
-            let output = output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()))?;
-            let provenance = Provenance {
-                machine_revision,
-                software_version: env!("CARGO_PKG_VERSION").to_owned(),
-                input_sha256: program.sha256(),
-                output_sha256: output.sha256(),
-            };
-            let findings = findings(&parameters, &report);
+            let output = written(output)?;
+            let provenance = on.provenance(program, &output);
+            let findings = findings(&self, &report);
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let report = serde_json::to_string(&WearReport { provenance, findings })?;
             Ok(Finished { report, output: Some(output), changes: None })
-        },
-    )
-    .await
+        }))
+    }
 }
 
 /// The core's report in the words of the wire.

@@ -3,6 +3,7 @@
 //! Two hands work side by side where there are two: one judges and writes a stretch of the program while the other reads
 //! back what was written of the stretch before and reads the next one. What comes out does not depend on it.
 
+use std::collections::VecDeque;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -170,7 +171,7 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
 #[derive(Debug, Default)]
 struct Written<'a> {
     text: Vec<u8>,
-    expected: Vec<Expected<'a>>,
+    expected: VecDeque<Expected<'a>>,
 }
 
 impl Written<'_> {
@@ -294,7 +295,7 @@ impl<'a> Work<'a> {
                         _ => None,
                     };
                     if !self.faults() {
-                        out.expected.push(Expected::Same { motion: Meaning::of(motion), checked });
+                        out.expected.push_back(Expected::Same { motion: Meaning::of(motion), checked });
                     }
                     self.restore_feed(batch, motion, out)?
                 }

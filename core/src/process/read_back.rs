@@ -77,11 +77,39 @@ impl<E: Awaited> ReadBack<E> {
         self.reader.finish();
     }
 
+    /// Takes over what has to come next, in the order written; leaves the queue empty.
+    pub(super) fn await_all(&mut self, next: &mut VecDeque<E>) {
+        if self.expected.is_empty() {
+            std::mem::swap(&mut self.expected, next);
+        } else {
+            self.expected.append(next);
+        }
+    }
+
     /// The next motion that can be read, with what it has to be.
     pub(super) fn next(&mut self) -> Result<Option<(Motion, E)>, Fault> {
+        if !self.advance()? {
+            return Ok(None);
+        }
+        let motion = self.pair().map(|(motion, _)| *motion);
+        Ok(motion.zip(self.expected.pop_front()))
+    }
+
+    /// The motion that was read last, with what it has to be.
+    pub(super) fn pair(&self) -> Option<(&Motion, &E)> {
+        self.motions.get(self.seen.checked_sub(1)?).zip(self.expected.front())
+    }
+
+    /// The pair looked at is done with.
+    pub(super) fn drop_pair(&mut self) {
+        self.expected.pop_front();
+    }
+
+    /// Reads on to the next motion; false where it is not there yet.
+    pub(super) fn advance(&mut self) -> Result<bool, Fault> {
         while self.seen == self.motions.len() {
             if !self.reader.next_batch(&mut self.batch)? {
-                return Ok(None);
+                return Ok(false);
             }
             self.motions.clear();
             self.seen = 0;
@@ -94,10 +122,12 @@ impl<E: Awaited> ReadBack<E> {
                 return Err(failed(line, "the written program is not readable"));
             }
         }
-        let motion = self.motions[self.seen];
+        let line = self.motions.get(self.seen).map_or(0, |motion| motion.line);
         self.seen += 1;
-        let next = self.expected.pop_front().ok_or(failed(motion.line, "a motion too many"))?;
-        Ok(Some((motion, next)))
+        if self.expected.is_empty() {
+            return Err(failed(line, "a motion too many"));
+        }
+        Ok(true)
     }
 
     /// Everything expected must have come, and nothing of the source be lost or doubled.

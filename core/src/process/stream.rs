@@ -60,8 +60,9 @@ impl Stretch {
     }
 }
 
-/// Passages of a stretch: some milliseconds of work, so that handing over costs nothing beside it.
-const STRETCH_PASSAGES: usize = 16;
+/// Passages of a stretch: some milliseconds of work, so that handing over costs nothing beside it, and few enough that
+/// their motions stay in the cache between the hands.
+const STRETCH_PASSAGES: usize = 4;
 /// How much is read at once \[bytes\].
 pub(super) const CHUNK_BYTES: usize = 64 * 1024;
 /// How many batches without a motion are read ahead in search of the next one.

@@ -3,6 +3,7 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::fault::go_on;
@@ -77,7 +78,7 @@ impl Meaning {
             unfollowable: motion.unfollowable,
             offset_changed: motion.offset_changed,
             feed_mode: motion.feed.mode,
-            feed: motion.feed.value.map(|_| motion.feed.raw),
+            feed: stated_feed(motion),
             contact: motion.contact,
             extra: motion.extra,
             incremental: motion.incremental,
@@ -89,18 +90,28 @@ impl Meaning {
 
     /// Whether a motion read back means this, its line apart.
     pub(super) fn check(&self, read: &Motion) -> Result<(), Fault> {
-        let (line, read) = (self.line, Self::of(read));
         if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
-            return Err(failed(line, "a motion starts or ends elsewhere than meant"));
+            return Err(failed(self.line, "a motion starts or ends elsewhere than meant"));
         }
         // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
-        let feed = if self.kind == MotionKind::Rapid { self.feed } else { read.feed };
-        let (start, end) = (self.start, self.end);
-        if (Self { line, feed, start, end, ..read }) != *self {
-            return Err(failed(line, "a motion changed its meaning or its feed"));
-        }
-        Ok(())
+        let same_feed = self.kind == MotionKind::Rapid || stated_feed(read) == self.feed;
+        let same = same_feed
+            && read.kind == self.kind
+            && read.interpolation == self.interpolation
+            && read.unfollowable == self.unfollowable
+            && read.offset_changed == self.offset_changed
+            && read.feed.mode == self.feed_mode
+            && read.contact == self.contact
+            && read.extra == self.extra
+            && read.incremental == self.incremental
+            && read.mm_per_unit.total_cmp(&self.mm_per_unit).is_eq();
+        if same { Ok(()) } else { Err(failed(self.line, "a motion changed its meaning or its feed")) }
     }
+}
+
+/// F as written, where it states a feed.
+fn stated_feed(motion: &Motion) -> Option<f64> {
+    motion.feed.value.map(|_| motion.feed.raw)
 }
 
 /// A divided block with its plan.
@@ -199,10 +210,8 @@ impl<'a> Verifier<'a> {
     }
 
     /// Reads these bytes of the output, in which the motions expected come next.
-    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut Vec<Expected<'a>>) -> Result<(), Fault> {
-        for next in expected.drain(..) {
-            self.read_back.await_next(next);
-        }
+    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut VecDeque<Expected<'a>>) -> Result<(), Fault> {
+        self.read_back.await_all(expected);
         self.read_back.feed(bytes);
         self.read()
     }
@@ -220,35 +229,27 @@ impl<'a> Verifier<'a> {
     }
 
     fn read(&mut self) -> Result<(), Fault> {
-        while let Some((motion, next)) = self.read_back.next()? {
+        while self.read_back.advance()? {
             self.effort.pass(1);
             go_on(&self.effort)?;
-            match next {
-                Expected::Same { motion: source, checked } => {
-                    self.same(&motion, &source, checked)?;
-                    self.judged
-                        .push(Judged::undivided(&source, checked.map_or(0.0, |(_, found)| found.max_mm)));
+            match self.read_back.pair() {
+                Some((read, Expected::Same { motion: source, checked })) => {
+                    source.check(read)?;
+                    let found = checked.as_ref();
+                    if let Some((path_mm, found)) = found {
+                        self.found.record(source.line, *path_mm, found, found);
+                    }
+                    self.judged.push(Judged::undivided(source, found.map_or(0.0, |(_, found)| found.max_mm)));
                 }
-                Expected::Part { group, index } => {
-                    if let Some(after) = self.part(&motion, &group, index)? {
+                Some((read, Expected::Part { group, index })) => {
+                    let (read, group, index) = (*read, Arc::clone(group), *index);
+                    if let Some(after) = self.part(&read, &group, index)? {
                         self.judged.push(Judged::divided(&group, &after));
                     }
                 }
+                None => {}
             }
-        }
-        Ok(())
-    }
-
-    fn same(
-        &mut self,
-        read: &Motion,
-        source: &Meaning,
-        checked: Option<(f64, Sampled)>,
-    ) -> Result<(), Fault> {
-        source.check(read)?;
-        let line = source.line;
-        if let Some((path_mm, found)) = checked {
-            self.found.record(line, path_mm, &found, &found);
+            self.read_back.drop_pair();
         }
         Ok(())
     }

@@ -7,17 +7,17 @@ use utoipa::ToSchema;
 
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::{KinematicsFault, forward};
+use crate::jobs::{KinematicsFault, MachineUsed, forward};
 use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
-    UnsupportedMediaType, InvalidRequest, TooCostly, Busy
+    UnsupportedMediaType, InvalidRequest, TooCostly, ResultTooLarge, Busy
 );
 
 /// The options as query parameters, where the body is CSV.
@@ -72,7 +72,7 @@ pub(super) async fn solve_forward_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let CurrentMachine { revision, machine, .. } = current_machine(&app, &machine_id).await?;
+    let MachineUsed { revision, machine, .. } = current_machine(&app, &machine_id).await?;
     let (joints, options) = read(&app, table, request).await?;
     if options.selection.is_some() || options.start.is_some() {
         let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");
@@ -86,9 +86,14 @@ pub(super) async fn solve_forward_kinematics(
         Ok::<_, KinematicsFault>(if csv { Err(poses) } else { Ok(print(revision, poses)) })
     });
     match answer.await?? {
-        Ok(text) => Ok(json_response(text.map_err(|fault| Problem::internal(&fault))?)),
+        Ok(text) => {
+            let text = text.map_err(|fault| Problem::internal(&fault))?;
+            table::within(&app, text.len() as u64)?;
+            Ok(json_response(text))
+        }
         Err(poses) => {
             let header = Pose::CSV_HEADER.as_bytes().to_vec();
+            table::within(&app, table::most_bytes(&header, poses.len()))?;
             Ok(table::rows(revision, header, poses, |text, _, pose| pose.write_row(text)))
         }
     }

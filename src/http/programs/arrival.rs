@@ -1,82 +1,56 @@
-//! What every operation on an uploaded program does first.
+//! What every operation on an uploaded program does: takes it, works on it, keeps the job, answers in the form asked for.
 
 use axum::extract::Request;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use axum::response::Response;
 
+use super::answer;
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
-use crate::http::current_machine::{CurrentMachine, current_machine};
+use crate::http::caller::actor;
+use crate::http::current_machine::current_machine;
 use crate::http::idempotency::{key, remembered, used};
+use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::jobs::ProgramJob;
-use crate::machine::Machine;
-use crate::store::{Draft, JobRow, KeyUse};
-use crate::wire::JobOperation;
+use crate::jobs::{InputFile, ProgramJob, ProgramParameters, ProgramWork, Sizes, run_program_job};
+use crate::store::{Draft, JobRow};
 
-/// A program that came in.
-pub(super) enum Arrival<P> {
-    /// The same request under the same key was answered before: its job.
-    Answered(Box<JobRow>),
-    /// One to be worked on.
-    New(Box<NewProgram<P>>),
-}
-
-/// A program to be worked on, on its machine.
-pub(super) struct NewProgram<P> {
-    /// The machine as it is now.
-    pub(super) current: CurrentMachine,
-    /// Its parameters.
-    pub(super) parameters: P,
-    machine_id: String,
-    upload: Upload<()>,
-    used: Option<KeyUse>,
-}
-
-/// Takes a program for a machine, unless its key was answered before.
+/// Does an operation on the program of a request and answers in the best of `offers` for the client.
 ///
 /// # Errors
-/// No such machine, a key that cannot be taken or was used for another request, an upload that cannot be taken.
-pub(super) async fn arrival<P: DeserializeOwned + Serialize>(
+/// No such machine, a key that cannot be taken or was used for another request, an upload that cannot be taken,
+/// parameters that do not fit, work that gives no result.
+pub(super) async fn operate<P: ProgramParameters>(
     app: &AppState,
     machine_id: String,
     request: Request,
-    part: Part,
-) -> Result<Arrival<P>, Problem> {
+    offers: &[&'static str],
+) -> Result<Response, Problem> {
+    let kind = choose(request.headers(), offers)?;
+    let job = job::<P>(app, machine_id, request).await?;
+    answer::job(app, &job, kind).await
+}
+
+/// The job of a request: the one it made before under the same key, or a new one.
+async fn job<P: ProgramParameters>(
+    app: &AppState,
+    machine_id: String,
+    request: Request,
+) -> Result<JobRow, Problem> {
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let current = current_machine(app, &machine_id).await?;
-    let Upload { program, file_name, media_type, surface, parameters }: Upload<P> =
-        take(app, &parts, body, part).await?;
+    let on = current_machine(app, &machine_id).await?;
+    let part = if P::LOOKS_AT_PART { Part::Seen } else { Part::Unseen };
+    let Upload { program, file_name, surface, parameters }: Upload<P> = take(app, &parts, body, part).await?;
     let mut said = vec![program.sha256(), serde_json::to_string(&parameters).unwrap_or_default()];
     said.extend(surface.as_ref().map(Draft::sha256));
     let used = used(app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());
     if let Some(job) = remembered(app, used.as_ref()).await? {
-        return Ok(Arrival::Answered(Box::new(job)));
+        return Ok(job);
     }
-    let upload = Upload { program, file_name, media_type, surface, parameters: () };
-    Ok(Arrival::New(Box::new(NewProgram { current, parameters, machine_id, upload, used })))
-}
-
-impl<P: Serialize> NewProgram<P> {
-    /// Whether the part's surface came with it.
-    pub(super) fn has_surface(&self) -> bool {
-        self.upload.surface.is_some()
-    }
-
-    /// The machine, the parameters, and the job to be done.
-    pub(super) fn into_job(self, operation: JobOperation) -> Result<(Machine, P, ProgramJob), Problem> {
-        let Self { current, parameters, machine_id, upload, used } = self;
-        let job = ProgramJob {
-            machine_id,
-            machine_revision: current.revision,
-            operation,
-            parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
-            file_name: upload.name(),
-            program: upload.program,
-            surface: upload.surface,
-            used,
-        };
-        Ok((current.machine, parameters, job))
-    }
+    let machine_revision = on.revision;
+    let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
+    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
+    let actor = actor(&parts)?;
+    let job = ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used };
+    Ok(run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?)
 }

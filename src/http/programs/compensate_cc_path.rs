@@ -3,20 +3,18 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::answer::{self, SVG};
-use super::arrival::{Arrival, arrival};
-use super::upload::Part;
+use super::answer::SVG;
+use super::arrival::operate;
 use crate::http::AppState;
 use crate::http::extract::Path;
-use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{CompensationRequest, compensate};
-use crate::wire::{CcParameters, JobOperation};
+use crate::wire::CcParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the program first.
@@ -77,15 +75,5 @@ pub(super) async fn compensate_cc_path(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<CcParameters>(&app, machine_id, request, Part::Seen).await? {
-        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
-        Arrival::New(new) => new,
-    };
-    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let tool = new.parameters.check(new.has_surface()).map_err(faulty)?;
-    let (machine, parameters, job) = new.into_job(JobOperation::CcCompensation)?;
-    let request = CompensationRequest { machine, parameters, tool, max_cost_s: app.settings.max_cost_s };
-    let job = compensate(&app.compute, &app.compensator, &app.store, &app.spool, &app.sources, job, request);
-    answer::job(&app, &job.await?, kind).await
+    operate::<CcParameters>(&app, machine_id, request, OFFERS).await
 }

@@ -3,20 +3,18 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::answer::{self, SVG};
-use super::arrival::{Arrival, arrival};
-use super::upload::Part;
+use super::answer::SVG;
+use super::arrival::operate;
 use crate::http::AppState;
 use crate::http::extract::Path;
-use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{OnePassRequest, compensate_in_one_pass};
-use crate::wire::{CompensationParameters, CompensationQuery, CompensationReport, FaultList, JobOperation};
+use crate::wire::{CompensationParameters, CompensationQuery, CompensationReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the program first.
@@ -83,21 +81,5 @@ pub(super) async fn compensate_program_in_one_pass(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<CompensationParameters>(&app, machine_id, request, Part::Seen).await? {
-        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
-        Arrival::New(new) => new,
-    };
-    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    new.parameters.check(new.has_surface()).map_err(faulty)?;
-    let mut faults = FaultList::default();
-    let drives = new.current.drives.as_ref().map(|drives| drives.to_core("/drives", &mut faults));
-    faults
-        .into_result()
-        .map_err(|_stored_is_sound| Problem::internal(&"stored drives are no longer accepted"))?;
-    let (machine, parameters, job) = new.into_job(JobOperation::Compensation)?;
-    let request = OnePassRequest { machine, drives, parameters, max_cost_s: app.settings.max_cost_s };
-    let job =
-        compensate_in_one_pass(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
-    answer::job(&app, &job, kind).await
+    operate::<CompensationParameters>(&app, machine_id, request, OFFERS).await
 }

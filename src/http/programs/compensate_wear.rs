@@ -3,20 +3,18 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::answer::{self, SVG};
-use super::arrival::{Arrival, arrival};
-use super::upload::Part;
+use super::answer::SVG;
+use super::arrival::operate;
 use crate::http::AppState;
 use crate::http::extract::Path;
-use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{WearProgramRequest, compensate_wear};
-use crate::wire::{JobOperation, WearParameters, WearQuery, WearReport};
+use crate::wire::{WearParameters, WearQuery, WearReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the program first.
@@ -82,15 +80,5 @@ pub(super) async fn compensate_wear_of_program(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<WearParameters>(&app, machine_id, request, Part::Seen).await? {
-        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
-        Arrival::New(new) => new,
-    };
-    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let core = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
-    let (machine, parameters, job) = new.into_job(JobOperation::WearCompensation)?;
-    let request = WearProgramRequest { machine, parameters, core, max_cost_s: app.settings.max_cost_s };
-    let job = compensate_wear(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
-    answer::job(&app, &job, kind).await
+    operate::<WearParameters>(&app, machine_id, request, OFFERS).await
 }

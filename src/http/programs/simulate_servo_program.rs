@@ -3,19 +3,13 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::answer::{self, SVG};
-use super::arrival::{Arrival, arrival};
-use super::upload::Part;
+use super::answer::SVG;
+use super::arrival::operate;
 use crate::http::AppState;
 use crate::http::extract::Path;
-use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{ProgramJob, ServoProgramRequest, simulate_program};
-use crate::machine::Machine;
-use crate::process::SimulationParameters;
-use crate::store::JobRow;
-use crate::wire::{FaultList, JobOperation, ServoProgramParameters, ServoReport};
+use crate::wire::{ServoProgramParameters, ServoReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -74,25 +68,5 @@ pub(super) async fn simulate_servo_program(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<ServoProgramParameters>(&app, machine_id, request, Part::Unseen).await? {
-        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
-        Arrival::New(new) => new,
-    };
-    let mut faults = FaultList::default();
-    let core = new.parameters.to_core(new.current.drives.as_ref(), &mut faults);
-    faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
-    let (machine, _, job) = new.into_job(JobOperation::ServoSimulation)?;
-    answer::job(&app, &store(&app, machine, core, job).await?, kind).await
-}
-
-/// Simulates a program and stores the job.
-pub(in crate::http) async fn store(
-    app: &AppState,
-    machine: Machine,
-    parameters: SimulationParameters,
-    job: ProgramJob,
-) -> Result<JobRow, Problem> {
-    let request = ServoProgramRequest { machine, parameters, max_cost_s: app.settings.max_cost_s };
-    Ok(simulate_program(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?)
+    operate::<ServoProgramParameters>(&app, machine_id, request, OFFERS).await
 }

@@ -18,10 +18,8 @@ use crate::wire::{Fault, read_json, read_query};
 pub(super) struct Upload<P> {
     /// The program.
     pub(super) program: Draft,
-    /// Its name, cleaned; none where the client gave none.
-    pub(super) file_name: Option<String>,
-    /// The media type it came with.
-    pub(super) media_type: Option<String>,
+    /// Its name, cleaned; a stand-in where the client gave none.
+    pub(super) file_name: String,
     /// The part's surface.
     pub(super) surface: Option<Draft>,
     /// The parameters.
@@ -37,15 +35,13 @@ pub(super) enum Part {
     Seen,
 }
 
-impl<P> Upload<P> {
-    /// The upload's name, or eight digits of its digest with an extension that fits.
-    pub(super) fn name(&self) -> String {
-        self.file_name.clone().unwrap_or_else(|| {
-            let csv = self.media_type.as_deref() == Some("text/csv");
-            let digest = self.program.sha256();
-            format!("{}.{}", digest.get(..8).unwrap_or(&digest), if csv { "csv" } else { "nc" })
-        })
-    }
+/// The name given, or eight digits of the program's digest with an extension that fits its media type.
+fn named(given: Option<String>, program: &Draft, media_type: Option<&str>) -> String {
+    given.unwrap_or_else(|| {
+        let extension = if media_type == Some("text/csv") { "csv" } else { "nc" };
+        let digest = program.sha256();
+        format!("{}.{extension}", digest.get(..8).unwrap_or(&digest))
+    })
 }
 
 const MULTIPART: &str = "multipart/form-data";
@@ -95,8 +91,8 @@ pub(super) async fn take<P: DeserializeOwned>(
                 }
             }
             let program = spooling.finish().await?;
-            let file_name = given_name(&parts.headers);
-            Ok(Upload { program, file_name, media_type: kind, surface: None, parameters })
+            let file_name = named(given_name(&parts.headers), &program, kind.as_deref());
+            Ok(Upload { program, file_name, surface: None, parameters })
         }
     }
 }
@@ -107,27 +103,90 @@ async fn multipart<P: DeserializeOwned>(
     incoming: Incoming,
     part: Part,
 ) -> Result<Upload<P>, Problem> {
-    let mut request = Request::from_parts(parts.clone(), incoming.into_body());
+    let read = |text: &[u8]| Ok(read_json(text)?);
+    let Form { document, program, file_name, surface } =
+        form(app, parts, incoming, "parameters", part, read).await?;
+    let query = parts.uri.query().unwrap_or_default();
+    let parameters = match document {
+        Some(_) if !query.is_empty() => {
+            let fault =
+                Fault::new("/parameters", "parameters come in the field or in the query, not in both");
+            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+        }
+        Some(parameters) => parameters,
+        None => read_query(query)?,
+    };
+    Ok(Upload { program, file_name, surface, parameters })
+}
+
+/// A form of a document in JSON, a program and perhaps the part's surface.
+pub(in crate::http) struct Form<D> {
+    /// The document, where the form has one.
+    pub(in crate::http) document: Option<D>,
+    /// The program.
+    pub(in crate::http) program: Draft,
+    /// Its name.
+    pub(in crate::http) file_name: String,
+    /// The part's surface.
+    pub(in crate::http) surface: Option<Draft>,
+}
+
+/// Takes a form with its document in the field `name`, up to the limits on bodies and surfaces.
+pub(in crate::http) async fn take_form<D>(
+    app: &AppState,
+    parts: &Parts,
+    body: Body,
+    name: &'static str,
+    read: impl Fn(&[u8]) -> Result<D, Problem>,
+) -> Result<Form<D>, Problem> {
+    let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
+    if media_type(&parts.headers).as_deref() != Some(MULTIPART) {
+        incoming.swallow().await;
+        let detail = format!("the operation takes {MULTIPART} with the fields {name} and program");
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+    }
+    let limit = app.settings.max_body_bytes.saturating_add(app.settings.max_surface_bytes);
+    if content_length(&parts.headers)
+        .is_some_and(|length| length > limit.saturating_add(MAX_PARAMETERS_BYTES as u64))
+    {
+        return Err(incoming.refuse_length(limit).await);
+    }
+    form(app, parts, incoming, name, Part::Seen, read).await
+}
+
+async fn form<D>(
+    app: &AppState,
+    parts: &Parts,
+    incoming: Incoming,
+    document_name: &'static str,
+    part: Part,
+    read: impl Fn(&[u8]) -> Result<D, Problem>,
+) -> Result<Form<D>, Problem> {
+    let (body, between) = incoming.into_form(app.settings.max_header_bytes);
+    let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
     let mut form = Multipart::from_request(request, app)
         .await
         .map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;
-    let mut parameters: Option<P> = None;
+    let mut document: Option<D> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
     let mut surface: Option<Draft> = None;
-    while let Some(mut field) = paused(app, form.next_field()).await? {
+    loop {
+        between.enter();
+        let Some(mut field) = paused(app, form.next_field()).await? else { break };
+        between.leave();
         match field.name().unwrap_or_default() {
-            "parameters" if parameters.is_none() => {
+            name if name == document_name && document.is_none() => {
                 let mut text = Vec::new();
                 while let Some(chunk) = paused(app, field.chunk()).await? {
                     text.extend_from_slice(&chunk);
                     if text.len() > MAX_PARAMETERS_BYTES {
                         let detail =
-                            format!("the field parameters is larger than {MAX_PARAMETERS_BYTES} bytes");
+                            format!("the field {document_name} is larger than {MAX_PARAMETERS_BYTES} bytes");
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
-                parameters = Some(read_json(&text)?);
+                document = Some(read(&text)?);
             }
             "program" if program.is_none() => {
                 let name = field.file_name().and_then(clean_name);
@@ -140,9 +199,9 @@ async fn multipart<P: DeserializeOwned>(
             }
             name => {
                 let known = match name {
-                    "parameters" | "program" => true,
+                    "program" => true,
                     "surface" => part == Part::Seen,
-                    _ => false,
+                    name => name == document_name,
                 };
                 let detail =
                     if known { "the field is there more than once" } else { "there is no such field" };
@@ -155,17 +214,8 @@ async fn multipart<P: DeserializeOwned>(
         let fault = Fault::new("/program", "the file field program is missing");
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     };
-    let query = parts.uri.query().unwrap_or_default();
-    let parameters = match parameters {
-        Some(_) if !query.is_empty() => {
-            let fault =
-                Fault::new("/parameters", "parameters come in the field or in the query, not in both");
-            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
-        }
-        Some(parameters) => parameters,
-        None => read_query(query)?,
-    };
-    Ok(Upload { program, file_name, media_type, surface, parameters })
+    let file_name = named(file_name, &program, media_type.as_deref());
+    Ok(Form { document, program, file_name, surface })
 }
 
 /// A field on the disk.

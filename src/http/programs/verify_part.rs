@@ -3,20 +3,18 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::answer::{self, CSV, SVG};
-use super::arrival::{Arrival, arrival};
-use super::upload::Part;
+use super::answer::{CSV, SVG};
+use super::arrival::operate;
 use crate::http::AppState;
 use crate::http::extract::Path;
-use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{VerificationRequest, verify_part};
-use crate::wire::{JobOperation, VerificationParameters, VerificationQuery, VerificationReport};
+use crate::wire::{VerificationParameters, VerificationQuery, VerificationReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the report first.
@@ -80,17 +78,5 @@ pub(super) async fn verify_part_of_program(
     Path(machine_id): Path<String>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let kind = choose(request.headers(), OFFERS)?;
-    let new = match arrival::<VerificationParameters>(&app, machine_id, request, Part::Seen).await? {
-        Arrival::Answered(job) => return answer::job(&app, &job, kind).await,
-        Arrival::New(new) => new,
-    };
-    let faulty = |faults| Problem::invalid(ProblemType::InvalidRequest, faults);
-    let (core, surface) = new.parameters.to_core(new.has_surface()).map_err(faulty)?;
-    let (machine, parameters, job) = new.into_job(JobOperation::Verification)?;
-    let (reading, samples) = (parameters.surface_reading(), parameters.samples);
-    let max_cost_s = app.settings.max_cost_s;
-    let request = VerificationRequest { machine, core, surface, reading, samples, max_cost_s };
-    let job = verify_part(&app.compute, &app.store, &app.spool, &app.sources, job, request).await?;
-    answer::job(&app, &job, kind).await
+    operate::<VerificationParameters>(&app, machine_id, request, OFFERS).await
 }

@@ -9,19 +9,18 @@ use utoipa::ToSchema;
 use super::figures::{SVG, SimulationFigure, respond};
 use super::{OFFERS, work};
 use crate::http::AppState;
+use crate::http::caller::{Caller, actor, caller};
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::answer;
-use crate::http::programs::simulate_servo_program::store;
 use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
-use crate::jobs::ProgramJob;
+use crate::jobs::{ProgramJob, ProgramWork, Sizes, run_program_job};
 use crate::wire::{
-    Fault, FaultList, JobOperation, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer,
-    SimulationRequest,
+    Fault, FaultList, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
 };
 
 refusals!(
@@ -70,14 +69,14 @@ pub(super) async fn simulate_servo(
     request: Request,
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
-    let kind = choose(&parts.headers, OFFERS)?;
+    let (kind, caller) = (choose(&parts.headers, OFFERS)?, caller(&parts.extensions)?);
     let Json(request) =
         Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     if let ServoPathDoc::Program { .. } = &request.path {
-        return Box::pin(program(&app, &parts, &request, kind)).await;
+        return Box::pin(program(&app, &caller, &parts, &request, kind)).await;
     }
     let (revision, work, ()) =
-        work(&app, request.options(), |task, faults| request.apply(task, faults)).await?;
+        work(&app, &caller, request.options(), |task, faults| request.apply(task, faults)).await?;
     let (drives, axes, feed) = (work.task.drives, work.axes(), work.task.run.feed);
     let simulation = app.compute.run(move |stop| work.simulate(stop)).await??;
     let answer = SimulationAnswer::of(revision, &simulation, &drives, &axes);
@@ -90,6 +89,7 @@ pub(super) async fn simulate_servo(
 /// A program: simulated and kept as a job.
 async fn program(
     app: &AppState,
+    caller: &Caller,
     parts: &Parts,
     request: &SimulationRequest,
     kind: &str,
@@ -100,7 +100,10 @@ async fn program(
     let key = key(parts)?;
     let current = match &request.machine_id {
         None => None,
-        Some(machine_id) => Some((machine_id.clone(), current_machine(app, machine_id).await?)),
+        Some(machine_id) => {
+            caller.must_reach(machine_id)?;
+            Some((machine_id.clone(), current_machine(app, machine_id).await?))
+        }
     };
     let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
     let used = used(app, parts, key, &[&said]);
@@ -117,23 +120,20 @@ async fn program(
     }
     let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
     let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
-    let core = parameters.to_core(drives, &mut faults);
+    parameters.to_core(drives, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
-    let Some((machine_id, machine)) = current else {
+    let Some((machine_id, on)) = current else {
         return Err(Problem::internal(&"a program without a machine has no fault"));
     };
     let mut spooling = app.spool.begin()?;
     spooling.take(&bytes::Bytes::from(text.clone())).await?;
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
-    let job = ProgramJob {
-        surface: None,
-        machine_id,
-        machine_revision: machine.revision,
-        operation: JobOperation::ServoSimulation,
-        parameters: serde_json::to_value(&parameters).map_err(|fault| Problem::internal(&fault))?,
-        program: spooling.finish().await?,
-        file_name,
-        used,
-    };
-    answer::job(app, &store(app, machine.machine, core, job).await?, kind).await
+    let (program, machine_revision) = (spooling.finish().await?, on.revision);
+    let sizes = Sizes { program_length: program.length(), surface_facets: None };
+    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
+    let actor = actor(parts)?;
+    let job =
+        ProgramJob { actor, machine_id, machine_revision, work, program, surface: None, file_name, used };
+    let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
+    answer::job(app, &job, kind).await
 }

@@ -1,0 +1,198 @@
+//! The one seam between who asks for work on a program and the work: an operation with its parameters in, work out that
+//! can be done in the pool, in a queue or on the command line.
+
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::part_surface::facets_of;
+use super::program_job::{Finished, Workplace};
+use super::{Compensator, Cost, InputFile, JobFault};
+use crate::machine::Machine;
+use crate::store::Draft;
+use crate::wire::{
+    CcParameters, CompensationParameters, Drives, Fault, JobOperation, PostingParameters, Provenance,
+    ServoProgramParameters, VerificationParameters, WearParameters, read_json,
+};
+
+/// The machine that a program is for.
+#[derive(Debug, Clone)]
+pub struct MachineUsed {
+    /// Its revision.
+    pub revision: i64,
+    /// The machine at this revision.
+    pub machine: Machine,
+    /// Its drives, where the profile has any.
+    pub drives: Option<Drives>,
+}
+
+impl MachineUsed {
+    /// What a program made of another one was computed from.
+    pub(super) fn provenance(&self, program: &InputFile, output: &Draft) -> Provenance {
+        Provenance {
+            machine_revision: self.revision,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            input_sha256: program.sha256.clone(),
+            output_sha256: output.sha256(),
+        }
+    }
+}
+
+/// How much there is to work on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    /// Length of the program \[bytes\].
+    pub program_length: u64,
+    /// Facets of the part's surface at most, where one came with the program.
+    pub surface_facets: Option<u64>,
+}
+
+impl Sizes {
+    /// Of the files that came in.
+    ///
+    /// # Errors
+    /// The beginning of the surface cannot be read.
+    pub fn of(program: &InputFile, surface: Option<&InputFile>) -> io::Result<Self> {
+        let surface_facets = surface.map(|surface| facets_of(&surface.path, surface.length)).transpose()?;
+        Ok(Self { program_length: program.length, surface_facets })
+    }
+
+    /// Whether the part's surface came with the program.
+    #[must_use]
+    pub const fn has_part(&self) -> bool {
+        self.surface_facets.is_some()
+    }
+
+    /// What reading the part costs, and finding a contact on it for every block of the program.
+    pub(super) fn cost_of_part(&self) -> Cost {
+        self.surface_facets.map_or(Cost::NOTHING, |facets| Cost::of_part(facets, self.program_length))
+    }
+}
+
+/// What work is done with, the same for every program.
+#[derive(Debug, Clone)]
+pub struct Means {
+    /// What the CC path is compensated by.
+    pub compensator: Arc<dyn Compensator>,
+    /// The dearest computation allowed \[s of one core\].
+    pub max_cost_s: f64,
+}
+
+/// Parameters of an operation on a program.
+pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
+    /// The operation.
+    const OPERATION: JobOperation;
+    /// Whether it looks at the part's surface, where one comes with the program.
+    const LOOKS_AT_PART: bool;
+
+    /// The work, its cost estimated; nothing is read yet.
+    ///
+    /// # Errors
+    /// Every parameter that does not fit, with its pointer.
+    fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>>;
+}
+
+/// Something that is done with the parameters of an operation whose name is known only at run time.
+pub trait ByOperation {
+    /// What comes of it.
+    type Output;
+
+    /// Does it with these parameters.
+    fn with<P: ProgramParameters>(self) -> Self::Output;
+}
+
+/// Does something with the parameters of an operation. Every operation on programs stands here.
+pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Output {
+    match operation {
+        JobOperation::CcCompensation => what.with::<CcParameters>(),
+        JobOperation::WearCompensation => what.with::<WearParameters>(),
+        JobOperation::Compensation => what.with::<CompensationParameters>(),
+        JobOperation::Verification => what.with::<VerificationParameters>(),
+        JobOperation::ServoSimulation => what.with::<ServoProgramParameters>(),
+        JobOperation::Posting => what.with::<PostingParameters>(),
+    }
+}
+
+type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
+
+/// Work whose parameters fit.
+pub struct Prepared {
+    cost: Cost,
+    run: Run,
+}
+
+impl fmt::Debug for Prepared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Prepared").field("cost", &self.cost).finish_non_exhaustive()
+    }
+}
+
+impl Prepared {
+    pub(super) fn new(
+        cost: Cost,
+        run: impl FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
+    ) -> Self {
+        Self { cost, run: Box::new(run) }
+    }
+}
+
+/// Work that may be done: its parameters fit, and it costs no more than it may.
+#[derive(Debug)]
+pub struct ProgramWork {
+    /// What is done.
+    pub operation: JobOperation,
+    /// With which parameters, defaults filled in.
+    pub parameters: serde_json::Value,
+    prepared: Prepared,
+}
+
+impl ProgramWork {
+    /// The work that these parameters ask for.
+    ///
+    /// # Errors
+    /// Parameters that do not fit, or work that would cost too much.
+    pub fn new<P: ProgramParameters>(
+        parameters: P,
+        on: MachineUsed,
+        sizes: Sizes,
+        means: &Means,
+    ) -> Result<Self, JobFault> {
+        let kept = serde_json::to_value(&parameters)?;
+        let prepared = parameters.prepare(on, sizes, means).map_err(JobFault::Parameters)?;
+        prepared.cost.within(means.max_cost_s)?;
+        Ok(Self { operation: P::OPERATION, parameters: kept, prepared })
+    }
+
+    /// The same for an operation by its name, its parameters as JSON text.
+    ///
+    /// # Errors
+    /// Parameters that cannot be read or do not fit, or work that would cost too much.
+    pub fn read(
+        operation: JobOperation,
+        parameters: &[u8],
+        on: MachineUsed,
+        sizes: Sizes,
+        means: &Means,
+    ) -> Result<Self, JobFault> {
+        struct Read<'a>(&'a [u8], MachineUsed, Sizes, &'a Means);
+        impl ByOperation for Read<'_> {
+            type Output = Result<ProgramWork, JobFault>;
+            fn with<P: ProgramParameters>(self) -> Self::Output {
+                let Self(parameters, on, sizes, means) = self;
+                ProgramWork::new(read_json::<P>(parameters)?, on, sizes, means)
+            }
+        }
+        by_operation(operation, Read(parameters, on, sizes, means))
+    }
+
+    /// Does it, to its end or until its place says stop.
+    ///
+    /// # Errors
+    /// Why nothing came of it.
+    pub fn run(self, place: Workplace<'_>) -> Result<Finished, JobFault> {
+        (self.prepared.run)(place)
+    }
+}
