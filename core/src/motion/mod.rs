@@ -26,6 +26,7 @@ mod statements;
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
 mod tool_axis;
+mod tool_length;
 mod travel;
 mod unfollowable;
 mod words;
