@@ -8,8 +8,8 @@ use super::plan::Division;
 use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
-    Address, Batch, Block, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
-    print_inserted_without, round_to_decimals,
+    Address, Batch, Block, BlockFlags, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed,
+    print_changed_without, print_inserted_without, round_to_decimals,
 };
 
 /// A written number this close to the meant one is it \[program units\].
@@ -40,6 +40,15 @@ struct OwedFeed {
     mode: Option<FeedMode>,
 }
 
+impl OwedFeed {
+    /// Whether the source itself states another F, or means another thing by it, at this feed. A feed that is not known is
+    /// none that was stated.
+    fn is_given_again(&self, feed: &Feed) -> bool {
+        let is_other = feed.value.is_some() && differs(feed.raw, self.raw);
+        feed.word_in_block || feed.mode != self.mode || is_other
+    }
+}
+
 impl Emitter {
     /// For a program that numbers its blocks like this.
     pub(super) fn new(numbering: Numbering) -> Self {
@@ -59,8 +68,11 @@ impl Emitter {
     /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
     pub(super) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
         let owed = self.owed.take()?;
-        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
-        (!given_again).then_some(NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals })
+        (!owed.is_given_again(feed)).then_some(NewWord {
+            address: Address::F,
+            value: owed.raw,
+            decimals: owed.decimals,
+        })
     }
 
     /// A block was written with these words: in cutter location data a feed is a statement of its own. Whether there is
@@ -102,10 +114,13 @@ impl Emitter {
         use crate::motion::MotionKind::{Arc, Linear, Opaque, Rapid};
         let Some(owed) = self.owed else { return Ok(false) };
         let feed = &motion.feed;
-        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
+        let skipped_perhaps = batch
+            .blocks()
+            .get(motion.block as usize)
+            .is_some_and(|block| block.flags.has(BlockFlags::DELETE));
         match motion.kind {
             Rapid => return Ok(false),
-            _ if given_again => {
+            _ if !skipped_perhaps && owed.is_given_again(feed) => {
                 self.owed = None;
                 return Ok(false);
             }
@@ -384,7 +399,8 @@ fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
     std::array::from_fn(|k| neighbours.iter().flatten().any(|words| !words[k]))
 }
 
-fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+/// X Y Z in program units, rotary words in degrees.
+pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
     let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
     let [first, second] = words.rotary_deg;
     [x, y, z, first, second]
@@ -403,7 +419,7 @@ fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
 }
 
 /// The fewest decimals, at least `decimals`, that give `value` back.
-fn exact_decimals(value: f64, decimals: u8) -> u8 {
+pub(super) fn exact_decimals(value: f64, decimals: u8) -> u8 {
     (decimals..=MAX_DECIMALS)
         .find(|&digits| !differs(round_to_decimals(value, digits), value))
         .unwrap_or(decimals)

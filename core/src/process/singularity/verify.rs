@@ -76,7 +76,8 @@ impl<'a> SingularityVerifier<'a> {
         dialect: Dialect,
         options: InterpreterOptions,
     ) -> Self {
-        let read_back = ReadBack::new(machine, dialect, options);
+        let setup = &planner.cutting.parameters.setup;
+        let read_back = ReadBack::new(machine, dialect, options).with_setup(machine, setup);
         Self { planner, read_back, regions: Regions::default(), evaluations: 0 }
     }
 
