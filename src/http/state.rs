@@ -48,6 +48,8 @@ pub struct AppState {
     pub queue: Queue,
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
     /// Machines used last.
     pub(super) machines: Arc<HeldMachines>,
     draining: Arc<AtomicBool>,

@@ -51,10 +51,16 @@ pub(super) enum Transformation {
     Orientation,
     /// DIAMON.
     Diameter,
+    /// Cycle 26 of a conversational program: axes scaled each for itself.
+    AxisScaling,
+    /// G54.2: an offset that follows the table.
+    FixtureOffset,
+    /// G54.4: the error of a set-up is compensated.
+    SetupError,
 }
 
 /// How many transformations there are.
-const TRANSFORMATIONS: usize = 14;
+const TRANSFORMATIONS: usize = 17;
 
 /// What F stands at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,6 +106,9 @@ pub(super) struct Modal {
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
     pub(super) macro_call: Option<bool>,
+    /// Axes that G51.1 has mirrored, and that cycle 26 scales, by their bits; all bits where nobody knows which.
+    pub(super) mirrored_axes: u32,
+    pub(super) scaled_axes: u32,
     /// The work offset, as code and P number in one; G54 at the start.
     pub(super) work_offset: Option<u32>,
     /// Changes when G92, G52 or G10 move an offset.
@@ -149,6 +158,8 @@ impl Modal {
         kinematics_switched: false,
         transformations: [Some(false); TRANSFORMATIONS],
         macro_call: Some(false),
+        mirrored_axes: 0,
+        scaled_axes: 0,
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
         program_offset_mm: Some([0.0; 3]),
@@ -226,7 +237,9 @@ impl Modal {
                     self.transformations[i],
                     program.map(|state| state.transformations[i]),
                     stranger.map(|state| state.transformations[i]),
-                )) }
+                )),
+                // Every shift counts: behind a second call the offset is another one again.
+                shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
             };
         }
         each!(
@@ -239,8 +252,9 @@ impl Modal {
             tool_length,
             kinematics_switched,
             macro_call,
+            mirrored_axes,
+            scaled_axes,
             work_offset,
-            shifts,
             relative_extruder,
             feed,
             datum_mm,
@@ -276,6 +290,8 @@ impl Modal {
                 same(self.transformations[i], skipped.transformations[i])
             }),
             macro_call: same(self.macro_call, skipped.macro_call),
+            mirrored_axes: self.mirrored_axes | skipped.mirrored_axes,
+            scaled_axes: self.scaled_axes | skipped.scaled_axes,
             work_offset: same(self.work_offset, skipped.work_offset),
             // A shift that may have been is a shift.
             shifts: self.shifts,

@@ -3,10 +3,10 @@
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
 use super::{
-    AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
-    Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
+    MotionKind, Unfollowable,
 };
-use crate::program::{Address, Block, round_to_decimals};
+use crate::program::{Address, Block, Dialect, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -319,6 +319,7 @@ impl Interpreter {
             block: u32::try_from(index).unwrap_or(u32::MAX),
             line: block.line,
             kind,
+            arc: if kind == MotionKind::Arc { self.arc_course() } else { ArcCourse::Carried },
             interpolation: match self.modal.tool_length {
                 Some(ToolLength::Tcp | ToolLength::Vector) => Interpolation::Tcp,
                 Some(ToolLength::Plain) | None => Interpolation::Machine,
@@ -339,6 +340,16 @@ impl Interpreter {
             program_decimals: self.program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
+        }
+    }
+
+    /// What the arc at hand hangs on.
+    fn arc_course(&self) -> ArcCourse {
+        match self.dialect {
+            Dialect::Apt => ArcCourse::Centre,
+            _ if self.this_block.about_centre => ArcCourse::Centre,
+            _ if self.this_block.tangent => ArcCourse::Neighbour,
+            _ => ArcCourse::Carried,
         }
     }
 

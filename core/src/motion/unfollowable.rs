@@ -94,7 +94,7 @@ pub enum Unfollowable {
         address: Address,
     },
     /// `,R` `,C` `,A` or R: the corner to the next block is changed by the control.
-    #[error("the control changes the corner next to this motion")]
+    #[error("the control changes the corner next to this motion, or what follows goes on in its direction")]
     Corner,
     /// G53.
     #[error("the motion is in machine coordinates")]

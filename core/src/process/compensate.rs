@@ -376,7 +376,9 @@ impl<'a> Work<'a> {
             .restore_feed(batch, motion, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         if self.emitter.feed_blocks > blocks {
-            self.note_lines(batch, motion, &out.text[written_from..], 0)?;
+            let block = batch.blocks().get(motion.block as usize);
+            let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
+            self.note_lines(batch, motion, &out.text[written_from..], own)?;
         }
         Ok(changed)
     }

@@ -8,8 +8,8 @@ use super::plan::Division;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
-    Address, Batch, Block, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
-    print_inserted_without, round_to_decimals,
+    Address, Batch, Block, BlockFlags, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed,
+    print_changed_without, print_inserted_without, round_to_decimals,
 };
 
 /// A written number this close to the meant one is it \[program units\].
@@ -43,11 +43,12 @@ struct OwedFeed {
 }
 
 impl OwedFeed {
-    /// Whether the source itself states another F, or means another thing by it, at this feed.
+    /// Whether the source itself states another F, or means another thing by it, at this feed. A feed that is not known is
+    /// none that was stated.
     fn is_given_again(&self, feed: &Feed) -> bool {
         // In G93 a block without F has none that could be compared.
-        let stands = self.mode == Some(FeedMode::InverseTime) || !differs(feed.raw, self.raw);
-        feed.word_in_block || feed.mode != self.mode || !stands
+        let is_compared = feed.value.is_some() && self.mode != Some(FeedMode::InverseTime);
+        feed.word_in_block || feed.mode != self.mode || (is_compared && differs(feed.raw, self.raw))
     }
 }
 
@@ -117,9 +118,13 @@ impl Emitter {
         use crate::motion::MotionKind::{Arc, Linear, Opaque, Rapid};
         let Some(owed) = self.owed else { return Ok(false) };
         let feed = &motion.feed;
+        let skipped_perhaps = batch
+            .blocks()
+            .get(motion.block as usize)
+            .is_some_and(|block| block.flags.has(BlockFlags::DELETE));
         match motion.kind {
             Rapid => return Ok(false),
-            _ if owed.is_given_again(feed) => {
+            _ if !skipped_perhaps && owed.is_given_again(feed) => {
                 self.owed = None;
                 return Ok(false);
             }
@@ -408,7 +413,8 @@ fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
     std::array::from_fn(|k| neighbours.iter().flatten().any(|words| !words[k]))
 }
 
-fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+/// X Y Z in program units, rotary words in degrees.
+pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
     let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
     let [first, second] = words.rotary_deg;
     [x, y, z, first, second]
@@ -427,7 +433,7 @@ fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
 }
 
 /// The fewest decimals, at least `decimals`, that give `value` back.
-fn exact_decimals(value: f64, decimals: u8) -> u8 {
+pub(super) fn exact_decimals(value: f64, decimals: u8) -> u8 {
     (decimals..=MAX_DECIMALS)
         .find(|&digits| !differs(round_to_decimals(value, digits), value))
         .unwrap_or(decimals)

@@ -1,7 +1,7 @@
 //! Whether the F that divided blocks owe would meet another meaning before a motion gives it back.
 
 use crate::motion::FeedMode;
-use crate::program::{Address, Batch, Block, BlockKind, Dialect, Keyword, Word};
+use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Dialect, Keyword, Word};
 
 /// G codes by which F counts in other units or along something else, in tenths: inch and metric, G93 to G97.
 fn changes_feed(tenths: u32) -> bool {
@@ -27,8 +27,12 @@ pub(super) fn feed_at_risk(batch: &Batch, first: usize, owed_in: Option<FeedMode
             return Some(is_changed);
         }
         let words = batch.words(block);
+        // Whether a block that the operator may skip gives a feed, nobody knows.
+        if block.flags.has(BlockFlags::DELETE) {
+            return Some(true);
+        }
         if words.iter().any(|word| word.address == Address::F) {
-            return Some(false);
+            return Some(is_dwell(words));
         }
         if says_otherwise(batch, block, words) {
             is_changed = true;
@@ -61,8 +65,39 @@ fn ends_program(words: &[Word]) -> bool {
     codes.filter_map(Word::code_tenths).any(|code| matches!(code, 20 | 300))
 }
 
+/// Whether the block moves by words of its own. Axis words of offsets and frames move nothing.
 fn has_coordinates(words: &[Word]) -> bool {
-    words.iter().any(|word| word.address.is_coordinate())
+    words.iter().any(|word| word.address.is_coordinate()) && !words.iter().any(takes_axis_words)
+}
+
+/// G4, whose F may be a time.
+fn is_dwell(words: &[Word]) -> bool {
+    words.iter().any(|word| word.address == Address::G && word.code_tenths() == Some(40))
+}
+
+/// A code or statement whose axis words are no place to go to.
+fn takes_axis_words(word: &Word) -> bool {
+    use Keyword as K;
+    let by_statement = matches!(
+        word.keyword(),
+        Some(
+            K::DatumShift
+                | K::AxisScaling
+                | K::From
+                | K::ToolAxis
+                | K::Trans
+                | K::Atrans
+                | K::Rot
+                | K::Arot
+                | K::Scale
+                | K::Ascale
+                | K::Mirror
+                | K::Amirror
+        )
+    );
+    let by_code = word.address == Address::G
+        && matches!(word.code_tenths(), Some(40 | 100 | 220 | 230 | 520 | 920..=923 | 1070));
+    by_statement || by_code
 }
 
 /// Whether the block gives F another meaning, or may.

@@ -13,6 +13,7 @@ use super::report::{RegionFigures, RegionTreatment, SingularRegion, SingularityR
 use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
 use crate::contact::Effort;
+use crate::geometry::trig;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{InterpreterOptions, Motion};
@@ -76,7 +77,9 @@ pub(in crate::process) fn treat_from(
     };
     let cutting = Cutting { machine, kinematics: &kinematics, parameters: cc, contact };
     let planner = Planner { cutting, survey, singularity: *singularity };
-    let mut passages = Passages::open(source, machine, cc.dialect, options)?.with_lines(lines);
+    let mut passages = Passages::open(source, machine, cc.dialect, options)?
+        .with_setup(machine, &cc.setup)
+        .with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, _, dialect| {
         let run = run.get_or_insert_with(|| Run::new(planner, dialect, options, stop));
@@ -129,8 +132,9 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(planner: Planner<'a>, dialect: Dialect, options: InterpreterOptions, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting;
+        let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
         let effort = || Effort::new(stop, cutting.parameters.budget.max_evaluations);
-        let zone = cutting.kinematics.singular_zone(planner.singularity.zone.rad().sin());
+        let zone = cutting.kinematics.singular_zone(sine);
         Self {
             planner,
             collector: Collector::new(cutting, zone),
@@ -291,6 +295,7 @@ impl<'a> Run<'a> {
     fn write(&mut self, passage: &Passage, output: &mut dyn Write) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         let mut copied = 0;
+        self.settle(batch)?;
         for motion in motions {
             let fate = self.fates.pop_front().unwrap_or_default();
             self.first += 1;
@@ -314,9 +319,7 @@ impl<'a> Run<'a> {
                         )
                         .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
                     go_on(&self.effort)?;
-                    let own = batch.blocks().get(motion.block as usize);
-                    let own = own.map_or(0, |block| line_ends(batch.block_text(block)));
-                    self.note_lines(batch, motion, written_from, own)?;
+                    self.settle_behind(batch, motion, written_from)?;
                     let parts = divided.division.nodes.len();
                     self.blocks_changed += 1;
                     self.blocks_inserted += parts as u64 - 1;
@@ -361,10 +364,32 @@ impl<'a> Run<'a> {
             .restore_feed(batch, motion, &mut self.out)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         if self.emitter.feed_blocks > blocks {
-            self.note_lines(batch, motion, written_from, 0)?;
+            let own = if changed { own_lines(batch, motion) } else { 0 };
+            self.note_lines(batch, motion, written_from, own)?;
         }
         *copied += usize::from(changed);
         Ok(())
+    }
+
+    /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
+    fn settle(&mut self, batch: &Batch) -> Result<(), Fault> {
+        let Some(first) = batch.blocks().first() else { return Ok(()) };
+        let from = self.out.len();
+        self.emitter
+            .settle(batch, 0, 0, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line: first.line, fault })?;
+        let written = line_ends(self.out.get(from..).unwrap_or_default());
+        self.lines.insert(first.line.saturating_sub(1), written)
+    }
+
+    /// Behind a block that was written anew from `from` on: gives an owed F back before what follows changes what F
+    /// means, and notes the lines.
+    fn settle_behind(&mut self, batch: &Batch, motion: &Motion, from: usize) -> Result<(), Fault> {
+        let index = motion.block as usize;
+        self.emitter
+            .settle(batch, index, index + 1, &mut self.out)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.note_lines(batch, motion, from, own_lines(batch, motion))
     }
 
     /// Lines written for this motion since `from`, of which the source has `own`; where it has none they stand before
@@ -395,9 +420,11 @@ impl<'a> Run<'a> {
         }
         if !words.is_empty() {
             self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+            let written_from = self.out.len();
             print_changed(batch, motion.block as usize, &words, false, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             self.emitter.count_feed(batch, &words);
+            self.settle_behind(batch, &motion, written_from)?;
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
         }
@@ -429,4 +456,10 @@ impl<'a> Run<'a> {
             ..self.verifier.regions.report(dialect, self.planner.singularity.action)
         }
     }
+}
+
+/// Lines that end in the block of this motion.
+fn own_lines(batch: &Batch, motion: &Motion) -> u64 {
+    let own = batch.blocks().get(motion.block as usize);
+    own.map_or(0, |block| line_ends(batch.block_text(block)))
 }

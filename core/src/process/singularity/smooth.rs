@@ -6,11 +6,12 @@ use super::figures::time_s;
 use super::pending::Pending;
 use super::plan::{Moved, Planner};
 use super::taut_string::taut_string;
-use super::words::{Pen, Wanted, in_units};
+use super::words::{Pen, Wanted};
 use crate::contact::{Effort, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::TurningRoom;
 use crate::motion::{ContactWords, Interpolation};
+use crate::process::emit::in_units;
 
 /// What is left of the largest speed must be below this share, or the words stay.
 const WORTH: f64 = 0.9;

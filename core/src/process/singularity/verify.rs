@@ -78,7 +78,8 @@ impl<'a> SingularityVerifier<'a> {
         options: InterpreterOptions,
         effort: Effort<'a>,
     ) -> Self {
-        let read_back = ReadBack::new(machine, dialect, options);
+        let setup = &planner.cutting.parameters.setup;
+        let read_back = ReadBack::new(machine, dialect, options).with_setup(machine, setup);
         Self { planner, read_back, regions: Regions::default(), effort }
     }
 

@@ -285,7 +285,7 @@ impl<'a> Run<'a> {
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
-            self.spindle.see(batch.words(block).iter());
+            self.spindle.see(batch.dialect(), batch.words(block).iter());
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);
@@ -333,8 +333,10 @@ impl<'a> Run<'a> {
                 .restore_feed(batch, motion, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.feed_blocks > before.0 {
-                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default());
-                self.lines.insert(motion.line.saturating_sub(1), inserted)?;
+                let block = batch.blocks().get(motion.block as usize);
+                let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
+                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default()).saturating_sub(own);
+                self.lines.insert(line_before(batch, motion), inserted)?;
             }
             *copied += usize::from(changed);
             self.blocks_changed += u64::from(changed);
@@ -390,7 +392,7 @@ impl<'a> Run<'a> {
             print_changed(batch, motion.block as usize, &words, false, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.count_feed(batch, &words) {
-                self.lines.insert(motion.line.saturating_sub(1), 1)?;
+                self.lines.insert(line_before(batch, motion), 1)?;
             }
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
@@ -565,4 +567,10 @@ impl<'a> Run<'a> {
         };
         Moved { wear, posting: self.posting, lines: self.lines }
     }
+}
+
+/// The line before the block of a motion, in the text that is read: `motion.line` is one of the upload.
+fn line_before(batch: &Batch, motion: &Motion) -> u64 {
+    let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+    line.saturating_sub(1)
 }
