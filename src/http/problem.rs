@@ -51,6 +51,8 @@ catalogue! {
         "Send Authorization: Bearer with a key of this service. The detail says whether it was missing, unknown, revoked or has ended.";
     ScopeMissing = FORBIDDEN, "scope-missing", "The API key does not allow this",
         "The detail names the scope that the operation needs. Ask for a key that has it.";
+    ForeignPage = FORBIDDEN, "foreign-page", "The request comes from a page of another site",
+        "A service without API keys listens to the programs of its own computer; a browser there may be showing anybody's page. Ask by address or as localhost, or make a key.";
     MachineNotAllowed = FORBIDDEN, "machine-not-allowed", "The API key is for other machines",
         "The key has a list of machines, and may not store one that is not in it.";
     NotFound = NOT_FOUND, "not-found", "There is nothing at this address",
