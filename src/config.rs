@@ -72,6 +72,12 @@ settings! {
     max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
     /// Computations that may wait for their turn before the service answers 503
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
+    /// Jobs that may wait in the queue before the service answers 503
+    max_queued_jobs: usize = 1000, "TRUNNION_MAX_QUEUED_JOBS";
+    /// Clients that may follow the events of jobs at the same time
+    max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
+    /// How long a job is kept after it has ended (s); 0 keeps it for ever
+    job_retention_s: f64 = 0.0, "TRUNNION_JOB_RETENTION_S";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
     /// Largest file or table that one request makes (bytes)
@@ -116,6 +122,23 @@ pub enum LogFormat {
     Json,
 }
 
+/// Where a setting's value comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody said anything else.
+    Default,
+    /// The settings file.
+    File {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// The command line, or the environment where that says nothing.
+    FlagOrEnvironment {
+        /// Name of the environment variable.
+        variable: &'static str,
+    },
+}
+
 /// Why the settings cannot be used.
 #[derive(Debug, Error)]
 pub enum ConfigFault {
@@ -154,6 +177,12 @@ impl Settings {
     /// # Errors
     /// A file that is missing or does not parse, an unknown name in it, a value out of its range.
     pub fn load(flags: &Flags, file: Option<&PathBuf>) -> Result<Self, ConfigFault> {
+        let settings: Self = Self::layers(flags, file)?.extract().map_err(Box::new)?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    fn layers(flags: &Flags, file: Option<&PathBuf>) -> Result<Figment, ConfigFault> {
         let mut layers = Figment::from(Serialized::defaults(Self::default()));
         if let Some(path) = file {
             if !path.is_file() {
@@ -161,9 +190,34 @@ impl Settings {
             }
             layers = layers.merge(Toml::file_exact(path));
         }
-        let settings: Self = layers.merge(Serialized::defaults(flags)).extract().map_err(Box::new)?;
-        settings.check()?;
-        Ok(settings)
+        Ok(layers.merge(Serialized::defaults(flags)))
+    }
+
+    /// Every setting with its value and where it comes from, in the order of their names.
+    ///
+    /// # Errors
+    /// As for [`Self::load`].
+    pub fn with_origins(
+        flags: &Flags,
+        file: Option<&PathBuf>,
+    ) -> Result<Vec<(&'static str, serde_json::Value, Origin)>, ConfigFault> {
+        let settings = Self::load(flags, file)?;
+        let layers = Self::layers(flags, file)?;
+        let given = Figment::from(Serialized::defaults(flags));
+        // Numbers and words, which always print.
+        let values = serde_json::to_value(&settings).unwrap_or_default();
+        let with_origin = |(name, variable): &(&'static str, &'static str)| {
+            let metadata = layers.find_metadata(name);
+            let origin = if given.contains(name) {
+                Origin::FlagOrEnvironment { variable }
+            } else if let Some(path) = metadata.and_then(|found| found.source.as_ref()?.file_path()) {
+                Origin::File { path: path.to_owned() }
+            } else {
+                Origin::Default
+            };
+            (*name, values.get(name).cloned().unwrap_or_default(), origin)
+        };
+        Ok(ENVIRONMENT.iter().map(with_origin).collect())
     }
 
     /// The number of computations that run side by side.
@@ -196,6 +250,9 @@ impl Settings {
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
         in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
+        in_range("max_queued_jobs", self.max_queued_jobs as f64, 0.0, 100_000.0)?;
+        in_range("max_event_streams", self.max_event_streams as f64, 0.0, 1e6)?;
+        in_range("job_retention_s", self.job_retention_s, 0.0, 1e10)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
         in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
         in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;

@@ -12,9 +12,10 @@ use sqlx::sqlite::{
     SqliteSynchronous,
 };
 
-use super::StoreError;
+use super::database_file::newest_migration;
 use super::error::Doing;
 use super::readers::Readers;
+use super::{StoreError, own_schema};
 use crate::meter;
 
 /// The oldest `SQLite` without the write-ahead log's corruption fault.
@@ -74,6 +75,7 @@ impl Store {
             return Err(StoreError::TooOld { found: version, needed: OLDEST_SQLITE.0 });
         }
         if alone {
+            not_newer(&writer).await?;
             sqlx::migrate!().run(&writer).await?;
         } else {
             same_form(&writer).await?;
@@ -136,15 +138,21 @@ impl Store {
 
 /// Whether the database is in the form that this version makes.
 async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
-    let found: Option<i64> = sqlx::query_scalar("SELECT MAX(version) FROM _sqlx_migrations WHERE success")
-        .fetch_one(writer)
-        .await
-        .doing("asking for the form of the database")?;
-    let ours = sqlx::migrate!().iter().map(|migration| migration.version).max();
-    if found == ours {
+    let mut connection = writer.acquire().await.doing("asking for the form of the database")?;
+    let found = newest_migration(&mut connection).await?;
+    if found == Some(own_schema()) {
         return Ok(());
     }
-    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: ours.unwrap_or_default() })
+    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: own_schema() })
+}
+
+/// Whether this version knows the schema that the database is in.
+async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
+    let mut connection = writer.acquire().await.doing("asking for the schema of the database")?;
+    match newest_migration(&mut connection).await? {
+        Some(found) if found > own_schema() => Err(StoreError::Newer { found, ours: own_schema() }),
+        _ => Ok(()),
+    }
 }
 
 /// Counts when it goes.

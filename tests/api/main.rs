@@ -4,6 +4,7 @@
 
 mod audit;
 mod calibrations;
+mod command_line;
 mod compensation;
 mod examples;
 mod forward;
@@ -19,6 +20,9 @@ mod one_pass;
 mod pages;
 mod posting;
 mod process;
+mod queue;
+mod queue_downloads;
+mod queue_restart;
 mod real_programs;
 mod service;
 mod servo;
