@@ -8,6 +8,10 @@ use crate::meter::{self, CLASSES_S, Counter, Times};
 /// What is asked of others at the moment of reading.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::http) struct Readings {
+    /// Jobs that wait and jobs that run, where the store says.
+    pub(in crate::http) queue: Option<[i64; 2]>,
+    /// How long the oldest job that waits has waited \[s\]; 0 where none does.
+    pub(in crate::http) oldest_s: f64,
     /// Requests whose client left.
     pub(in crate::http) abandoned: u64,
     /// Memory of the process, where the system tells \[bytes\].
@@ -25,6 +29,12 @@ pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings
     text.single("trunnion_uptime_seconds", "gauge", "Since the service started.", readings.uptime_s);
     if let Some(bytes) = readings.resident_bytes {
         text.single("process_resident_memory_bytes", "gauge", "Memory of the process.", bytes);
+    }
+    if let Some([queued, running]) = readings.queue {
+        text.single("trunnion_jobs_queued", "gauge", "Jobs that wait for their turn.", queued);
+        text.single("trunnion_jobs_running", "gauge", "Jobs under way.", running);
+        let help = "How long the oldest job that waits has waited.";
+        text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, readings.oldest_s);
     }
     requests(&mut text, operations);
     for (name, kind, help, value) in [

@@ -62,6 +62,8 @@ const LIMITS: &[Row] = &[
     ("max_cost_s", |s| s.max_cost_s, "s", Some(ProblemType::TooCostly)),
     ("max_computations", |s| s.computations() as f64, "1", Some(ProblemType::Busy)),
     ("max_waiting_computations", |s| s.max_waiting_computations as f64, "1", Some(ProblemType::Busy)),
+    ("max_queued_jobs", |s| s.max_queued_jobs as f64, "1", Some(ProblemType::QueueFull)),
+    ("max_event_streams", |s| s.max_event_streams as f64, "1", Some(ProblemType::Busy)),
     ("max_connections", |s| s.max_connections as f64, "1", None),
     ("max_rate_per_s", |s| s.max_rate_per_s, "1/s", Some(ProblemType::TooManyRequests)),
     ("max_burst_requests", |s| f64::from(s.max_burst_requests), "1", Some(ProblemType::TooManyRequests)),
