@@ -304,11 +304,12 @@ impl Store {
         let (id, now, actor) = (id.to_owned(), now.to_owned(), actor.clone());
         self.write("cancelling a job", |connection| {
             Box::pin(async move {
-                let job = sqlx::query!("SELECT state, machine_id FROM jobs WHERE id = ?", id)
-                    .fetch_optional(&mut *connection)
-                    .await?;
+                let job =
+                    sqlx::query!("SELECT state, machine_id, cancel_requested FROM jobs WHERE id = ?", id)
+                        .fetch_optional(&mut *connection)
+                        .await?;
                 let Some(job) = job else { return Ok(Cancelling::Unknown) };
-                if matches!(&*job.state, "queued" | "running") {
+                if matches!(&*job.state, "queued" | "running") && job.cancel_requested == 0 {
                     let change = Change::of_job(&id, &now, &job.machine_id, AuditAction::JobCancelled);
                     audit(connection, &actor, change).await?;
                 }
