@@ -122,6 +122,23 @@ pub enum LogFormat {
     Json,
 }
 
+/// Where a setting's value comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody said anything else.
+    Default,
+    /// The settings file.
+    File {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// The command line, or the environment where that says nothing.
+    FlagOrEnvironment {
+        /// Name of the environment variable.
+        variable: &'static str,
+    },
+}
+
 /// Why the settings cannot be used.
 #[derive(Debug, Error)]
 pub enum ConfigFault {
@@ -160,6 +177,12 @@ impl Settings {
     /// # Errors
     /// A file that is missing or does not parse, an unknown name in it, a value out of its range.
     pub fn load(flags: &Flags, file: Option<&PathBuf>) -> Result<Self, ConfigFault> {
+        let settings: Self = Self::layers(flags, file)?.extract().map_err(Box::new)?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    fn layers(flags: &Flags, file: Option<&PathBuf>) -> Result<Figment, ConfigFault> {
         let mut layers = Figment::from(Serialized::defaults(Self::default()));
         if let Some(path) = file {
             if !path.is_file() {
@@ -167,9 +190,34 @@ impl Settings {
             }
             layers = layers.merge(Toml::file_exact(path));
         }
-        let settings: Self = layers.merge(Serialized::defaults(flags)).extract().map_err(Box::new)?;
-        settings.check()?;
-        Ok(settings)
+        Ok(layers.merge(Serialized::defaults(flags)))
+    }
+
+    /// Every setting with its value and where it comes from, in the order of their names.
+    ///
+    /// # Errors
+    /// As for [`Self::load`].
+    pub fn with_origins(
+        flags: &Flags,
+        file: Option<&PathBuf>,
+    ) -> Result<Vec<(&'static str, serde_json::Value, Origin)>, ConfigFault> {
+        let settings = Self::load(flags, file)?;
+        let layers = Self::layers(flags, file)?;
+        let given = Figment::from(Serialized::defaults(flags));
+        // Numbers and words, which always print.
+        let values = serde_json::to_value(&settings).unwrap_or_default();
+        let with_origin = |(name, variable): &(&'static str, &'static str)| {
+            let metadata = layers.find_metadata(name);
+            let origin = if given.contains(name) {
+                Origin::FlagOrEnvironment { variable }
+            } else if let Some(path) = metadata.and_then(|found| found.source.as_ref()?.file_path()) {
+                Origin::File { path: path.to_owned() }
+            } else {
+                Origin::Default
+            };
+            (*name, values.get(name).cloned().unwrap_or_default(), origin)
+        };
+        Ok(ENVIRONMENT.iter().map(with_origin).collect())
     }
 
     /// The number of computations that run side by side.

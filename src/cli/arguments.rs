@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use super::{KeysCommand, StartFault, health, keys, serve};
+use super::{
+    CompensateArguments, ConfigCommand, KeysCommand, StartFault, backup, compensate, doctor, health, keys,
+    migrate, serve, settings,
+};
 use crate::config::{Flags, Settings};
 
 /// One HTTP service for five-axis machine tools.
@@ -32,6 +35,31 @@ pub enum Command {
     /// Make, list and revoke API keys, also while the service runs
     #[command(subcommand)]
     Keys(KeysCommand),
+    /// Bring the database to the newest schema, without serving
+    Migrate,
+    /// Copy the data directory, also while the service runs: database, files, manifest
+    Backup {
+        /// Directory of the backup; not there yet
+        target: PathBuf,
+    },
+    /// Put a backup into the data directory, which is empty or not there
+    Restore {
+        /// Directory of the backup
+        backup: PathBuf,
+    },
+    /// Look at settings, data directory, database and files, and say what is wrong
+    Doctor {
+        /// Do not read every file through
+        #[arg(long)]
+        quick: bool,
+    },
+    /// Say what the settings are
+    #[command(subcommand)]
+    Config(ConfigCommand),
+    /// Print the description of the interface
+    Openapi,
+    /// Do an operation on one program, without a service and without a database
+    Compensate(CompensateArguments),
 }
 
 /// Does what the command line says, to its end.
@@ -44,5 +72,12 @@ pub fn run(cli: &Cli) -> Result<(), StartFault> {
         None | Some(Command::Serve) => serve::until_stopped(settings),
         Some(Command::Healthcheck) => health::check(&settings),
         Some(Command::Keys(command)) => keys::run(&settings, command),
+        Some(Command::Migrate) => Ok(migrate::run(&settings)?),
+        Some(Command::Backup { target }) => Ok(backup::back_up(&settings, target)?),
+        Some(Command::Restore { backup }) => Ok(backup::restore(&settings, backup)?),
+        Some(Command::Doctor { quick }) => Ok(doctor::run(&settings, cli.config.as_deref(), *quick)?),
+        Some(Command::Config(ConfigCommand::Show)) => Ok(settings::show(&cli.flags, cli.config.as_ref())?),
+        Some(Command::Openapi) => Ok(settings::describe_interface()?),
+        Some(Command::Compensate(arguments)) => Ok(compensate::run(&settings, arguments)?),
     }
 }

@@ -13,7 +13,7 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
-use super::{KeysFault, TlsFault, logs, tls};
+use super::{CommandFault, KeysFault, TlsFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
 use crate::http::observation::Exporter;
 use crate::http::{AppState, connections::Cap, router};
@@ -100,9 +100,23 @@ pub enum StartFault {
         /// Why not.
         reason: String,
     },
+    /// A command did not do what it was asked.
+    #[error(transparent)]
+    Command(#[from] CommandFault),
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
+}
+
+impl StartFault {
+    /// Status that the process ends with.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Command(fault) => fault.exit_code(),
+            _ => 1,
+        }
+    }
 }
 
 /// Least room for what has arrived of a connection and was not taken yet \[bytes\].

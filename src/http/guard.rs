@@ -10,6 +10,7 @@ use http::{HeaderMap, HeaderValue, Method};
 
 use super::AppState;
 use super::access::{Need, needed};
+use super::admission::turned_away;
 use super::body::Incoming;
 use super::caller::Caller;
 use super::pages::from_here;
@@ -43,6 +44,10 @@ pub(super) async fn guard(State(app): State<AppState>, request: Request, next: N
         }
         Err(refused) => refused,
     };
+    // Whoever guesses keys is counted by address.
+    if let Some(response) = turned_away(&app, &parts.extensions, None) {
+        return response;
+    }
     Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
     let mut response = refused.problem.into_response();
     if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {

@@ -13,6 +13,7 @@ mod edge;
 mod extract;
 mod guard;
 mod held_keys;
+mod held_machines;
 mod idempotency;
 mod jobs;
 mod keys;
@@ -35,5 +36,5 @@ mod state;
 mod wear;
 
 pub use openapi::{document, operations};
-pub use router::router;
+pub use router::{behind_the_edge, router};
 pub use state::AppState;

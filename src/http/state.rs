@@ -8,6 +8,7 @@ use std::time::Instant;
 use tokio::sync::Semaphore;
 
 use super::held_keys::HeldKeys;
+use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
 use super::problem::Problem;
 use super::rates::Rates;
@@ -33,8 +34,6 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// The API keys.
-    pub(super) keys: Arc<HeldKeys>,
     /// Counts and times of requests, by operation.
     pub(super) operations: Arc<Operations>,
     /// Requests whose client left before the answer.
@@ -49,6 +48,10 @@ pub struct AppState {
     pub queue: Queue,
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
+    /// Machines used last.
+    pub(super) machines: Arc<HeldMachines>,
     draining: Arc<AtomicBool>,
 }
 
@@ -98,6 +101,7 @@ impl AppState {
             spool,
             sources,
             followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            machines: Arc::default(),
             keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,

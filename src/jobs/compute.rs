@@ -168,8 +168,8 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
-        let computing = meter::COMPUTING.enter();
         let threads = Threads { places: Arc::clone(&self.running), width: self.width };
+        let computing = meter::COMPUTING.enter();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {

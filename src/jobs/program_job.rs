@@ -19,8 +19,6 @@ use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 /// A program that is to be worked on.
 #[derive(Debug)]
 pub struct ProgramJob {
-    /// Who asks.
-    pub actor: Actor,
     /// Slug of the machine.
     pub machine_id: String,
     /// Revision of the machine.
@@ -35,6 +33,8 @@ pub struct ProgramJob {
     pub file_name: String,
     /// The key it was asked under.
     pub used: Option<KeyUse>,
+    /// Who asked.
+    pub by: Actor,
 }
 
 /// What there is to work on, and with.
@@ -64,7 +64,7 @@ const GATHERED: usize = 1 << 18;
 impl Workplace<'_> {
     /// A new result.
     pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
-        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.blobs().draft()?))
     }
 }
 
@@ -147,7 +147,7 @@ pub async fn run_program_job(
     sources: &Sources,
     job: ProgramJob,
 ) -> Result<JobRow, JobFault> {
-    let created_at = sources.timestamp();
+    let (created_at, by) = (sources.timestamp(), job.by.clone());
     let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
@@ -190,16 +190,12 @@ pub async fn run_program_job(
         };
         let drafts = [Some(job.program), job.surface, output, changes];
         let report_sha256 = sha256_hex(report.as_bytes());
-        Ok((
-            drafts,
-            NewJob { document, file_name: job.file_name, report, report_sha256 },
-            (job.used, job.actor),
-        ))
+        Ok((drafts, NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
     };
-    let (drafts, job, (used, actor)) = compute.run_in_parts(worked).await??;
+    let (drafts, job, used) = compute.run_in_parts(worked).await??;
     let naming = blobs.naming().await;
     keep_all(&blobs, drafts).await?;
-    let added = store.add_job(&job, used.as_ref(), &actor).await?;
+    let added = store.add_job(&job, used.as_ref(), &by).await?;
     drop(naming);
     if added {
         let NewJob { document, file_name, report, report_sha256 } = job;

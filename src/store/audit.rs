@@ -44,14 +44,6 @@ pub(super) struct Change<'a> {
     pub(super) revisions: (Option<i64>, Option<i64>),
 }
 
-impl<'a> Change<'a> {
-    /// Of a job.
-    pub(super) fn of_job(id: &str, at: &'a str, machine_id: &'a str, action: AuditAction) -> Self {
-        let resource = format!("/v1/jobs/{id}");
-        Self { at, action, machine_id: Some(machine_id), resource, revisions: (None, None) }
-    }
-}
-
 /// Which entries are wanted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AuditFilter {

@@ -1,6 +1,8 @@
 //! The connections: one that writes, a few that only read.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use futures::future::BoxFuture;
@@ -10,9 +12,10 @@ use sqlx::sqlite::{
     SqliteSynchronous,
 };
 
-use super::StoreError;
+use super::database_file::newest_migration;
 use super::error::Doing;
 use super::readers::Readers;
+use super::{StoreError, own_schema};
 use crate::meter;
 
 /// The oldest `SQLite` without the write-ahead log's corruption fault.
@@ -26,6 +29,7 @@ const ROWS_HANDED_OVER: usize = 1024;
 pub struct Store {
     pub(super) readers: Readers,
     writer: SqlitePool,
+    writes: Arc<AtomicU64>,
 }
 
 impl Store {
@@ -71,6 +75,7 @@ impl Store {
             return Err(StoreError::TooOld { found: version, needed: OLDEST_SQLITE.0 });
         }
         if alone {
+            not_newer(&writer).await?;
             sqlx::migrate!().run(&writer).await?;
         } else {
             same_form(&writer).await?;
@@ -83,7 +88,13 @@ impl Store {
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
             .await
             .doing("opening the database for reading")?;
-        Ok(Self { readers: Readers::new(readers), writer })
+        Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default() })
+    }
+
+    /// How many write transactions have ended: while it stays the same, so does everything read since.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes.load(Ordering::SeqCst)
     }
 
     /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
@@ -94,6 +105,8 @@ impl Store {
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
     {
         let _timed = meter::STORE_WRITES.begin();
+        // Counted however it ends, also by a caller who no longer waits for it.
+        let _counted = Counted(&self.writes);
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
         match work(&mut transaction).await {
             Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
@@ -125,15 +138,30 @@ impl Store {
 
 /// Whether the database is in the form that this version makes.
 async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
-    let found: Option<i64> = sqlx::query_scalar("SELECT MAX(version) FROM _sqlx_migrations WHERE success")
-        .fetch_one(writer)
-        .await
-        .doing("asking for the form of the database")?;
-    let ours = sqlx::migrate!().iter().map(|migration| migration.version).max();
-    if found == ours {
+    let mut connection = writer.acquire().await.doing("asking for the form of the database")?;
+    let found = newest_migration(&mut connection).await?;
+    if found == Some(own_schema()) {
         return Ok(());
     }
-    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: ours.unwrap_or_default() })
+    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: own_schema() })
+}
+
+/// Whether this version knows the schema that the database is in.
+async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
+    let mut connection = writer.acquire().await.doing("asking for the schema of the database")?;
+    match newest_migration(&mut connection).await? {
+        Some(found) if found > own_schema() => Err(StoreError::Newer { found, ours: own_schema() }),
+        _ => Ok(()),
+    }
+}
+
+/// Counts when it goes.
+struct Counted<'a>(&'a AtomicU64);
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_add(1, Ordering::SeqCst);
+    }
 }
 
 fn new_enough(version: &str) -> bool {

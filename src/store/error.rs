@@ -23,6 +23,16 @@ pub enum StoreError {
         /// Form of this version.
         needed: i64,
     },
+    /// A newer version has had the database.
+    #[error(
+        "the database has schema {found}, which a newer trunnion made; this one knows schemas up to {ours}"
+    )]
+    Newer {
+        /// Schema of the database.
+        found: i64,
+        /// Newest schema of this version.
+        ours: i64,
+    },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),

@@ -36,10 +36,10 @@ const NETWORK_FUSE: &[&str] = &[
     "sshfs",
 ];
 
-/// The network mount that `directory` (absolute, links followed) lies on, if it does; `mounts` is the text of
-/// `/proc/mounts`. Of several mounts the innermost counts, of two in one place the later.
+/// The mount that `directory` (absolute, links followed) lies on and its kind; `mounts` is the text of `/proc/mounts`. Of
+/// several mounts the innermost counts, of two in one place the later.
 #[must_use]
-pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
+pub fn mount_kind<'a>(mounts: &'a str, directory: &Path) -> Option<(PathBuf, &'a str)> {
     let mut innermost: Option<(PathBuf, &str)> = None;
     for line in mounts.lines() {
         let mut fields = line.split(' ');
@@ -54,7 +54,13 @@ pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
             innermost = Some((at, kind));
         }
     }
-    let (at, kind) = innermost?;
+    innermost
+}
+
+/// The network mount that `directory` lies on, if it does.
+#[must_use]
+pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
+    let (at, kind) = mount_kind(mounts, directory)?;
     let remote = match kind.strip_prefix("fuse.") {
         Some(program) => NETWORK_FUSE.contains(&program),
         None => NETWORK.contains(&kind),

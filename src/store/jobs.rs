@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use super::audit::{Change, audit};
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
 use super::machines::as_array;
-use super::{Actor, Cursor, KeyUse, Page, Store, StoreError};
+use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{AuditAction, JobDocument, JobOperation};
 
 pub use crate::wire::JobState;
@@ -46,14 +46,14 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// With this id of the client's own.
     pub external_id: Option<String>,
-    /// Of any of these machines, where there is a list.
-    pub machines: Option<BTreeSet<String>>,
     /// That compute this.
     pub operation: Option<JobOperation>,
     /// Asked for then or later.
     pub created_after: Option<String>,
     /// Asked for earlier.
     pub created_before: Option<String>,
+    /// Of any of these machines, where there is a list.
+    pub machines: Option<BTreeSet<String>>,
 }
 
 pub(super) struct StoredJob {
@@ -120,6 +120,17 @@ impl StoredJob {
     }
 }
 
+/// The entry of the audit log for a new job.
+pub(super) fn created(job: &JobDocument) -> Change<'_> {
+    Change {
+        at: &job.created_at,
+        action: AuditAction::JobCreated,
+        machine_id: Some(&job.machine_id),
+        resource: format!("/v1/jobs/{}", job.id),
+        revisions: (None, None),
+    }
+}
+
 impl Store {
     /// One job.
     ///
@@ -147,8 +158,8 @@ impl Store {
         let (machine_id, external_id) = (&filter.machine_id, &filter.external_id);
         let (state, operation) =
             (filter.state.map(JobState::as_str), filter.operation.map(JobOperation::as_str));
-        let machines = as_array(filter.machines.as_ref());
         let (created_after, created_before) = (&filter.created_after, &filter.created_before);
+        let machines = as_array(filter.machines.as_ref());
         let rows = sqlx::query_as!(
             StoredJob,
             "SELECT * FROM jobs
@@ -179,14 +190,9 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn add_job(
-        &self,
-        job: &NewJob,
-        used: Option<&KeyUse>,
-        actor: &Actor,
-    ) -> Result<bool, StoreError> {
+    pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>, by: &Actor) -> Result<bool, StoreError> {
         let NewJob { document, file_name, report, report_sha256 } = job.clone();
-        let (used, actor) = (used.cloned(), actor.clone());
+        let (used, by) = (used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let added = self
             .write("storing a job", |connection| {
@@ -219,11 +225,9 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
-                    let JobDocument { id, created_at, machine_id, .. } = &document;
-                    let change = Change::of_job(id, created_at, machine_id, AuditAction::JobCreated);
-                    audit(connection, &actor, change).await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    audit(connection, &by, created(&document)).await?;
                     Ok(())
                 })
             })

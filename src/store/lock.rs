@@ -28,6 +28,13 @@ pub struct DirectoryLock {
 }
 
 impl DirectoryLock {
+    /// Whether another process has the directory; the lock file is only looked at.
+    #[must_use]
+    pub fn is_taken(directory: &Path) -> bool {
+        File::open(directory.join("trunnion.lock"))
+            .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+
     /// Takes the directory.
     ///
     /// # Errors

@@ -2,10 +2,13 @@
 
 mod api_keys;
 mod audit;
+mod backup;
 mod blobs;
 mod calibrations;
 mod database;
+mod database_file;
 mod error;
+mod examination;
 mod filesystem;
 mod jobs;
 mod key_mark;
@@ -20,11 +23,14 @@ mod wear_entries;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
+pub use backup::{BackupFault, BackupFile, DATABASE_NAME, Manifest, back_up, restore};
 pub use blobs::{BlobFault, Blobs, Draft, DraftTooLong, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
 pub use database::Store;
+pub use database_file::{DatabaseFile, own_schema};
 pub use error::StoreError;
-pub use filesystem::{NetworkMount, network_mount};
+pub use examination::{Examination, Files, examine};
+pub use filesystem::{NetworkMount, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};

@@ -4,12 +4,12 @@
 
 use serde_json::Value;
 
-use super::audit::{Change, audit};
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
-use super::jobs::StoredJob;
+use super::jobs::{StoredJob, created};
 use super::keys::{Answer, keep_key, unless_key_taken};
-use super::{Actor, JobRow, JobState, KeyUse, Store, StoreError};
-use crate::wire::{AuditAction, JobDocument};
+use super::{JobRow, JobState, KeyUse, Store, StoreError};
+use crate::wire::AuditAction;
 
 /// What became of a job that was to be queued.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,10 +112,10 @@ impl Store {
         &self,
         job: &JobRow,
         used: Option<&KeyUse>,
+        by: &Actor,
         max_queued: usize,
-        actor: &Actor,
     ) -> Result<Enqueued, StoreError> {
-        let (JobRow { document, file_name, .. }, used, actor) = (job.clone(), used.cloned(), actor.clone());
+        let (JobRow { document, file_name, .. }, used, by) = (job.clone(), used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let max_queued = i64::try_from(max_queued).unwrap_or(i64::MAX);
         let added = self
@@ -149,11 +149,9 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
-                    let JobDocument { id, created_at, machine_id, .. } = &document;
-                    let change = Change::of_job(id, created_at, machine_id, AuditAction::JobCreated);
-                    audit(connection, &actor, change).await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    audit(connection, &by, created(&document)).await?;
                     Ok(true)
                 })
             })
@@ -300,8 +298,8 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn cancel_job(&self, id: &str, now: &str, actor: &Actor) -> Result<Cancelling, StoreError> {
-        let (id, now, actor) = (id.to_owned(), now.to_owned(), actor.clone());
+    pub async fn cancel_job(&self, id: &str, by: &Actor, now: &str) -> Result<Cancelling, StoreError> {
+        let (id, by, now) = (id.to_owned(), by.clone(), now.to_owned());
         self.write("cancelling a job", |connection| {
             Box::pin(async move {
                 let job =
@@ -309,11 +307,7 @@ impl Store {
                         .fetch_optional(&mut *connection)
                         .await?;
                 let Some(job) = job else { return Ok(Cancelling::Unknown) };
-                if matches!(&*job.state, "queued" | "running") && job.cancel_requested == 0 {
-                    let change = Change::of_job(&id, &now, &job.machine_id, AuditAction::JobCancelled);
-                    audit(connection, &actor, change).await?;
-                }
-                Ok(match &*job.state {
+                let done = match job.state.as_str() {
                     "queued" => {
                         sqlx::query!(
                             "UPDATE jobs SET state = 'cancelled', cancel_requested = 1, finished_at = ?
@@ -334,7 +328,20 @@ impl Store {
                     "cancelled" => Cancelling::Already,
                     "failed" => Cancelling::Ended(JobState::Failed),
                     _ => Cancelling::Ended(JobState::Succeeded),
-                })
+                };
+                // Asked for once more, nothing changes.
+                if matches!(done, Cancelling::Cancelled | Cancelling::Requested) && job.cancel_requested == 0
+                {
+                    let change = Change {
+                        at: &now,
+                        action: AuditAction::JobCancelled,
+                        machine_id: Some(&job.machine_id),
+                        resource: format!("/v1/jobs/{id}"),
+                        revisions: (None, None),
+                    };
+                    audit(connection, &by, change).await?;
+                }
+                Ok(done)
             })
         })
         .await

@@ -4,6 +4,7 @@
 
 mod audit;
 mod calibrations;
+mod command_line;
 mod compensation;
 mod examples;
 mod forward;

@@ -1,58 +1,90 @@
-//! Databases of earlier schemas open in this one with everything they hold.
+//! Databases of earlier schemas open in this one with everything they hold. Each is kept as SQL text, as the version that made it
+//! left it (`tests/fixtures/schemas`).
 
-use serde_json::Value;
-use sqlx::migrate::Migrator;
-use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePool, SqlitePoolOptions};
 use tempfile::TempDir;
+use trunnion::store::own_schema;
 
 use crate::support::spawn_in;
 
 const JOB: &str = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60";
-const AT: &str = "2026-01-01T00:00:00.000Z";
+const RUN: &str = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f61";
+/// Schemas from which on a database holds more than machines and jobs.
+const CALIBRATIONS: i64 = 20_261_121_020_000;
+const WEAR_HISTORY: i64 = 20_261_121_030_000;
 
-/// A database as the first schema left it: a machine, a job, the key it was asked under.
-async fn first_light(data: &std::path::Path) {
-    let migrations = TempDir::new().unwrap();
-    let first = "20260101000000_first_light.sql";
-    let committed = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("migrations").join(first);
-    std::fs::copy(committed, migrations.path().join(first)).unwrap();
+/// Every schema of which a database is kept, oldest first.
+fn schemas() -> Vec<(i64, PathBuf)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/schemas");
+    let mut found: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "sql"))
+        .map(|path| (path.file_stem().unwrap().to_str().unwrap().parse().unwrap(), path))
+        .collect();
+    found.sort();
+    found
+}
+
+async fn open(data: &Path) -> SqlitePool {
     let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite")).create_if_missing(true);
-    let pool = SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap();
-    Migrator::new(migrations.path()).await.unwrap().run(&pool).await.unwrap();
-    let digest = "ab".repeat(32);
-    for statement in [
-        "INSERT INTO machines VALUES (1, 'old', 1, 0)".to_owned(),
-        format!("INSERT INTO machine_revisions VALUES ('old', 1, '{{}}', '{digest}', '{AT}')"),
-        format!(
-            "INSERT INTO jobs VALUES (9, '{JOB}', 'old', 1, 'cc-compensation', '{{}}', 'succeeded', 1.0, 'a.nc',
-             '{digest}', '{digest}', '{{\"kept\": true}}', '{digest}', NULL, 'WO-1', '0.1.0', '{AT}', NULL, NULL)"
-        ),
-        format!("INSERT INTO idempotency_keys VALUES ('key', '{digest}', '{JOB}', '{AT}')"),
-    ] {
-        sqlx::query(sqlx::AssertSqlSafe(statement)).execute(&pool).await.unwrap();
-    }
-    pool.close().await;
+    SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap()
 }
 
 #[tokio::test]
-async fn a_database_of_the_first_schema_keeps_its_jobs_and_keys() {
-    let directory = TempDir::new().unwrap();
-    first_light(directory.path()).await;
-    let app = spawn_in(directory.path(), |_| {}).await;
-    let job: Value = app.get(&format!("/v1/jobs/{JOB}")).await.json().await.unwrap();
-    assert_eq!((&job["external_id"], &job["state"]), (&"WO-1".into(), &"succeeded".into()), "{job}");
-    let report: Value = app.get(&format!("/v1/jobs/{JOB}/report")).await.json().await.unwrap();
-    assert_eq!(report["kept"], true);
-    app.stop().await;
-    let options = SqliteConnectOptions::new().filename(directory.path().join("trunnion.sqlite"));
-    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
-    let keys: Vec<(String, String)> = sqlx::query_as("SELECT idempotency_key, job_id FROM idempotency_keys")
-        .fetch_all(&pool)
-        .await
-        .unwrap();
-    assert_eq!(keys, [("key".to_owned(), JOB.to_owned())]);
-    let broken: Vec<(String,)> =
-        sqlx::query_as("SELECT \"table\" FROM pragma_foreign_key_check").fetch_all(&pool).await.unwrap();
-    assert!(broken.is_empty(), "{broken:?}");
-    pool.close().await;
+async fn a_database_of_every_schema_kept_opens_with_what_it_holds() {
+    let schemas = schemas();
+    assert!(schemas.len() >= 8 && schemas[0].0 == 20_260_101_000_000, "{schemas:?}");
+    for (schema, path) in schemas {
+        let directory = TempDir::new().unwrap();
+        let data = directory.path();
+        let pool = open(data).await;
+        let text = std::fs::read_to_string(&path).unwrap();
+        sqlx::raw_sql(sqlx::AssertSqlSafe(text)).execute(&pool).await.unwrap();
+        pool.close().await;
+
+        let app = spawn_in(data, |_| {}).await;
+        let machine: Value = app.get("/v1/machines/old").await.json().await.unwrap();
+        assert_eq!(
+            (&machine["revision"], &machine["name"]),
+            (&json!(1), &json!("Old")),
+            "{schema}: {machine}"
+        );
+        let job: Value = app.get(&format!("/v1/jobs/{JOB}")).await.json().await.unwrap();
+        assert_eq!(
+            (&job["external_id"], &job["state"]),
+            (&json!("WO-1"), &json!("succeeded")),
+            "{schema}: {job}"
+        );
+        let report: Value = app.get(&format!("/v1/jobs/{JOB}/report")).await.json().await.unwrap();
+        assert_eq!(report["kept"], true, "{schema}");
+        if schema >= CALIBRATIONS {
+            let run = app.get(&format!("/v1/machines/old/calibrations/{RUN}")).await;
+            assert_eq!(run.text().await.unwrap(), "{\"id\": \"kept\"}", "{schema}");
+        }
+        if schema >= WEAR_HISTORY {
+            let entries: Value =
+                app.get("/v1/machines/old/tools/T12/wear-entries").await.json().await.unwrap();
+            assert_eq!(entries["items"][0]["radius_wear_um"], 24.5, "{schema}: {entries}");
+        }
+        app.stop().await;
+
+        let pool = open(data).await;
+        let keys: Vec<(String, String)> =
+            sqlx::query_as("SELECT idempotency_key, job_id FROM idempotency_keys")
+                .fetch_all(&pool)
+                .await
+                .unwrap();
+        assert_eq!(keys, [("key".to_owned(), JOB.to_owned())], "{schema}");
+        let broken: Vec<(String,)> =
+            sqlx::query_as("SELECT \"table\" FROM pragma_foreign_key_check").fetch_all(&pool).await.unwrap();
+        assert!(broken.is_empty(), "{schema}: {broken:?}");
+        let newest: i64 =
+            sqlx::query_scalar("SELECT MAX(version) FROM _sqlx_migrations").fetch_one(&pool).await.unwrap();
+        assert_eq!(newest, own_schema(), "{schema}");
+        pool.close().await;
+    }
 }

@@ -39,11 +39,11 @@ pub(super) async fn cancel_job(
     State(app): State<AppState>,
     Path(id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
-    By(actor): By,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
-    let status = match app.queue.cancel(&id, &actor).await? {
+    let status = match app.queue.cancel(&id, &by).await? {
         Cancelling::Unknown => return Err(Problem::job_not_found(&id)),
         Cancelling::Ended(state) => {
             let detail = format!("the job is {} and cannot be cancelled", state.as_str());

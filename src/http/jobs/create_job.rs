@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 
 use super::job_tag;
 use crate::http::AppState;
-use crate::http::caller::{actor, caller};
+use crate::http::caller::{Caller, actor};
 use crate::http::conditional::tagged;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
@@ -118,6 +118,7 @@ enum AnyParameters {
 pub(super) async fn create_job(
     State(app): State<AppState>,
     Query(NoParameters {}): Query<NoParameters>,
+    caller: Caller,
     request: Request,
 ) -> Result<Response, Problem> {
     choose(request.headers(), &["application/json"])?;
@@ -128,7 +129,7 @@ pub(super) async fn create_job(
     let invalid =
         |pointer, detail| Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(pointer, detail)]);
     let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
-    caller(&parts.extensions)?.must_reach(&order.machine_id)?;
+    caller.must_reach(&order.machine_id)?;
     let mut said = vec![program.sha256(), order.canonical.clone()];
     said.extend(surface.as_ref().map(Draft::sha256));
     let used = used(&app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());
@@ -151,8 +152,16 @@ pub(super) async fn create_job(
     }
     app.queue.check_room().await?;
     let JobOrder { machine_id, external_id, callback_url, .. } = order;
-    let actor = actor(&parts)?;
-    let job = ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used };
+    let job = ProgramJob {
+        machine_id,
+        machine_revision,
+        work,
+        program,
+        surface,
+        file_name,
+        used,
+        by: actor(&parts)?,
+    };
     Ok(accepted(app.queue.accept(job, external_id, callback_url).await?))
 }
 

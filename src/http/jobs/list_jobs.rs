@@ -81,7 +81,7 @@ pub(super) async fn list_jobs(
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
     let machines = caller.machines.as_deref().cloned();
     let filter =
-        JobFilter { machine_id, state, external_id, machines, operation, created_after, created_before };
+        JobFilter { machine_id, state, external_id, operation, created_after, created_before, machines };
     let page = app.store.jobs(&filter, limit, before).await?;
     Ok(Json(Listed::new(page, |job| with_progress(&app, job).document)))
 }

@@ -42,14 +42,6 @@ async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {
     Ok(with_progress(app, job))
 }
 
-/// A table of a job, unless the client knows it.
-async fn table(app: &AppState, id: &str, headers: &HeaderMap, table: Table) -> Result<Response, Problem> {
-    choose(headers, &[CSV])?;
-    let job = find(app, id).await?;
-    let answer = answer::table(app, &job, table, headers).await?;
-    unless_known(headers, table.sha256(&job)?, || answer)
-}
-
 /// The job with how far it is now: that is not stored.
 fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
     if job.document.state == JobState::Running {
@@ -61,4 +53,12 @@ fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
 /// The tag of a job as it stands.
 fn job_tag(job: &JobDocument) -> String {
     format!("{}-{}-{}-{}", job.id, job.state.as_str(), job.attempts, job.progress)
+}
+
+/// A table of a job, unless the client knows it.
+async fn table(app: &AppState, id: &str, headers: &HeaderMap, table: Table) -> Result<Response, Problem> {
+    choose(headers, &[CSV])?;
+    let job = find(app, id).await?;
+    let answer = answer::table(app, &job, table, headers).await?;
+    unless_known(headers, table.sha256(&job)?, || answer)
 }

@@ -131,9 +131,8 @@ async fn program(
     let (program, machine_revision) = (spooling.finish().await?, on.revision);
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
-    let actor = actor(parts)?;
-    let job =
-        ProgramJob { actor, machine_id, machine_revision, work, program, surface: None, file_name, used };
+    let by = actor(parts)?;
+    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used, by };
     let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
     answer::job(app, &job, kind).await
 }

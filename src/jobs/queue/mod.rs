@@ -136,7 +136,7 @@ impl Queue {
         callback_url: Option<String>,
     ) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
-        let ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used } = job;
+        let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used, by } = job;
         let sources = &shared.sources;
         let document = JobDocument {
             id: sources.ids.next().to_string(),
@@ -160,7 +160,7 @@ impl Queue {
             finished_at: None,
         };
         let row = JobRow { document, file_name, report: None, report_sha256: None };
-        let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &actor).await;
+        let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &by).await;
         if !matches!(enqueued, Ok(Enqueued::Added)) {
             // What was refused leaves nothing behind, whatever it was refused for.
             let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
@@ -182,10 +182,10 @@ impl Queue {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn cancel(&self, id: &str, actor: &Actor) -> Result<Cancelling, StoreError> {
+    pub async fn cancel(&self, id: &str, by: &Actor) -> Result<Cancelling, StoreError> {
         let shared = &*self.0;
         let gate = shared.gate.lock().await;
-        let done = shared.store.cancel_job(id, &shared.sources.timestamp(), actor).await?;
+        let done = shared.store.cancel_job(id, by, &shared.sources.timestamp()).await?;
         if done == Cancelling::Requested {
             shared.running.stop(id);
         }
@@ -242,12 +242,12 @@ impl Shared {
         row: &JobRow,
         files: [Option<Draft>; 2],
         used: Option<&KeyUse>,
-        actor: &Actor,
+        by: &Actor,
     ) -> Result<Enqueued, JobFault> {
         let blobs = self.spool.blobs();
         let _naming = blobs.naming().await;
         keep_all(blobs, files).await?;
-        Ok(self.store.enqueue(row, used, self.limits.max_queued, actor).await?)
+        Ok(self.store.enqueue(row, used, by, self.limits.max_queued).await?)
     }
 
     /// Tells those who follow jobs that one has changed.

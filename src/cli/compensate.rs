@@ -1,0 +1,169 @@
+//! Does an operation on one program without a service and without a database: the same work, from file to file.
+
+use std::fs::{self, File, Permissions};
+use std::io;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::CommandFault;
+use super::migrate::block_on;
+use super::settings::say;
+use crate::config::Settings;
+use crate::jobs::{
+    CompensatorFault, Compute, Cost, CutterContactCompensator, Finished, InputFile, JobFault, MachineUsed,
+    Means, ProgramWork, Sizes, Spool, Workplace,
+};
+use crate::store::{Blobs, Draft};
+use crate::wire::{JobOperation, MachineProfile, read_json};
+
+/// What is done to which program.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct CompensateArguments {
+    /// The program; `-` reads standard input
+    input: PathBuf,
+    /// Where the result goes, whole or not at all; without it only the report is made
+    output: Option<PathBuf>,
+    /// The machine's profile, as JSON
+    #[arg(long)]
+    machine: PathBuf,
+    /// What is done: cc-compensation, wear-compensation, compensation, posting, verification, servo-simulation
+    #[arg(long, default_value = "compensation", value_parser = operation)]
+    operation: JobOperation,
+    /// Parameters of the operation: JSON, or a file with it
+    #[arg(long, default_value = "{}")]
+    parameters: String,
+    /// The part's surface as STL
+    #[arg(long)]
+    surface: Option<PathBuf>,
+    /// Where the report goes in place of standard output
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// Where the table of changes of a compensation in one pass goes
+    #[arg(long)]
+    changes: Option<PathBuf>,
+}
+
+fn operation(word: &str) -> Result<JobOperation, serde_json::Error> {
+    serde_json::from_value(serde_json::Value::String(word.to_owned()))
+}
+
+fn at(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CommandFault {
+    let path = path.to_owned();
+    move |source| CommandFault::File { doing, path, source }
+}
+
+/// Does it and writes what came of it.
+pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Result<(), CommandFault> {
+    let operation = arguments.operation;
+    let nothing = |what| Err(CommandFault::NothingToWrite { operation: operation.as_str(), what });
+    if operation == JobOperation::ServoSimulation && arguments.output.is_some() {
+        return nothing("program");
+    }
+    if operation != JobOperation::Compensation && arguments.changes.is_some() {
+        return nothing("table of changes");
+    }
+    let on = machine(&arguments.machine)?;
+    let given = arguments.parameters.trim_start();
+    let parameters = if given.starts_with('{') {
+        given.as_bytes().to_vec()
+    } else {
+        let path = Path::new(&arguments.parameters);
+        fs::read(path).map_err(at("reading", path))?
+    };
+    let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
+    let blobs = Blobs::open(working.path())?;
+    let program = taken(&blobs, &arguments.input)?;
+    let surface = arguments.surface.as_ref().map(|path| taken(&blobs, path)).transpose()?;
+    let means = Means {
+        compensator: Arc::new(CutterContactCompensator { budget: Cost::budget_within(settings.max_cost_s) }),
+        max_cost_s: settings.max_cost_s,
+    };
+    let finished = block_on(async {
+        let (program, surface) = (InputFile::from(&program), surface.as_ref().map(InputFile::from));
+        let sizes = Sizes::of(&program, surface.as_ref()).map_err(at("reading", &arguments.input))?;
+        let work =
+            ProgramWork::read(operation, &parameters, on, sizes, &means).map_err(CommandFault::Work)?;
+        let compute = Compute::new(settings.computations(), 0, settings.max_surface_memory_bytes);
+        let memory = sizes.surface_facets.map(|facets| compute.surface_memory(facets)).transpose();
+        let memory = memory.map_err(|fault| CommandFault::Work(fault.into()))?;
+        let spool = Spool::new(blobs.clone(), u64::MAX);
+        let worked = compute.run_in_parts(move |threads, stop| {
+            let _memory = memory;
+            let surface = surface.as_ref();
+            work.run(Workplace { program: &program, surface, spool: &spool, threads, stop })
+        });
+        tokio::select! {
+            worked = worked => match worked {
+                Ok(Ok(finished)) => Ok(finished),
+                Ok(Err(JobFault::Compensator(CompensatorFault::Cancelled))) => Err(CommandFault::Stopped),
+                Ok(Err(fault)) => Err(CommandFault::Work(fault)),
+                Err(fault) => Err(CommandFault::Work(fault.into())),
+            },
+            _told = tokio::signal::ctrl_c() => Err(CommandFault::Stopped),
+        }
+    })?;
+    let Finished { report, output, changes } = finished;
+    for (made, path) in [(output, &arguments.output), (changes, &arguments.changes)] {
+        if let (Some(made), Some(path)) = (made, path) {
+            let mut source = File::open(made.path()).map_err(at("reading", made.path()))?;
+            write_whole(path, &mut source)?;
+        }
+    }
+    match &arguments.report {
+        Some(path) => write_whole(path, &mut report.as_bytes()),
+        None => say(&report),
+    }
+}
+
+fn machine(path: &Path) -> Result<MachineUsed, CommandFault> {
+    let text = fs::read(path).map_err(at("reading", path))?;
+    let (text, revision) = profile_alone(text);
+    let profile: MachineProfile = read_json(&text).map_err(CommandFault::UnreadableMachine)?;
+    let drives = profile.drives.clone();
+    let (_, machine) = profile.into_machine().map_err(CommandFault::Machine)?;
+    Ok(MachineUsed { revision, machine, drives })
+}
+
+/// A profile as it is sent to a service, and its revision where it was read from one; 0 where it was not.
+fn profile_alone(text: Vec<u8>) -> (Vec<u8>, i64) {
+    let Ok(serde_json::Value::Object(mut members)) = serde_json::from_slice(&text) else { return (text, 0) };
+    if members.remove("machine_id").is_none() {
+        return (text, 0);
+    }
+    members.remove("created_at");
+    let revision = members.remove("revision").and_then(|revision| revision.as_i64());
+    (serde_json::Value::Object(members).to_string().into_bytes(), revision.unwrap_or_default())
+}
+
+/// A file copied to where nobody changes it while it is worked on.
+fn taken(blobs: &Blobs, path: &Path) -> Result<Draft, CommandFault> {
+    let mut draft = blobs.draft()?;
+    if path == Path::new("-") {
+        io::copy(&mut io::stdin().lock(), &mut draft).map_err(at("reading", path))?;
+    } else {
+        let mut file = File::open(path).map_err(at("opening", path))?;
+        io::copy(&mut file, &mut draft).map_err(at("reading", path))?;
+    }
+    Ok(draft)
+}
+
+/// Writes a file whole or not at all: beside its place first, on disk, then under its name.
+fn write_whole(path: &Path, source: &mut dyn io::Read) -> Result<(), CommandFault> {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    // The rights of any new file, not those of a temporary one.
+    let mut file = tempfile::Builder::new()
+        .prefix(".trunnion-")
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(folder)
+        .map_err(at("making a file beside", path))?;
+    io::copy(source, &mut file).map_err(at("writing", path))?;
+    file.as_file().sync_all().map_err(at("synchronising", path))?;
+    file.persist(path).map_err(|fault| at("writing", path)(fault.error))?;
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(at("synchronising", folder))
+}

@@ -1,0 +1,161 @@
+//! Looks at settings, data directory, database and files, and says what is wrong.
+
+use std::path::Path;
+
+use super::CommandFault;
+use super::migrate::block_on;
+use super::settings::say;
+use crate::config::Settings;
+use crate::store::{
+    DATABASE_NAME, DirectoryLock, Examination, examine, mount_kind, network_mount, own_schema,
+};
+
+/// Below this a disk counts as nearly full \[bytes\].
+const LITTLE_SPACE: u64 = 1 << 30;
+
+/// What a check says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Sound,
+    /// Worth knowing, and no fault.
+    Note,
+    Fault,
+}
+
+#[derive(Debug, Default)]
+struct Findings {
+    lines: Vec<(Verdict, &'static str, String)>,
+}
+
+impl Findings {
+    fn add(&mut self, verdict: Verdict, subject: &'static str, detail: impl Into<String>) {
+        self.lines.push((verdict, subject, detail.into()));
+    }
+
+    /// Sound, or a fault where something is there that must not be.
+    fn none_of(&mut self, subject: &'static str, sound: String, faults: &[String]) {
+        match faults {
+            [] => self.add(Verdict::Sound, subject, sound),
+            faults => self.add(Verdict::Fault, subject, faults.join("; ")),
+        }
+    }
+}
+
+/// Examines and prints what was found; files are read through unless `quick`.
+pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Result<(), CommandFault> {
+    let mut findings = Findings::default();
+    let from = config.map_or_else(|| "no settings file".to_owned(), |path| path.display().to_string());
+    findings.add(Verdict::Sound, "settings", from);
+    findings.add(
+        Verdict::Sound,
+        "version",
+        format!("{}, schema {}", env!("CARGO_PKG_VERSION"), own_schema()),
+    );
+    let data_dir = &settings.data_dir;
+    if directory(data_dir, &mut findings) {
+        if data_dir.join(DATABASE_NAME).is_file() {
+            match block_on(async { Ok(examine(data_dir, !quick).await?) }) {
+                Ok(examination) => database(&examination, quick, &mut findings),
+                Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
+            }
+        } else {
+            findings.add(Verdict::Note, "database", "none yet; the service makes one when it starts");
+        }
+    }
+    for (verdict, subject, detail) in &findings.lines {
+        let word = match verdict {
+            Verdict::Sound => "ok",
+            Verdict::Note => "note",
+            Verdict::Fault => "FAULT",
+        };
+        say(&format!("{word:<6} {subject:<16} {detail}"))?;
+    }
+    match findings.lines.iter().filter(|(verdict, ..)| *verdict == Verdict::Fault).count() {
+        0 => Ok(()),
+        faults => Err(CommandFault::Unsound { faults }),
+    }
+}
+
+/// Looks at the directory; whether it is there.
+fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
+    let whole = match data_dir.canonicalize() {
+        Ok(whole) if whole.is_dir() => whole,
+        Ok(_) => {
+            findings.add(Verdict::Fault, "data directory", format!("{} is no directory", data_dir.display()));
+            return false;
+        }
+        Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => {
+            findings.add(Verdict::Note, "data directory", format!("{} is not there yet", data_dir.display()));
+            return false;
+        }
+        Err(fault) => {
+            findings.add(Verdict::Fault, "data directory", format!("{}: {fault}", data_dir.display()));
+            return false;
+        }
+    };
+    match tempfile::NamedTempFile::new_in(&whole) {
+        Ok(_written) => {
+            findings.add(Verdict::Sound, "data directory", format!("{}, writable", whole.display()));
+        }
+        Err(fault) => {
+            let detail = format!("{} cannot be written to: {fault}", whole.display());
+            findings.add(Verdict::Fault, "data directory", detail);
+        }
+    }
+    let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
+    let kind = mount_kind(&mounts, &whole).map_or("unknown", |(_, kind)| kind);
+    if network_mount(&mounts, &whole).is_some() {
+        let detail = format!("{kind} lies on another computer, where the database would be damaged");
+        findings.add(Verdict::Fault, "file system", detail);
+    } else {
+        findings.add(Verdict::Sound, "file system", kind);
+    }
+    match rustix::fs::statvfs(&whole) {
+        Ok(space) => {
+            let free = space.f_bavail.saturating_mul(space.f_frsize);
+            let verdict = if free < LITTLE_SPACE { Verdict::Note } else { Verdict::Sound };
+            findings.add(verdict, "free space", format!("{} MiB", free >> 20));
+        }
+        Err(fault) => findings.add(Verdict::Note, "free space", format!("cannot be told: {fault}")),
+    }
+    let user = if DirectoryLock::is_taken(&whole) { "a service has the directory" } else { "nobody" };
+    findings.add(Verdict::Sound, "in use by", user);
+    true
+}
+
+fn database(found: &Examination, quick: bool, findings: &mut Findings) {
+    findings.add(Verdict::Sound, "SQLite", found.sqlite_version.clone());
+    let ours = own_schema();
+    match found.schema {
+        Some(schema) if schema == ours => findings.add(Verdict::Sound, "schema", schema.to_string()),
+        Some(schema) if schema > ours => {
+            let detail =
+                format!("{schema}, which a newer trunnion made; this one knows schemas up to {ours}");
+            findings.add(Verdict::Fault, "schema", detail);
+        }
+        Some(schema) => {
+            let detail = format!("{schema}; the next start, or `migrate`, brings it to {ours}");
+            findings.add(Verdict::Note, "schema", detail);
+        }
+        None => findings.add(Verdict::Fault, "schema", "no migration ever ran on this database"),
+    }
+    findings.none_of("structure", format!("{} rows", found.rows), &found.structural_faults);
+    let broken = match found.broken_references {
+        0 => Vec::new(),
+        rows => vec![format!("{rows} rows refer to rows that are not there")],
+    };
+    findings.none_of("references", "every one leads to a row".to_owned(), &broken);
+    let files = &found.files;
+    let mut wrong: Vec<String> =
+        files.missing.iter().map(|sha256| format!("{sha256} is not there")).collect();
+    wrong.extend(files.changed.iter().map(|path| format!("{} has other bytes", path.display())));
+    let how = if quick { "there, not read" } else { "there with the bytes of their digests" };
+    findings.none_of("files", format!("{} named, all {how}", files.named), &wrong);
+    if files.orphans + files.incomplete > 0 {
+        let detail = format!(
+            "{} files that no row names, {} incomplete ones: of requests under way, or swept at the next start",
+            files.orphans, files.incomplete
+        );
+        findings.add(Verdict::Note, "left over", detail);
+    }
+}

@@ -1,0 +1,122 @@
+//! Why a command did not do what it was asked.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::config::ConfigFault;
+use crate::jobs::{CompensatorFault, ComputeFault, JobFault};
+use crate::store::{BackupFault, BlobFault, LockFault, StoreError};
+use crate::wire::{Fault, Unreadable};
+
+/// Why a command did not do what it was asked.
+#[derive(Debug, Error)]
+pub enum CommandFault {
+    /// The settings cannot be used.
+    #[error(transparent)]
+    Config(#[from] ConfigFault),
+    /// There is no backup, or nothing was restored.
+    #[error(transparent)]
+    Backup(#[from] BackupFault),
+    /// The database cannot be used.
+    #[error("the database cannot be used: {0}")]
+    Store(#[from] StoreError),
+    /// A service has the data directory.
+    #[error(transparent)]
+    Lock(#[from] LockFault),
+    /// Something is wrong with the data directory.
+    #[error("{faults} of the checks failed")]
+    Unsound {
+        /// How many checks failed.
+        faults: usize,
+    },
+    /// A file cannot be read or written.
+    #[error("while {doing} {}: {source}", path.display())]
+    File {
+        /// What was being done.
+        doing: &'static str,
+        /// With which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The working files cannot be used.
+    #[error("the working files cannot be used: {0}")]
+    Blobs(#[from] BlobFault),
+    /// The machine's file is no profile.
+    #[error("the machine's profile is refused: {0}")]
+    UnreadableMachine(Unreadable),
+    /// The profile describes no five-axis machine.
+    #[error("the machine's profile is refused:{}", listed(.0))]
+    Machine(Vec<Fault>),
+    /// The operation makes nothing to be written there.
+    #[error("{operation} makes no {what}: leave its file out")]
+    NothingToWrite {
+        /// The operation.
+        operation: &'static str,
+        /// What was to be written.
+        what: &'static str,
+    },
+    /// The work gave no result.
+    #[error("{}", told(.0))]
+    Work(JobFault),
+    /// Told to stop.
+    #[error("told to stop; nothing was written")]
+    Stopped,
+    /// The process could not be set up, or its output is closed.
+    #[error("the process could not be set up: {0}")]
+    Process(std::io::Error),
+}
+
+impl CommandFault {
+    /// Status that the process ends with: 1 where the command looked and says no, 2 where it could not do its work.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Unsound { .. } | Self::UnreadableMachine(_) | Self::Machine(_) => 1,
+            Self::Work(fault) if is_refusal(fault) => 1,
+            _ => 2,
+        }
+    }
+}
+
+/// Whether the program or what is asked of it is at fault.
+fn is_refusal(fault: &JobFault) -> bool {
+    match fault {
+        JobFault::Unreadable(_)
+        | JobFault::Parameters(_)
+        | JobFault::TooCostly(_)
+        | JobFault::Servo(_)
+        | JobFault::PartSurface(_) => true,
+        JobFault::Compensator(fault) => matches!(fault, CompensatorFault::Refused(_)),
+        JobFault::Compute(ComputeFault::Busy | ComputeFault::Panicked)
+        | JobFault::Blob(_)
+        | JobFault::Store(_)
+        | JobFault::KeyReused
+        | JobFault::QueueFull { .. }
+        | JobFault::MachineLost
+        | JobFault::ProcessDied
+        | JobFault::Report(_) => false,
+    }
+}
+
+/// The fault with every place that it names, one a line.
+fn told(fault: &JobFault) -> String {
+    match fault {
+        JobFault::Parameters(faults) => format!("the parameters are refused:{}", listed(faults)),
+        JobFault::Compensator(CompensatorFault::Refused(refusal)) => {
+            let mut text = refusal.detail.clone();
+            if let Some(line) = refusal.line {
+                let block = refusal.block.as_deref().map_or_else(String::new, |block| format!(": {block}"));
+                let _always = write!(text, "\n  first at line {line}{block}");
+            }
+            text + &listed(&refusal.errors)
+        }
+        other => other.to_string(),
+    }
+}
+
+fn listed(faults: &[Fault]) -> String {
+    faults.iter().fold(String::new(), |text, fault| format!("{text}\n  {}: {}", fault.pointer, fault.detail))
+}

@@ -1,0 +1,39 @@
+//! Brings the database of a data directory to the newest schema.
+
+use super::CommandFault;
+use super::settings::say;
+use crate::config::Settings;
+use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, own_schema};
+
+/// Migrates, with the directory to itself.
+pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
+    let data_dir = &settings.data_dir;
+    let unusable = |source| CommandFault::File { doing: "making", path: data_dir.clone(), source };
+    std::fs::create_dir_all(data_dir).map_err(unusable)?;
+    let lock = DirectoryLock::take(data_dir)?;
+    let database = data_dir.join(DATABASE_NAME);
+    let before = block_on(async {
+        let mut before = None;
+        if database.is_file() {
+            let mut file = DatabaseFile::open(&database).await?;
+            before = file.schema().await?;
+            file.close().await;
+        }
+        let store = Store::open(&database, 1).await?;
+        store.close().await;
+        Ok(before)
+    })?;
+    drop(lock);
+    let after = own_schema();
+    say(&match before {
+        Some(before) if before == after => format!("the database has schema {after} already"),
+        Some(before) => format!("the database had schema {before} and has schema {after} now"),
+        None => format!("a new database with schema {after}"),
+    })
+}
+
+/// Runs one thing that waits for the database.
+pub(super) fn block_on<T>(work: impl Future<Output = Result<T, CommandFault>>) -> Result<T, CommandFault> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.map_err(CommandFault::Process)?.block_on(work)
+}

@@ -1,0 +1,59 @@
+//! Prints what the settings are and where each comes from, and the description of the interface.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use serde_json::Value;
+
+use super::CommandFault;
+use crate::config::{Flags, Origin, Settings};
+
+/// Commands about the settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+pub enum ConfigCommand {
+    /// Every setting in the form of a settings file, with its origin
+    Show,
+}
+
+/// Parts of names whose values are nobody's business.
+const SECRET: [&str; 3] = ["secret", "password", "token"];
+
+/// Prints every setting as a line of a settings file.
+pub(super) fn show(flags: &Flags, file: Option<&PathBuf>) -> Result<(), CommandFault> {
+    let typed: Vec<String> = std::env::args().collect();
+    for (name, value, origin) in Settings::with_origins(flags, file)? {
+        let secret = SECRET.iter().any(|part| name.contains(part));
+        let value = match &value {
+            Value::Null => None,
+            _ if secret => Some("\"(hidden)\"".to_owned()),
+            value => Some(value.to_string()),
+        };
+        let line = value.map_or_else(|| format!("# {name} is not set"), |value| format!("{name} = {value}"));
+        say(&format!("{line:<48} # {}", told(name, &origin, &typed)))?;
+    }
+    Ok(())
+}
+
+fn told(name: &str, origin: &Origin, typed: &[String]) -> String {
+    match origin {
+        Origin::Default => "default".to_owned(),
+        Origin::File { path } => path.display().to_string(),
+        Origin::FlagOrEnvironment { variable } => {
+            let flag = format!("--{}", name.replace('_', "-"));
+            let is_typed = typed.iter().any(|word| *word == flag || word.starts_with(&format!("{flag}=")));
+            if is_typed { flag } else { format!("environment {variable}") }
+        }
+    }
+}
+
+/// Prints the description of the interface.
+pub(super) fn describe_interface() -> Result<(), CommandFault> {
+    let text = crate::http::document().to_pretty_json();
+    say(&text.map_err(|fault| CommandFault::Process(fault.into()))?)
+}
+
+/// A line on standard output.
+pub(super) fn say(line: &str) -> Result<(), CommandFault> {
+    writeln!(std::io::stdout(), "{line}").map_err(CommandFault::Process)
+}

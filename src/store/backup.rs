@@ -1,0 +1,336 @@
+//! Backups of a data directory: a copy of the database as it is at one moment, every file that it names, and a manifest with
+//! lengths, digests and row counts. A backup is there whole or not at all, and so is what is restored from one.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::blobs::hex;
+use super::{DatabaseFile, Sha256Hex, StoreError, own_schema};
+
+/// Name of the database in a data directory and in a backup.
+pub const DATABASE_NAME: &str = "trunnion.sqlite";
+const MANIFEST_NAME: &str = "manifest.json";
+/// Form of a backup.
+const FORMAT: u32 = 1;
+/// Files that jobs give up while they are copied are looked for again so often.
+const ATTEMPTS: usize = 3;
+
+/// Why there is no backup, or nothing was restored.
+#[derive(Debug, Error)]
+pub enum BackupFault {
+    /// A file or directory could not be read or written.
+    #[error("while {doing} {}: {source}", path.display())]
+    File {
+        /// What was being done.
+        doing: &'static str,
+        /// With which one.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The database could not be read or copied.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// There is something where the backup or the data is to go.
+    #[error("{} is there already; nothing was touched", .0.display())]
+    Occupied(PathBuf),
+    /// The directory has no database.
+    #[error("there is no database in {}", .0.display())]
+    NoDatabase(PathBuf),
+    /// A file's bytes are not those that its digest stands for.
+    #[error("{} has the digest {found}, expected {expected}", path.display())]
+    Digest {
+        /// The file.
+        path: PathBuf,
+        /// The digest of its bytes.
+        found: Sha256Hex,
+        /// The digest that it was kept under.
+        expected: Sha256Hex,
+    },
+    /// The manifest is none.
+    #[error("{} is no manifest of a backup: {source}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A backup of another form.
+    #[error("the backup has form {found}, this version reads form {FORMAT}")]
+    Format {
+        /// The form found.
+        found: u32,
+    },
+    /// A backup of a newer version.
+    #[error("the backup's database has schema {found}; this version knows schemas up to {ours}")]
+    Newer {
+        /// Its schema.
+        found: i64,
+        /// Ours.
+        ours: i64,
+    },
+    /// A table has another number of rows than the manifest says.
+    #[error("the table {table} has {found} rows, the manifest says {expected}")]
+    Rows {
+        /// The table.
+        table: String,
+        /// Rows found.
+        found: u64,
+        /// Rows expected.
+        expected: u64,
+    },
+    /// The database names a file that the backup does not have.
+    #[error("the backup has no file {0}, which a job names")]
+    Missing(Sha256Hex),
+    /// The database is damaged.
+    #[error("the database is damaged: {0}")]
+    Damaged(String),
+    /// Jobs went on giving up files while they were copied.
+    #[error("files vanished while they were copied, {ATTEMPTS} times in a row")]
+    Unquiet,
+}
+
+fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> BackupFault + 'a {
+    move |source| BackupFault::File { doing, path: path.to_owned(), source }
+}
+
+/// One file of a backup.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BackupFile {
+    /// Its length.
+    pub bytes: u64,
+    /// Its digest.
+    pub sha256: Sha256Hex,
+}
+
+/// What a backup holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Form of the backup.
+    pub format: u32,
+    /// Version that made it.
+    pub software_version: String,
+    /// When.
+    pub created_at: String,
+    /// Schema of its database.
+    pub schema: i64,
+    /// Rows of every table.
+    pub rows: BTreeMap<String, u64>,
+    /// Every file, by its path within the backup.
+    pub files: BTreeMap<String, BackupFile>,
+}
+
+/// Backs a data directory up into `target`, which is not there yet. A service may go on meanwhile.
+///
+/// # Errors
+/// Why there is no backup; `target` is then not there.
+pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Result<Manifest, BackupFault> {
+    if target.symlink_metadata().is_ok() {
+        return Err(BackupFault::Occupied(target.to_owned()));
+    }
+    let database = data_dir.join(DATABASE_NAME);
+    if !database.is_file() {
+        return Err(BackupFault::NoDatabase(data_dir.to_owned()));
+    }
+    for _ in 0..ATTEMPTS {
+        let staging = staging_beside(target)?;
+        let copy = staging.path().join(DATABASE_NAME);
+        let mut file = DatabaseFile::open(&database).await?;
+        let copied = file.copy_to(&copy).await;
+        file.close().await;
+        copied?;
+        let (rows, schema, named) = examined(&copy).await?;
+        let mut files = BTreeMap::new();
+        files.insert(DATABASE_NAME.to_owned(), digested(&copy)?);
+        File::open(&copy).and_then(|file| file.sync_all()).map_err(at("synchronising", &copy))?;
+        if copy_blobs(&named, data_dir, staging.path(), &mut files)? {
+            let software_version = env!("CARGO_PKG_VERSION").to_owned();
+            let manifest = Manifest { format: FORMAT, software_version, created_at, schema, rows, files };
+            let text = serde_json::to_vec_pretty(&manifest).unwrap_or_default();
+            write_whole(&staging.path().join(MANIFEST_NAME), &text)?;
+            settle(staging, target)?;
+            return Ok(manifest);
+        }
+    }
+    Err(BackupFault::Unquiet)
+}
+
+/// Restores a backup into a data directory that is empty or not there. Everything is verified before the first byte is in
+/// its place.
+///
+/// # Errors
+/// Why nothing was restored; the data directory is then as it was.
+pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupFault> {
+    let empty = match fs::read_dir(data_dir) {
+        Ok(mut entries) => entries.next().is_none(),
+        Err(fault) if fault.kind() == io::ErrorKind::NotFound => true,
+        Err(fault) => return Err(at("reading", data_dir)(fault)),
+    };
+    if !empty {
+        return Err(BackupFault::Occupied(data_dir.to_owned()));
+    }
+    let manifest_path = backup.join(MANIFEST_NAME);
+    let text = fs::read(&manifest_path).map_err(at("reading", &manifest_path))?;
+    let manifest: Manifest = serde_json::from_slice(&text)
+        .map_err(|source| BackupFault::Manifest { path: manifest_path.clone(), source })?;
+    if manifest.format != FORMAT {
+        return Err(BackupFault::Format { found: manifest.format });
+    }
+    let staging = staging_beside(data_dir)?;
+    for (name, expected) in &manifest.files {
+        // Names come from a file: only those that a backup can have are followed.
+        if name != DATABASE_NAME && blob_name(&expected.sha256) != *name {
+            let source = serde::de::Error::custom(format!("{name:?} is no file of a backup"));
+            return Err(BackupFault::Manifest { path: manifest_path, source });
+        }
+        let from = backup.join(name);
+        let found = copy_whole(&from, &staging.path().join(name))?;
+        if found != *expected {
+            let expected = expected.sha256.clone();
+            return Err(BackupFault::Digest { path: from, found: found.sha256, expected });
+        }
+    }
+    let (rows, schema, named) = examined(&staging.path().join(DATABASE_NAME)).await?;
+    if schema > own_schema() {
+        return Err(BackupFault::Newer { found: schema, ours: own_schema() });
+    }
+    for table in rows.keys().chain(manifest.rows.keys()) {
+        let [found, expected] = [&rows, &manifest.rows].map(|rows| rows.get(table).copied().unwrap_or(0));
+        if found != expected {
+            return Err(BackupFault::Rows { table: table.clone(), found, expected });
+        }
+    }
+    if let Some(missing) = named.into_iter().find(|sha256| !manifest.files.contains_key(&blob_name(sha256))) {
+        return Err(BackupFault::Missing(missing));
+    }
+    settle(staging, data_dir)?;
+    Ok(manifest)
+}
+
+type Examined = (BTreeMap<String, u64>, i64, BTreeSet<Sha256Hex>);
+
+/// Rows, schema and named files of a sound database.
+async fn examined(database: &Path) -> Result<Examined, BackupFault> {
+    let mut file = DatabaseFile::open(database).await?;
+    if let Some(fault) = file.structural_faults().await?.into_iter().next() {
+        return Err(BackupFault::Damaged(fault));
+    }
+    let broken = file.broken_references().await?;
+    if broken > 0 {
+        return Err(BackupFault::Damaged(format!("{broken} rows refer to rows that are not there")));
+    }
+    let found =
+        (file.row_counts().await?, file.schema().await?.unwrap_or_default(), file.named_blobs().await?);
+    file.close().await;
+    Ok(found)
+}
+
+/// Copies every file named; `false` where one has vanished meanwhile.
+fn copy_blobs(
+    named: &BTreeSet<Sha256Hex>,
+    data_dir: &Path,
+    target: &Path,
+    files: &mut BTreeMap<String, BackupFile>,
+) -> Result<bool, BackupFault> {
+    for sha256 in named {
+        let name = blob_name(sha256);
+        let from = data_dir.join(&name);
+        let copied = match copy_whole(&from, &target.join(&name)) {
+            Err(BackupFault::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                return Ok(false);
+            }
+            copied => copied?,
+        };
+        if copied.sha256 != *sha256 {
+            return Err(BackupFault::Digest { path: from, found: copied.sha256, expected: sha256.clone() });
+        }
+        files.insert(name, copied);
+    }
+    Ok(true)
+}
+
+/// Path of a kept file within a data directory.
+fn blob_name(sha256: &str) -> String {
+    format!("blobs/{}/{sha256}", sha256.get(..2).unwrap_or("00"))
+}
+
+/// A directory beside `target`, on its file system; it goes unless it is settled.
+fn staging_beside(target: &Path) -> Result<tempfile::TempDir, BackupFault> {
+    let parent = match target.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(parent).map_err(at("making", parent))?;
+    tempfile::Builder::new()
+        .prefix(".trunnion-")
+        .tempdir_in(parent)
+        .map_err(at("making a directory in", parent))
+}
+
+/// Everything on disk, then under its name.
+fn settle(staging: tempfile::TempDir, target: &Path) -> Result<(), BackupFault> {
+    let sync = |path: &Path| {
+        File::open(path).and_then(|folder| folder.sync_all()).map_err(at("synchronising", path))
+    };
+    let blobs = staging.path().join("blobs");
+    let listed = match fs::read_dir(&blobs) {
+        Ok(listed) => listed.collect::<Result<Vec<_>, _>>().map_err(at("reading", &blobs))?,
+        Err(_no_blobs) => Vec::new(),
+    };
+    for folder in &listed {
+        sync(&folder.path())?;
+    }
+    if !listed.is_empty() {
+        sync(&blobs)?;
+    }
+    sync(staging.path())?;
+    fs::rename(staging.path(), target).map_err(at("moving what was copied to", target))?;
+    // It is under another name now: there is nothing left to remove.
+    let _moved = staging.keep();
+    match target.parent() {
+        Some(parent) if parent != Path::new("") => sync(parent),
+        _ => sync(Path::new(".")),
+    }
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BackupFault> {
+    let mut file = File::create(path).map_err(at("making", path))?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(at("writing", path))
+}
+
+fn copy_whole(from: &Path, to: &Path) -> Result<BackupFile, BackupFault> {
+    let mut source = File::open(from).map_err(at("opening", from))?;
+    if let Some(folder) = to.parent() {
+        fs::create_dir_all(folder).map_err(at("making", folder))?;
+    }
+    let mut target = File::create_new(to).map_err(at("making", to))?;
+    let copied = through(&mut source, |bytes| target.write_all(bytes)).map_err(at("copying", from))?;
+    target.sync_all().map_err(at("synchronising", to))?;
+    Ok(copied)
+}
+
+/// Length and digest of a file.
+pub(super) fn digested(path: &Path) -> Result<BackupFile, BackupFault> {
+    let mut file = File::open(path).map_err(at("opening", path))?;
+    through(&mut file, |_| Ok(())).map_err(at("reading", path))
+}
+
+fn through(source: &mut File, mut each: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<BackupFile> {
+    let (mut hasher, mut bytes, mut buffer) = (Sha256::new(), 0, vec![0; 1 << 18]);
+    loop {
+        let read = source.read(&mut buffer)?;
+        let Some(part) = buffer.get(..read).filter(|part| !part.is_empty()) else { break };
+        hasher.update(part);
+        bytes += read as u64;
+        each(part)?;
+    }
+    Ok(BackupFile { bytes, sha256: hex(&hasher.finalize()) })
+}

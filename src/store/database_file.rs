@@ -1,0 +1,172 @@
+//! A database file looked at as a file: by backups, restorations and examinations, beside a service that has it open or not.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
+use sqlx::{AssertSqlSafe, ConnectOptions, Connection};
+
+use super::error::Doing;
+use super::{Sha256Hex, StoreError};
+
+/// Columns of jobs that name files; older schemas have fewer of them.
+const BLOB_COLUMNS: [&str; 4] = ["input_sha256", "output_sha256", "surface_sha256", "changes_sha256"];
+
+/// Most faults that one check tells.
+const MAX_FAULTS: usize = 20;
+
+/// A database file, opened to be read.
+#[derive(Debug)]
+pub struct DatabaseFile {
+    connection: SqliteConnection,
+}
+
+impl DatabaseFile {
+    /// Opens the file; nothing is created and nothing in it is changed.
+    ///
+    /// # Errors
+    /// There is none, or it is no database.
+    pub async fn open(file: &Path) -> Result<Self, StoreError> {
+        let options =
+            SqliteConnectOptions::new().filename(file).read_only(true).busy_timeout(Duration::from_secs(5));
+        let mut connection = options.connect().await.doing("opening the database")?;
+        // The header is read only now.
+        let _tables: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM sqlite_schema")
+            .fetch_one(&mut connection)
+            .await
+            .doing("reading the database")?;
+        Ok(Self { connection })
+    }
+
+    /// The newest schema that a migration brought it to; none where no migration ever ran.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn schema(&mut self) -> Result<Option<i64>, StoreError> {
+        newest_migration(&mut self.connection).await
+    }
+
+    /// Version of the `SQLite` that reads it.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn sqlite_version(&mut self) -> Result<String, StoreError> {
+        let version = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(&mut self.connection);
+        version.await.doing("asking for the version")
+    }
+
+    /// What is broken in the file's structure: nothing in a sound one.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn structural_faults(&mut self) -> Result<Vec<String>, StoreError> {
+        let rows: Vec<String> =
+            sqlx::query_scalar(AssertSqlSafe(format!("PRAGMA integrity_check({MAX_FAULTS})")))
+                .fetch_all(&mut self.connection)
+                .await
+                .doing("checking the database's structure")?;
+        Ok(rows.into_iter().filter(|row| row != "ok").collect())
+    }
+
+    /// How many rows refer to rows that are not there.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn broken_references(&mut self) -> Result<u64, StoreError> {
+        let count: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM pragma_foreign_key_check")
+            .fetch_one(&mut self.connection)
+            .await
+            .doing("checking the database's references")?;
+        Ok(count.unsigned_abs())
+    }
+
+    /// How many rows each table has.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn row_counts(&mut self) -> Result<BTreeMap<String, u64>, StoreError> {
+        let tables: Vec<String> = sqlx::query_scalar(
+            "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite@_%' ESCAPE '@'",
+        )
+        .fetch_all(&mut self.connection)
+        .await
+        .doing("listing the tables")?;
+        let mut counts = BTreeMap::new();
+        for table in tables {
+            let count: i64 = sqlx::query_scalar(AssertSqlSafe(format!(
+                "SELECT COUNT(*) FROM \"{}\"",
+                table.replace('"', "\"\"")
+            )))
+            .fetch_one(&mut self.connection)
+            .await
+            .doing("counting rows")?;
+            counts.insert(table, count.unsigned_abs());
+        }
+        Ok(counts)
+    }
+
+    /// Digests of every file that a job names, in any schema.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn named_blobs(&mut self) -> Result<BTreeSet<Sha256Hex>, StoreError> {
+        let columns: Vec<String> = sqlx::query_scalar("SELECT name FROM pragma_table_info('jobs')")
+            .fetch_all(&mut self.connection)
+            .await
+            .doing("asking for the columns of jobs")?;
+        let mut named = BTreeSet::new();
+        for column in BLOB_COLUMNS.into_iter().filter(|known| columns.iter().any(|column| column == known)) {
+            let digests: Vec<String> = sqlx::query_scalar(AssertSqlSafe(format!(
+                "SELECT DISTINCT {column} FROM jobs WHERE {column} IS NOT NULL"
+            )))
+            .fetch_all(&mut self.connection)
+            .await
+            .doing("listing the files in use")?;
+            named.extend(digests);
+        }
+        Ok(named)
+    }
+
+    /// Writes a copy as it is at this moment to a file that is not there yet. Writers go on meanwhile.
+    ///
+    /// # Errors
+    /// The copy could not be written.
+    pub async fn copy_to(&mut self, file: &Path) -> Result<(), StoreError> {
+        let name = file.to_string_lossy().into_owned();
+        sqlx::query("VACUUM INTO ?")
+            .bind(name)
+            .execute(&mut self.connection)
+            .await
+            .doing("copying the database")?;
+        Ok(())
+    }
+
+    /// Closes it.
+    pub async fn close(self) {
+        if let Err(fault) = self.connection.close().await {
+            tracing::debug!(error = %fault, "a database file was not closed in order");
+        }
+    }
+}
+
+/// The newest migration that a database has seen.
+pub(super) async fn newest_migration(connection: &mut SqliteConnection) -> Result<Option<i64>, StoreError> {
+    let ever: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM sqlite_schema WHERE name = '_sqlx_migrations'")
+        .fetch_one(&mut *connection)
+        .await
+        .doing("asking for the schema of the database")?;
+    if ever == 0 {
+        return Ok(None);
+    }
+    sqlx::query_scalar("SELECT MAX(version) FROM _sqlx_migrations WHERE success")
+        .fetch_one(connection)
+        .await
+        .doing("asking for the schema of the database")
+}
+
+/// The schema that this version makes.
+#[must_use]
+pub fn own_schema() -> i64 {
+    sqlx::migrate!().iter().map(|migration| migration.version).max().unwrap_or_default()
+}

@@ -1,0 +1,88 @@
+//! A data directory examined: is the database sound, is every file there that a row names, is anything left over.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::backup::digested;
+use super::{DATABASE_NAME, DatabaseFile, Sha256Hex, StoreError};
+
+/// What was found in a database.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Examination {
+    /// Version of the `SQLite` that read it.
+    pub sqlite_version: String,
+    /// Its schema; none where no migration ever ran.
+    pub schema: Option<i64>,
+    /// Faults of its structure.
+    pub structural_faults: Vec<String>,
+    /// Rows that refer to rows that are not there.
+    pub broken_references: u64,
+    /// Jobs, machines and so on: rows of all tables.
+    pub rows: u64,
+    /// The files beside it.
+    pub files: Files,
+}
+
+/// What was found of the files beside a database.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Files {
+    /// How many the database names.
+    pub named: usize,
+    /// Those of them that are not there.
+    pub missing: Vec<Sha256Hex>,
+    /// Those whose bytes are others.
+    pub changed: Vec<PathBuf>,
+    /// Files that no row names.
+    pub orphans: usize,
+    /// Files that are not complete: of requests under way, or left over.
+    pub incomplete: usize,
+}
+
+/// Examines a data directory; with `digests` every file is read through.
+///
+/// # Errors
+/// The database cannot be opened or read.
+pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, StoreError> {
+    let mut file = DatabaseFile::open(&data_dir.join(DATABASE_NAME)).await?;
+    let sqlite_version = file.sqlite_version().await?;
+    let schema = file.schema().await?;
+    let structural_faults = file.structural_faults().await?;
+    let broken_references = file.broken_references().await?;
+    let rows = file.row_counts().await?.values().sum();
+    // Files first: what is named afterwards may have come meanwhile, and is not missed.
+    let there = files_below(&data_dir.join("blobs"));
+    let named = file.named_blobs().await?;
+    file.close().await;
+    let files = compared(data_dir, &named, &there, digests);
+    Ok(Examination { sqlite_version, schema, structural_faults, broken_references, rows, files })
+}
+
+fn compared(data_dir: &Path, named: &BTreeSet<Sha256Hex>, there: &[PathBuf], digests: bool) -> Files {
+    let mut files = Files {
+        named: named.len(),
+        incomplete: files_below(&data_dir.join("spool")).len(),
+        ..Files::default()
+    };
+    let name = |path: &Path| path.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
+    files.orphans = there.iter().filter(|path| !named.contains(&name(path))).count();
+    for sha256 in named {
+        let path = data_dir.join("blobs").join(sha256.get(..2).unwrap_or("00")).join(sha256);
+        if !path.is_file() {
+            files.missing.push(sha256.clone());
+        } else if digests && !digested(&path).is_ok_and(|found| found.sha256 == *sha256) {
+            files.changed.push(path);
+        }
+    }
+    files
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .flat_map(|entry| {
+            let path = entry.path();
+            if path.is_dir() { files_below(&path) } else { vec![path] }
+        })
+        .collect()
+}

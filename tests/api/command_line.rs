@@ -1,0 +1,340 @@
+//! The commands beside `serve`: what they write, what they say, and how they end.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
+use tempfile::TempDir;
+use trunnion::config::ENVIRONMENT;
+use trunnion::jobs::CutterContactCompensator;
+
+use crate::support::{App, ac_table, spawn_in, spawn_real};
+
+const BLADE: &str = include_str!("../../docs/examples/blade.nc");
+const FLANK: &str = include_str!("../../docs/examples/flank.apt");
+
+fn trunnion(data: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+    for (_, name) in ENVIRONMENT {
+        command.env_remove(name);
+    }
+    command.env("TRUNNION_DATA_DIR", data).args(arguments).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A job with a program, posted; its address and its program.
+async fn posted(app: &App) -> (String, String) {
+    let response = app.post_text("/v1/machines/example-ac-table/posting", "text/plain", FLANK).await;
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    (job, response.text().await.unwrap())
+}
+
+/// Every file below a folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
+}
+
+async fn execute(data: &Path, statement: &'static str) {
+    let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite"));
+    let pool = SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap();
+    sqlx::query(statement).execute(&pool).await.unwrap();
+    pool.close().await;
+}
+
+#[tokio::test]
+async fn a_backup_made_while_the_service_runs_is_restored_with_every_byte() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |_| {}).await;
+    let (job, program) = posted(&app).await;
+    let backup = folder.path().join("backups/first");
+    let made = trunnion(&data, &["backup", path(&backup)]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    // What comes afterwards is not in it.
+    let (later, _) = posted(&app).await;
+    app.stop().await;
+    let manifest: Value =
+        serde_json::from_slice(&std::fs::read(backup.join("manifest.json")).unwrap()).unwrap();
+    assert_eq!(
+        (&manifest["rows"]["jobs"], &manifest["rows"]["machines"]),
+        (&json!(1), &json!(1)),
+        "{manifest}"
+    );
+    // The database, the upload and the program.
+    assert_eq!(manifest["files"].as_object().unwrap().len(), 3, "{manifest}");
+    let again = trunnion(&data, &["backup", path(&backup)]);
+    assert_eq!(again.status.code(), Some(2), "{}", said(&again));
+    let occupied = trunnion(&data, &["restore", path(&backup)]);
+    assert_eq!(occupied.status.code(), Some(2));
+    assert!(said(&occupied).contains("nothing was touched"), "{}", said(&occupied));
+
+    let restored = folder.path().join("restored");
+    let done = trunnion(&restored, &["restore", path(&backup)]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    let sound = trunnion(&restored, &["doctor"]);
+    assert_eq!(sound.status.code(), Some(0), "{}", said(&sound));
+    let app = spawn_in(&restored, |_| {}).await;
+    assert_eq!(app.get(&format!("{job}/program")).await.text().await.unwrap(), program);
+    assert_eq!(app.get(&later).await.status(), 404);
+    app.stop().await;
+    // A service that was stopped is backed up as well.
+    let stopped = trunnion(&restored, &["backup", path(&folder.path().join("second"))]);
+    assert_eq!(stopped.status.code(), Some(0), "{}", said(&stopped));
+}
+
+#[tokio::test]
+async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |_| {}).await;
+    posted(&app).await;
+    app.stop().await;
+    let backup = folder.path().join("backup");
+    assert_eq!(trunnion(&data, &["backup", path(&backup)]).status.code(), Some(0));
+    let manifest = std::fs::read_to_string(backup.join("manifest.json")).unwrap();
+    let refused = |why: &str| {
+        let target = folder.path().join("target");
+        let output = trunnion(&target, &["restore", path(&backup)]);
+        assert_eq!(output.status.code(), Some(2), "{why}: {}", said(&output));
+        assert!(said(&output).contains(why), "{why}: {}", said(&output));
+        assert!(!target.exists());
+        let left = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, 2, "{why}: something was left beside data and backup");
+    };
+    // A byte of a file, a file, a row, a name that leads elsewhere, a newer schema, no manifest.
+    let blob = files(&backup.join("blobs")).pop().unwrap();
+    let bytes = std::fs::read(&blob).unwrap();
+    let mut other = bytes.clone();
+    other[7] ^= 1;
+    std::fs::write(&blob, &other).unwrap();
+    refused("has the digest");
+    std::fs::remove_file(&blob).unwrap();
+    refused("opening");
+    std::fs::write(&blob, &bytes).unwrap();
+    let change = |from: &str, to: &str| {
+        assert!(manifest.contains(from), "{from}");
+        std::fs::write(backup.join("manifest.json"), manifest.replacen(from, to, 1)).unwrap();
+    };
+    change("\"jobs\": 1", "\"jobs\": 2");
+    refused("the table jobs has 1 rows");
+    change("\"blobs/", "\"../blobs/");
+    refused("is no file of a backup");
+    change("\"format\": 1", "\"format\": 2");
+    refused("form 2");
+    std::fs::remove_file(backup.join("manifest.json")).unwrap();
+    refused("manifest.json");
+}
+
+#[tokio::test]
+async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let none = trunnion(&data, &["doctor"]);
+    assert!(none.status.success() && said(&none).contains("not there yet"), "{}", said(&none));
+    let app = spawn_in(&data, |_| {}).await;
+    posted(&app).await;
+    let busy = trunnion(&data, &["doctor"]);
+    assert!(busy.status.success(), "{}", said(&busy));
+    for part in ["a service has the directory", "writable", "2 named, all there", "file system", "free space"]
+    {
+        assert!(said(&busy).contains(part), "{part}: {}", said(&busy));
+    }
+    app.stop().await;
+    // Left over is a note; changed or missing is a fault.
+    let folder = data.join("blobs/00");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("00".repeat(32)), "nobody's").unwrap();
+    let left = trunnion(&data, &["doctor"]);
+    assert!(left.status.success() && said(&left).contains("1 files that no row names"), "{}", said(&left));
+    std::fs::remove_dir_all(&folder).unwrap();
+    let blob = files(&data.join("blobs")).pop().unwrap();
+    std::fs::write(&blob, "other bytes").unwrap();
+    let changed = trunnion(&data, &["doctor"]);
+    assert_eq!(changed.status.code(), Some(1));
+    assert!(said(&changed).contains("has other bytes"), "{}", said(&changed));
+    assert!(trunnion(&data, &["doctor", "--quick"]).status.success());
+    std::fs::remove_file(&blob).unwrap();
+    let missing = trunnion(&data, &["doctor", "--quick"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(said(&missing).contains("is not there"), "{}", said(&missing));
+}
+
+#[tokio::test]
+async fn a_newer_database_is_refused_with_both_schemas_and_stays_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let fresh = trunnion(&data, &["migrate"]);
+    assert!(fresh.status.success() && said(&fresh).contains("a new database"), "{}", said(&fresh));
+    let again = trunnion(&data, &["migrate"]);
+    assert!(again.status.success() && said(&again).contains("already"), "{}", said(&again));
+    let newest = trunnion::store::own_schema().to_string();
+    assert!(said(&again).contains(&newest), "{}", said(&again));
+    execute(
+        &data,
+        "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+         VALUES (99990101000000, 'later', 1, x'00', 0)",
+    )
+    .await;
+    let before = std::fs::read(data.join("trunnion.sqlite")).unwrap();
+    for command in [&["serve", "--listen", "127.0.0.1:0"][..], &["migrate"], &["doctor"]] {
+        let output = trunnion(&data, command);
+        assert!(!output.status.success(), "{command:?}");
+        let text = said(&output);
+        assert!(text.contains("99990101000000") && text.contains(&newest), "{command:?}: {text}");
+    }
+    assert_eq!(std::fs::read(data.join("trunnion.sqlite")).unwrap(), before);
+    // It can still be backed up, but a restoration would give a database that this version cannot serve.
+    let backup = folder.path().join("backup");
+    assert!(trunnion(&data, &["backup", path(&backup)]).status.success());
+    let restored = trunnion(&folder.path().join("restored"), &["restore", path(&backup)]);
+    assert!(said(&restored).contains("99990101000000"), "{}", said(&restored));
+}
+
+#[test]
+fn the_settings_are_shown_with_their_origins_and_read_back() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("trunnion.toml");
+    std::fs::write(&file, "max_poses = 7\nlog = \"debug\"\n").unwrap();
+    let output = trunnion(
+        &folder.path().join("d"),
+        &["config", "show", "--config", path(&file), "--max-json-bytes=9000"],
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    let shown = String::from_utf8(output.stdout.clone()).unwrap();
+    let line = |name: &str| {
+        shown
+            .lines()
+            .find(|line| line.starts_with(&format!("{name} = ")))
+            .unwrap_or_else(|| panic!("{name}: {shown}"))
+    };
+    for (name, value, origin) in [
+        ("max_poses", "7", path(&file)),
+        ("log", "\"debug\"", path(&file)),
+        ("max_json_bytes", "9000", "--max-json-bytes"),
+        ("data_dir", &format!("{:?}", folder.path().join("d")), "environment TRUNNION_DATA_DIR"),
+        ("max_cost_s", "120.0", "default"),
+    ] {
+        let (said, from) = line(name).split_once(" # ").unwrap();
+        assert_eq!((said.trim(), from), (format!("{name} = {value}").as_str(), origin));
+    }
+    // What is shown is a settings file.
+    std::fs::write(&file, &output.stdout).unwrap();
+    let again = trunnion(&folder.path().join("d"), &["config", "show", "--config", path(&file)]);
+    assert!(again.status.success(), "{}", said(&again));
+    assert!(!String::from_utf8_lossy(&again.stdout).contains("# default"));
+}
+
+#[test]
+fn the_description_printed_is_the_committed_one() {
+    let folder = TempDir::new().unwrap();
+    let output = trunnion(folder.path(), &["openapi"]);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let committed: Value = serde_json::from_str(include_str!("../../openapi/trunnion.json")).unwrap();
+    assert!(printed == committed);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Files of one program, its machine and what is made of it.
+struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    fn new(program: &str, machine: &Value) -> Self {
+        let bench = Self { folder: TempDir::new().unwrap() };
+        std::fs::write(bench.at("in.nc"), program).unwrap();
+        std::fs::write(bench.at("machine.json"), machine.to_string()).unwrap();
+        bench
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn compensate(&self, more: &[&str]) -> Output {
+        let (input, output, machine) = (self.at("in.nc"), self.at("out.nc"), self.at("machine.json"));
+        let mut arguments = vec!["compensate", path(&input), path(&output), "--machine", path(&machine)];
+        arguments.extend(more);
+        let done = trunnion(&self.at("data"), &arguments);
+        assert!(!self.at("data").exists(), "no data directory is made");
+        done
+    }
+}
+
+#[tokio::test]
+async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
+    let machine: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    let bench = Bench::new(BLADE, &machine);
+    let parameters = json!({"cc": {"tool_radius_mm": 5, "tolerance_um": 4}, "work_offset_mm": [12, -7, 35]});
+    let form = reqwest::multipart::Form::new()
+        .text("parameters", parameters.to_string())
+        .part("program", reqwest::multipart::Part::text(BLADE).file_name("blade.nc"));
+    let request = app.client.post(app.url("/v1/machines/example-ac-table/compensation")).multipart(form);
+    let response = request.send().await.unwrap();
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    let served = response.text().await.unwrap();
+    let (report, changes) = (bench.at("report.json"), bench.at("changes.csv"));
+    let files = ["--report", path(&report), "--changes", path(&changes)];
+    let text = parameters.to_string();
+    let done = bench.compensate(&[&["--parameters", &text][..], &files].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert_eq!(said(&done), "");
+    assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), served);
+    let served: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+    let written: Value = serde_json::from_slice(&std::fs::read(&report).unwrap()).unwrap();
+    assert_eq!(written, served);
+    let table = app.get(&format!("{job}/changes")).await.text().await.unwrap();
+    assert_eq!(std::fs::read_to_string(&changes).unwrap(), table);
+    // Parameters in a file, the report on standard output, another operation.
+    std::fs::write(bench.at("parameters.json"), "{\"tool_radius_mm\": 5, \"tolerance_um\": 4}").unwrap();
+    let parameters = bench.at("parameters.json");
+    let done = bench.compensate(&["--operation", "cc-compensation", "--parameters", path(&parameters)]);
+    let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(report["machine_revision"], 1, "{report}");
+    assert!(report["after"]["max_um"].as_f64().unwrap() <= 4.0);
+}
+
+#[test]
+fn what_is_refused_on_the_command_line_is_named_and_nothing_is_written() {
+    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\nG1 X[#<_x>] A1\n", &ac_table());
+    std::fs::write(bench.at("out.nc"), "as it was").unwrap();
+    for (more, code, part) in [
+        (&["--parameters", "{\"cc\": {\"tolerance_um\": 0}}"][..], 1, "/cc/tolerance_um"),
+        (&["--parameters", "{\"location_errors\": 1}"], 1, "/location_errors"),
+        (&["--operation", "posting"], 1, "cutter location data"),
+        (&["--operation", "turning"], 2, "turning"),
+        (&["--parameters", "none.json"], 2, "none.json"),
+        (&["--operation", "servo-simulation"], 2, "makes no program"),
+        (&["--operation", "posting", "--changes", "c.csv"], 2, "makes no table of changes"),
+        (&["--max-cost-s", "0.000001", "--parameters", "{\"location_errors\": true}"], 1, "over the limit"),
+    ] {
+        let done = bench.compensate(more);
+        assert_eq!(done.status.code(), Some(code), "{more:?}: {}", said(&done));
+        assert!(said(&done).contains(part), "{more:?}: {}", said(&done));
+        assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), "as it was", "{more:?}");
+    }
+    std::fs::write(bench.at("in.nc"), "G1 X1 Y1 Z1 A0 C0 F100\nG1 X5 A130\n").unwrap();
+    let done = bench.compensate(&["--parameters", "{\"cc\": {\"tool_radius_mm\": 5}}"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("first at line 2: G1 X5 A130"), "{}", said(&done));
+    assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), "as it was");
+    std::fs::write(bench.at("machine.json"), "{\"name\": \"x\"}").unwrap();
+    assert_eq!(bench.compensate(&[]).status.code(), Some(1));
+    std::fs::remove_file(bench.at("machine.json")).unwrap();
+    assert_eq!(bench.compensate(&[]).status.code(), Some(2));
+    // Nothing lies beside the files but the files.
+    let mut names: Vec<_> = files(bench.folder.path());
+    names.sort();
+    assert_eq!(names, [bench.at("in.nc"), bench.at("out.nc")]);
+}
