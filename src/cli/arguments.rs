@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 use super::{
-    CompensateArguments, ConfigCommand, StartFault, backup, compensate, doctor, health, migrate, serve,
-    settings,
+    CompensateArguments, ConfigCommand, KeysCommand, StartFault, backup, compensate, doctor, health, keys,
+    migrate, serve, settings,
 };
 use crate::config::{Flags, Settings};
 
@@ -32,6 +32,9 @@ pub enum Command {
     Serve,
     /// Ask the service at the listen address whether it is ready; for containers
     Healthcheck,
+    /// Make, list and revoke API keys, also while the service runs
+    #[command(subcommand)]
+    Keys(KeysCommand),
     /// Bring the database to the newest schema, without serving
     Migrate,
     /// Copy the data directory, also while the service runs: database, files, manifest
@@ -67,7 +70,8 @@ pub fn run(cli: &Cli) -> Result<(), StartFault> {
     let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
     match &cli.command {
         None | Some(Command::Serve) => serve::until_stopped(settings),
-        Some(Command::Healthcheck) => health::check(settings.listen),
+        Some(Command::Healthcheck) => health::check(&settings),
+        Some(Command::Keys(command)) => keys::run(&settings, command),
         Some(Command::Migrate) => Ok(migrate::run(&settings)?),
         Some(Command::Backup { target }) => Ok(backup::back_up(&settings, target)?),
         Some(Command::Restore { backup }) => Ok(backup::restore(&settings, backup)?),

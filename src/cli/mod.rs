@@ -6,13 +6,19 @@ mod compensate;
 mod doctor;
 mod fault;
 mod health;
+mod keys;
 mod logs;
 mod migrate;
+#[cfg(feature = "otlp")]
+mod otlp;
 mod serve;
 mod settings;
+mod tls;
 
 pub use arguments::{Cli, Command, run};
 pub use compensate::CompensateArguments;
 pub use fault::CommandFault;
-pub use serve::{Running, StartFault, start};
+pub use keys::{KeysCommand, KeysFault};
+pub use serve::{Guarding, Running, StartFault, start};
 pub use settings::ConfigCommand;
+pub use tls::TlsFault;

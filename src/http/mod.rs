@@ -1,6 +1,7 @@
 //! The HTTP skin: routes, extractors, problems. No arithmetic, no SQL.
 
 mod access;
+mod admission;
 mod audit;
 mod body;
 mod calibrations;
@@ -18,10 +19,12 @@ mod keys;
 mod kinematics;
 mod machines;
 mod negotiate;
+pub mod observation;
 mod openapi;
 mod paging;
 pub mod problem;
 mod programs;
+mod rates;
 mod refusals;
 mod router;
 mod service;

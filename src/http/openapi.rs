@@ -74,15 +74,20 @@ pub fn document() -> Document {
 /// One line for each operation: method, path, id.
 #[must_use]
 pub fn operations() -> String {
-    let mut lines = Vec::new();
-    for (path, item) in &document().paths.paths {
-        for (method, operation) in methods(item) {
-            let id = operation.operation_id.as_deref().unwrap_or("?");
-            lines.push(format!("{method:6} {path:58} {id}"));
-        }
-    }
+    let document = document();
+    let mut lines: Vec<String> =
+        all(&document).map(|(method, path, id)| format!("{method:6} {path:58} {id}")).collect();
     lines.sort_by(|a, b| a.get(7..).cmp(&b.get(7..)));
     lines.join("\n") + "\n"
+}
+
+/// Every operation: method, pattern of the path, id.
+pub(super) fn all(document: &Document) -> impl Iterator<Item = (&'static str, &str, &str)> {
+    document.paths.paths.iter().flat_map(|(path, item)| {
+        methods(item).map(|(method, operation)| {
+            (method, path.as_str(), operation.operation_id.as_deref().unwrap_or("?"))
+        })
+    })
 }
 
 fn methods(item: &PathItem) -> impl Iterator<Item = (&'static str, &Operation)> {

@@ -89,6 +89,12 @@ catalogue! {
         "Replacing or deleting a machine needs the If-Match header with the ETag of the revision that was read.";
     BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
         "The detail names the limit. It counts bytes after decompression.";
+    UrlTooLong = URI_TOO_LONG, "url-too-long", "The address is too long",
+        "Path and query together are longer than the limit that the detail names. Send long parameters in the body, as the form field parameters.";
+    HeaderTooLarge = REQUEST_HEADER_FIELDS_TOO_LARGE, "header-too-large", "The header is too large",
+        "All header fields together are longer than the limit that the detail names.";
+    TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
+        "The caller, known by key or else by address, asks more often than the service is set to answer. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types the operation takes. Content codings are gzip and zstd.";
     InvalidRequest = UNPROCESSABLE_ENTITY, "invalid-request", "A field or parameter is wrong",
@@ -109,6 +115,8 @@ catalogue! {
         "The control's published kinematics has no place for this machine's axes. Each entry of errors says why. The neutral format takes every machine.";
     TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
         "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
+    ResultTooLarge = UNPROCESSABLE_ENTITY, "result-too-large", "The result would be too large",
+        "What the request makes is longer than the limit that the detail names. Nothing was stored. Split the request, or raise the limit.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
         "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
@@ -156,6 +164,9 @@ impl ProblemType {
             StatusCode::METHOD_NOT_ALLOWED => Self::MethodNotAllowed,
             StatusCode::REQUEST_TIMEOUT => Self::RequestTimeout,
             StatusCode::PAYLOAD_TOO_LARGE => Self::BodyTooLarge,
+            StatusCode::URI_TOO_LONG => Self::UrlTooLong,
+            StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE => Self::HeaderTooLarge,
+            StatusCode::TOO_MANY_REQUESTS => Self::TooManyRequests,
             StatusCode::UNSUPPORTED_MEDIA_TYPE => Self::UnsupportedMediaType,
             StatusCode::SERVICE_UNAVAILABLE => Self::Busy,
             other if other.is_client_error() => Self::MalformedRequest,
@@ -360,6 +371,10 @@ impl From<std::io::Error> for Problem {
         if matches!(fault.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded) {
             tracing::error!(error = %fault, "the disk is full");
             return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        }
+        // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
+        if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {
+            return Self::new(ProblemType::ResultTooLarge, fault.to_string());
         }
         Self::internal(&fault)
     }

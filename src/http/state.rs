@@ -3,12 +3,14 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
+use std::time::Instant;
 
 use super::held_keys::HeldKeys;
+use super::observation::{Exporter, Operations};
+use super::rates::Rates;
 use crate::config::Settings;
 use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
+use crate::meter::Counter;
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -26,10 +28,18 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// Where counts and times of requests are kept.
-    pub(super) recorder: Arc<PrometheusRecorder>,
     /// The API keys.
     pub(super) keys: Arc<HeldKeys>,
+    /// Counts and times of requests, by operation.
+    pub(super) operations: Arc<Operations>,
+    /// Requests whose client left before the answer.
+    pub(super) abandoned: Arc<Counter>,
+    /// How often callers may ask, where that is limited.
+    pub(super) rates: Option<Arc<Rates>>,
+    /// Where the spans of requests go besides the log.
+    pub(super) exporter: Option<Arc<dyn Exporter>>,
+    /// When the service started.
+    pub(super) began: Instant,
     draining: Arc<AtomicBool>,
 }
 
@@ -50,6 +60,7 @@ impl AppState {
         compensator: Arc<dyn Compensator>,
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
+        let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
         Ok(Self {
             store,
             compute: Compute::new(
@@ -57,12 +68,16 @@ impl AppState {
                 settings.max_waiting_computations,
                 settings.max_surface_memory_bytes,
             ),
-            spool: Spool::new(blobs, settings.max_body_bytes),
+            spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
             sources,
             keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
-            recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
+            operations: Arc::new(Operations::new(std::iter::empty())),
+            abandoned: Arc::default(),
+            rates: rates.map(Arc::new),
+            exporter: None,
+            began: Instant::now(),
             draining: Arc::new(AtomicBool::new(false)),
         })
     }
@@ -71,6 +86,19 @@ impl AppState {
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// The same with a place where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
+        self.exporter = Some(exporter);
+        self
+    }
+
+    /// Where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
+        self.exporter.clone()
     }
 
     /// What programs are worked on with.

@@ -13,6 +13,7 @@ use super::program_job::{Finished, Workplace, written};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
+use crate::meter;
 use crate::process::{self, Stop};
 use crate::wear::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport, Fault, JobOperation};
@@ -128,6 +129,7 @@ impl ProgramParameters for CcParameters {
                 threads,
                 stop,
             )?;
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let report = serde_json::to_string(&CcReport { provenance, findings })?;

@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use super::PartSurfaceFault;
+use crate::meter;
 use crate::process::Stop;
 use crate::surface::Mesh;
 use crate::wear::SideBySide;
@@ -141,14 +142,17 @@ impl Compute {
         F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
+        let waiting = meter::WAITING.enter();
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        drop(waiting);
+        let computing = meter::COMPUTING.enter();
         let threads = Threads { places: Arc::clone(&self.running), width: self.width };
         let token = CancellationToken::new();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {
             // Held by the thread, not by the request: a place is free when its work has really ended.
-            let _held = (place, turn);
+            let _held = (place, turn, computing);
             let _entered = span.entered();
             work(&threads, &|| {
                 if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -18,6 +18,7 @@ use crate::surface::EvenSamples;
 use crate::units::Length;
 use crate::wire::{
     Fault, JobOperation, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
+    fault_of_table,
 };
 
 impl ProgramParameters for VerificationParameters {
@@ -69,7 +70,7 @@ fn residual_table(
     verification: &process::Verification,
     spool: &Spool,
 ) -> Result<Draft, JobFault> {
-    let mut table = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+    let mut table = BufWriter::with_capacity(1 << 18, spool.result()?);
     let rows = samples.points.iter().zip(&verification.residuals).map(|(sample, residual)| ResidualRow {
         x_mm: sample.point_mm.x,
         y_mm: sample.point_mm.y,
@@ -80,7 +81,7 @@ fn residual_table(
         residual_um: residual.map(|residual| Length::from_mm(residual.residual_mm).um()),
         line: residual.map(|residual| residual.line),
     });
-    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault.into()))?;
+    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
     written(table)
 }
 

@@ -6,6 +6,7 @@ use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process;
 use crate::units::Angle;
@@ -28,6 +29,7 @@ impl ProgramParameters for WearParameters {
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let findings = findings(&self, &report);
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let report = serde_json::to_string(&WearReport { provenance, findings })?;
             Ok(Finished { report, output: Some(output), changes: None })
         }))

@@ -47,6 +47,15 @@ pub struct Draft {
     file: NamedTempFile,
     hasher: Sha256,
     length: u64,
+    limit: u64,
+}
+
+/// More bytes than a draft may hold; the kind of the fault of writing is then [`io::ErrorKind::FileTooLarge`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("what is made would be longer than {limit} bytes")]
+pub struct DraftTooLong {
+    /// The limit \[bytes\].
+    pub limit: u64,
 }
 
 impl Blobs {
@@ -98,7 +107,7 @@ impl Blobs {
     pub fn draft(&self) -> Result<Draft, BlobFault> {
         let file =
             NamedTempFile::new_in(&self.spool).map_err(BlobFault::at("making a file in", &self.spool))?;
-        Ok(Draft { file, hasher: Sha256::new(), length: 0 })
+        Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX })
     }
 
     /// A file for what rests between two steps of a computation; it goes with what is returned.
@@ -143,6 +152,12 @@ impl Blobs {
 }
 
 impl Draft {
+    /// The same with a limit on its length \[bytes\]; one byte more is a fault of writing.
+    #[must_use]
+    pub fn within(self, limit: u64) -> Self {
+        Self { limit, ..self }
+    }
+
     /// Where the bytes written so far stand.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -164,6 +179,9 @@ impl Draft {
 
 impl Write for Draft {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.length.saturating_add(bytes.len() as u64) > self.limit {
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, DraftTooLong { limit: self.limit }));
+        }
         let written = self.file.write(bytes)?;
         let taken = bytes.get(..written).unwrap_or(bytes);
         self.hasher.update(taken);

@@ -12,7 +12,9 @@ use sqlx::sqlite::{
 
 use super::database_file::newest_migration;
 use super::error::Doing;
+use super::readers::Readers;
 use super::{StoreError, own_schema};
+use crate::meter;
 
 /// The oldest `SQLite` without the write-ahead log's corruption fault.
 const OLDEST_SQLITE: (&str, [u32; 3]) = ("3.51.3", [3, 51, 3]);
@@ -23,7 +25,7 @@ const ROWS_HANDED_OVER: usize = 1024;
 /// The database of one data directory.
 #[derive(Debug, Clone)]
 pub struct Store {
-    pub(super) readers: SqlitePool,
+    pub(super) readers: Readers,
     writer: SqlitePool,
 }
 
@@ -83,7 +85,7 @@ impl Store {
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
             .await
             .doing("opening the database for reading")?;
-        Ok(Self { readers, writer })
+        Ok(Self { readers: Readers::new(readers), writer })
     }
 
     /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
@@ -93,6 +95,7 @@ impl Store {
         T: Send,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
     {
+        let _timed = meter::STORE_WRITES.begin();
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
         match work(&mut transaction).await {
             Ok(done) => transaction.commit().await.doing(doing).map(|()| done),

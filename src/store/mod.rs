@@ -16,12 +16,13 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod readers;
 mod wear_entries;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
 pub use backup::{BackupFault, BackupFile, DATABASE_NAME, Manifest, back_up, restore};
-pub use blobs::{BlobFault, Blobs, Draft, Sha256Hex, sha256_hex};
+pub use blobs::{BlobFault, Blobs, Draft, DraftTooLong, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
 pub use database::Store;
 pub use database_file::{DatabaseFile, own_schema};

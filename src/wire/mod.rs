@@ -87,7 +87,7 @@ pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, Post
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
-pub use residuals::ResidualRow;
+pub use residuals::{ResidualRow, fault_of_table};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
     FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,

@@ -103,7 +103,8 @@ async fn multipart<P: DeserializeOwned>(
     incoming: Incoming,
     part: Part,
 ) -> Result<Upload<P>, Problem> {
-    let mut request = Request::from_parts(parts.clone(), incoming.into_body());
+    let (body, between) = incoming.into_form(app.settings.max_header_bytes);
+    let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
     let mut form = Multipart::from_request(request, app)
         .await
@@ -111,7 +112,10 @@ async fn multipart<P: DeserializeOwned>(
     let mut parameters: Option<P> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
     let mut surface: Option<Draft> = None;
-    while let Some(mut field) = paused(app, form.next_field()).await? {
+    loop {
+        between.enter();
+        let Some(mut field) = paused(app, form.next_field()).await? else { break };
+        between.leave();
         match field.name().unwrap_or_default() {
             "parameters" if parameters.is_none() => {
                 let mut text = Vec::new();
