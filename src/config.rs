@@ -72,6 +72,12 @@ settings! {
     max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
     /// Computations that may wait for their turn before the service answers 503
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
+    /// Jobs that may wait in the queue before the service answers 503
+    max_queued_jobs: usize = 1000, "TRUNNION_MAX_QUEUED_JOBS";
+    /// Clients that may follow the events of jobs at the same time
+    max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
+    /// How long a job is kept after it has ended (s); 0 keeps it for ever
+    job_retention_s: f64 = 0.0, "TRUNNION_JOB_RETENTION_S";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
     /// Largest file or table that one request makes (bytes)
@@ -244,6 +250,9 @@ impl Settings {
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
         in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
+        in_range("max_queued_jobs", self.max_queued_jobs as f64, 0.0, 100_000.0)?;
+        in_range("max_event_streams", self.max_event_streams as f64, 0.0, 1e6)?;
+        in_range("job_retention_s", self.job_retention_s, 0.0, 1e10)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
         in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
         in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;

@@ -253,6 +253,33 @@ fn the_core_is_pure() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// Functions whose last bit is the platform's; `geometry::trig` and `constants::arithmetic` have the same ones of our own.
+const OF_THE_PLATFORM: [&str; 12] = [
+    ".ln()",
+    ".exp()",
+    ".powf(",
+    ".sin()",
+    ".cos()",
+    ".tan()",
+    ".sin_cos()",
+    ".atan2(",
+    ".asin()",
+    ".acos()",
+    ".atan()",
+    ".hypot(",
+];
+
+#[test]
+fn programs_and_poses_have_the_same_bits_everywhere() {
+    let modules = ["program", "motion", "process", "contact", "kinematics", "machine"];
+    for source in sources().iter().filter(|source| modules.contains(&source.module.as_str())) {
+        for (number, line) in source.code.iter().enumerate() {
+            let found = OF_THE_PLATFORM.iter().find(|call| line.contains(**call));
+            assert_eq!(found, None, "{}:{}", source.path.display(), number + 1);
+        }
+    }
+}
+
 #[test]
 fn only_the_store_names_the_database_and_only_http_the_web() {
     let mut faults = Vec::new();

@@ -94,6 +94,9 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::Blob(_)
         | JobFault::Store(_)
         | JobFault::KeyReused
+        | JobFault::QueueFull { .. }
+        | JobFault::MachineLost
+        | JobFault::ProcessDied
         | JobFault::Report(_) => false,
     }
 }

@@ -266,14 +266,16 @@ fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
 }
 
 impl Running {
-    /// Stops listening, lets requests under way finish within the drain time, closes the database.
+    /// Stops listening, lets requests and jobs under way finish within the drain time, gives the jobs that have not back
+    /// to the queue, closes the database.
     ///
     /// # Errors
     /// The server ended with a fault of its own.
     pub async fn stop(self) -> std::io::Result<()> {
         self.state.begin_draining();
         self.handle.graceful_shutdown(Some(self.drain));
-        let served = self.task.await.map_err(std::io::Error::other);
+        let (served, ()) = tokio::join!(self.task, self.state.queue.stop(self.drain));
+        let served = served.map_err(std::io::Error::other);
         if let Some(exporter) = self.state.exporter() {
             // It waits for a collector on a thread of its own, for a moment.
             drop(tokio::task::spawn_blocking(move || exporter.close()).await);
@@ -308,7 +310,7 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         running.stop().await.map_err(StartFault::Process)
     });
     // A computation that does not poll its stop in time is left behind; the process does not wait for it.
-    runtime.shutdown_timeout(drain.min(Duration::from_secs(2)));
+    runtime.shutdown_timeout(drain.min(Duration::from_millis(1500)));
     tracing::info!("stopped");
     ended
 }

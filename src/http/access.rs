@@ -15,10 +15,7 @@ pub(super) enum Need {
 /// What the operation with this method and this path template needs.
 pub(super) fn needed(method: &str, route: &str) -> Need {
     Need::Scope(match (method, route) {
-        // What a monitor, a container and a person without a key must be able to ask.
-        ("GET" | "HEAD", "/healthz" | "/readyz" | "/v1/version" | "/openapi.json") => return Need::Nothing,
-        ("GET" | "HEAD", "/problems" | "/problems/{code}") => return Need::Nothing,
-        ("GET" | "HEAD", docs) if docs == "/docs" || docs.starts_with("/docs/") => return Need::Nothing,
+        ("GET" | "HEAD", open) if is_open(open) => return Need::Nothing,
 
         (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit") => Scope::Admin,
         ("GET" | "HEAD", _) => Scope::Read,
@@ -42,7 +39,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
             | "/v1/machines/{machine_id}/compensation"
             | "/v1/machines/{machine_id}/verification"
             | "/v1/machines/{machine_id}/servo-simulation"
-            | "/v1/machines/{machine_id}/post"
+            | "/v1/machines/{machine_id}/posting"
             | "/v1/servo-simulations"
             | "/v1/servo-sweeps"
             | "/v1/servo-matching"
@@ -54,4 +51,11 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
 
         _ => Scope::Admin,
     })
+}
+
+/// What a monitor, a container and a person without a key must be able to ask.
+fn is_open(route: &str) -> bool {
+    const OPEN: &[&str] =
+        &["/healthz", "/readyz", "/v1/version", "/openapi.json", "/problems", "/problems/{code}", "/docs"];
+    OPEN.contains(&route) || route.starts_with("/docs/")
 }

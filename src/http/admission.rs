@@ -1,12 +1,13 @@
 //! What is refused before anything is read: an address or a header that is too long, and a caller who asks too often.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 
 use axum::extract::{ConnectInfo, MatchedPath, Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use http::HeaderValue;
 use http::header::RETRY_AFTER;
+use http::{Extensions, HeaderValue};
 
 use super::AppState;
 use super::caller::Caller;
@@ -22,22 +23,32 @@ pub(super) async fn admit(State(app): State<AppState>, request: Request, next: N
     if let Err(problem) = measured(&app, &request) {
         return problem.into_response();
     }
-    let path = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
-    if let Some(rates) = app.rates.as_deref()
-        && !path.is_some_and(|path| WATCHING.contains(&path))
-    {
-        let peer = request.extensions().get::<ConnectInfo<SocketAddr>>();
-        let who = key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key);
-        if let Err(wait) = rates.admit(who) {
-            let rate = app.settings.max_rate_per_s;
-            let detail = format!("more than {rate} requests a second from one caller");
-            let mut response = Problem::new(ProblemType::TooManyRequests, detail).into_response();
-            let wait_s = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
-            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(wait_s));
-            return response;
-        }
+    match turned_away(&app, request.extensions(), key_id) {
+        Some(response) => response,
+        None => next.run(request).await,
     }
-    next.run(request).await
+}
+
+/// The answer to one who asks too often: by key, or by address where none was accepted.
+pub(super) fn turned_away(
+    app: &AppState,
+    extensions: &Extensions,
+    key_id: Option<Arc<str>>,
+) -> Option<Response> {
+    let rates = app.rates.as_deref()?;
+    let path = extensions.get::<MatchedPath>().map(MatchedPath::as_str);
+    if path.is_some_and(|path| WATCHING.contains(&path)) {
+        return None;
+    }
+    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
+    let who = key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key);
+    let wait = rates.admit(who).err()?;
+    let rate = app.settings.max_rate_per_s;
+    let detail = format!("more than {rate} requests a second from one caller");
+    let mut response = Problem::new(ProblemType::TooManyRequests, detail).into_response();
+    let wait_s = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
+    response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(wait_s));
+    Some(response)
 }
 
 /// Length of the address, and of all header fields together, as they were sent but for the four bytes between them.

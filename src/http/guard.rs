@@ -10,8 +10,10 @@ use http::{HeaderMap, HeaderValue, Method};
 
 use super::AppState;
 use super::access::{Need, needed};
+use super::admission::turned_away;
 use super::body::Incoming;
 use super::caller::Caller;
+use super::pages::from_here;
 use super::problem::{Problem, ProblemType};
 
 /// What is said beside a refusal (RFC 6750 §3).
@@ -42,6 +44,10 @@ pub(super) async fn guard(State(app): State<AppState>, request: Request, next: N
         }
         Err(refused) => refused,
     };
+    // Whoever guesses keys is counted by address.
+    if let Some(response) = turned_away(&app, &parts.extensions, None) {
+        return response;
+    }
     Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
     let mut response = refused.problem.into_response();
     if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {
@@ -53,6 +59,9 @@ pub(super) async fn guard(State(app): State<AppState>, request: Request, next: N
 async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {
     let ring = app.keys.current(&app.store).await.map_err(Problem::from)?;
     if ring.is_empty() {
+        if app.settings.listen.ip().to_canonical().is_loopback() {
+            from_here(parts)?;
+        }
         return Ok(Caller::anybody());
     }
     // Where there is nothing, there is nothing to guard.

@@ -14,7 +14,7 @@ use crate::store::{KeyMark, Store, StoreError};
 const TRUSTED: Duration = Duration::from_secs(1);
 
 /// How often the use of one key is written down.
-const NOTED: Duration = Duration::from_secs(300);
+const NOTED: Duration = Duration::from_mins(5);
 
 /// The keys of one data directory.
 #[derive(Debug)]

@@ -56,7 +56,8 @@ fn guarded(document: &mut Document) {
                 continue;
             };
             operation.security = Some(vec![SecurityRequirement::new(SCHEME, [scope.as_str()])]);
-            let mut kinds = vec![ProblemType::Unauthenticated, ProblemType::ScopeMissing];
+            let mut kinds =
+                vec![ProblemType::Unauthenticated, ProblemType::ScopeMissing, ProblemType::ForeignPage];
             if (method, path.as_str()) == ("PUT", "/v1/machines/{machine_id}") {
                 kinds.push(ProblemType::MachineNotAllowed);
             }

@@ -63,9 +63,12 @@ pub fn router(mut app: AppState) -> Router {
     };
     // Without this the page asks a validator on the internet about its own document.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
+    behind_the_edge(router.route("/openapi.json", get(served)).merge(docs), app)
+}
+
+/// These routes behind everything that a request goes through on its way to a handler.
+pub fn behind_the_edge(router: Router<AppState>, app: AppState) -> Router {
     router
-        .route("/openapi.json", get(served))
-        .merge(docs)
         .fallback(edge::not_found)
         .method_not_allowed_fallback(edge::method_not_allowed)
         .layer(

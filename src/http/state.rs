@@ -5,11 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use tokio::sync::Semaphore;
+
 use super::held_keys::HeldKeys;
+use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
+use super::problem::Problem;
 use super::rates::Rates;
 use crate::config::Settings;
-use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
+use crate::jobs::{
+    Compensator, Compute, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool, open_data_directory,
+};
 use crate::meter::Counter;
 use crate::store::Store;
 
@@ -28,8 +34,6 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// The API keys.
-    pub(super) keys: Arc<HeldKeys>,
     /// Counts and times of requests, by operation.
     pub(super) operations: Arc<Operations>,
     /// Requests whose client left before the answer.
@@ -40,6 +44,14 @@ pub struct AppState {
     pub(super) exporter: Option<Arc<dyn Exporter>>,
     /// When the service started.
     pub(super) began: Instant,
+    /// Jobs that wait and run.
+    pub queue: Queue,
+    /// Room for those who follow events of jobs.
+    pub(super) followers: Arc<Semaphore>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
+    /// Machines used last.
+    pub(super) machines: Arc<HeldMachines>,
     draining: Arc<AtomicBool>,
 }
 
@@ -61,18 +73,39 @@ impl AppState {
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
+        let compute = Compute::new(
+            settings.computations(),
+            settings.max_waiting_computations,
+            settings.max_surface_memory_bytes,
+        );
+        let spool = Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes);
+        let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
+        let limits = QueueLimits {
+            max_queued: settings.max_queued_jobs,
+            job_retention_s: settings.job_retention_s,
+            key_retention_s: settings.idempotency_retention_s,
+        };
+        let queue = Queue::open(
+            store.clone(),
+            spool.clone(),
+            compute.clone(),
+            sources.clone(),
+            means,
+            limits,
+            Problem::of_job,
+        )
+        .await?;
         Ok(Self {
             store,
-            compute: Compute::new(
-                settings.computations(),
-                settings.max_waiting_computations,
-                settings.max_surface_memory_bytes,
-            ),
-            spool: Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes),
+            compute,
+            spool,
             sources,
+            followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            machines: Arc::default(),
             keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
+            queue,
             operations: Arc::new(Operations::new(std::iter::empty())),
             abandoned: Arc::default(),
             rates: rates.map(Arc::new),

@@ -37,7 +37,8 @@ const CANDIDATE_S: f64 = 3e-6;
 /// One byte of a program read, checked, corrected, written and verified \[s\].
 const PROGRAM_BYTE_S: f64 = 2e-7;
 
-/// One evaluation of the deviation \[s\]; 0.1 to 0.25 µs were measured.
+/// One evaluation of the deviation \[s\]; 0.1 to 0.25 µs were measured. Blocks that are dear whatever the tolerance show only
+/// on the way: their evaluations are counted as they are made, and refused over the limit, within a block as well.
 const EVALUATION_S: f64 = 1.2e-7;
 /// One block written, read back and verified \[s\]; below 1 µs where it is copied, some µs where it is new.
 const BLOCK_OUT_S: f64 = 6e-6;
@@ -68,6 +69,9 @@ const SAMPLE_S: f64 = 1e-5;
 
 /// One scallop height with its inverses, read and printed \[s\].
 const SCALLOP_S: f64 = 3e-6;
+
+/// Work so short that it is done where it arrives \[s\]: ten poses on an ordinary machine.
+const TRIFLE_S: f64 = 2e-4;
 
 impl Cost {
     /// Of so many scallop heights.
@@ -166,6 +170,12 @@ impl Cost {
         )]
         let samples = (limit_s / TOOL_SAMPLE_S).max(0.0) as u64;
         samples
+    }
+
+    /// Whether it is less than handing the work to another thread and back is worth.
+    #[must_use]
+    pub fn is_trifling(self) -> bool {
+        self.seconds <= TRIFLE_S
     }
 
     /// Refuses work over the limit.

@@ -107,6 +107,21 @@ pub struct InverseOptions {
     pub start_words_deg: Option<[f64; 2]>,
 }
 
+/// Whether [`inverse`] of so many poses is so little that it is done where it is asked.
+#[must_use]
+pub fn inverse_is_trifling(machine: &Machine, options: &InverseOptions, poses: usize) -> bool {
+    let kinematics = Kinematics::new(machine, &options.setup);
+    Cost::of_poses(poses, answers(&kinematics, options.selection)).is_trifling()
+}
+
+/// How many answers one pose can have.
+fn answers(kinematics: &Kinematics, selection: Selection) -> usize {
+    match selection {
+        Selection::Path => kinematics.path_states(),
+        Selection::All => kinematics.max_candidates(),
+    }
+}
+
 /// Solutions and what is particular about them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InverseAnswer {
@@ -130,10 +145,7 @@ pub fn inverse(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<InverseAnswer, KinematicsFault> {
     let kinematics = Kinematics::new(machine, &options.setup);
-    let answers = match options.selection {
-        Selection::Path => kinematics.path_states(),
-        Selection::All => kinematics.max_candidates(),
-    };
+    let answers = answers(&kinematics, options.selection);
     limits.check(poses.len(), answers)?;
     let count = poses.len().saturating_mul(answers);
     if options.selection == Selection::All && count > MAX_CANDIDATES {

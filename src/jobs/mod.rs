@@ -14,6 +14,7 @@ mod part_surface;
 mod posting;
 mod program_file;
 mod program_job;
+mod queue;
 mod refusals;
 mod servo;
 mod servo_program;
@@ -30,14 +31,20 @@ pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, Too
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
-pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse};
+pub use kinematics::{
+    InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse, inverse_is_trifling,
+};
 pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;
-pub use program_job::{Finished, InputFile, JobFault, ProgramJob, Workplace, run_program_job};
+pub use program_file::InputFile;
+pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job};
+pub use queue::{Describe, JobOrder, Queue, QueueLimits};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
-pub use work::{MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes};
+pub use work::{
+    ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,
+};

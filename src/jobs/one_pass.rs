@@ -7,7 +7,6 @@ use tempfile::NamedTempFile;
 
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::wear_program::findings as wear_findings;
@@ -55,7 +54,7 @@ impl ProgramParameters for CompensationParameters {
             let report = process::compensate_program(
                 &on.machine,
                 &core,
-                &FileSource(&program.path),
+                program,
                 &resting,
                 &mut output,
                 &mut changes,

@@ -1,6 +1,5 @@
 //! Posting of cutter location data, as work on a program.
 
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
@@ -17,8 +16,7 @@ impl ProgramParameters for PostingParameters {
         Ok(Prepared::new(Cost::of_posting(sizes.program_length), move |place| {
             let Workplace { program, stop, .. } = place;
             let mut output = place.output()?;
-            let source = FileSource(&program.path);
-            let report = process::post(&on.machine, &core, &source, &mut output, stop)
+            let report = process::post(&on.machine, &core, program, &mut output, stop)
                 .map_err(in_words_of_the_wire)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);

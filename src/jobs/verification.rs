@@ -5,7 +5,6 @@ use std::io::{BufReader, BufWriter};
 use thiserror::Error;
 
 use super::part_surface::read_part;
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::{
@@ -41,9 +40,8 @@ impl ProgramParameters for VerificationParameters {
                 (None, Some(part)) => part.samples(self.samples),
                 (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
             };
-            let source = FileSource(&program.path);
             let verification =
-                process::verify_part(&on.machine, core, &samples.points, &source, threads, stop)
+                process::verify_part(&on.machine, core, &samples.points, program, threads, stop)
                     .map_err(in_words_of_the_wire)?;
             let table = residual_table(&samples, &verification, spool)?;
             let report = VerificationReport::of(

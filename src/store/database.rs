@@ -1,6 +1,8 @@
 //! The connections: one that writes, a few that only read.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use futures::future::BoxFuture;
@@ -27,6 +29,7 @@ const ROWS_HANDED_OVER: usize = 1024;
 pub struct Store {
     pub(super) readers: Readers,
     writer: SqlitePool,
+    writes: Arc<AtomicU64>,
 }
 
 impl Store {
@@ -85,7 +88,13 @@ impl Store {
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
             .await
             .doing("opening the database for reading")?;
-        Ok(Self { readers: Readers::new(readers), writer })
+        Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default() })
+    }
+
+    /// How many write transactions have ended: while it stays the same, so does everything read since.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes.load(Ordering::SeqCst)
     }
 
     /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
@@ -96,6 +105,8 @@ impl Store {
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
     {
         let _timed = meter::STORE_WRITES.begin();
+        // Counted however it ends, also by a caller who no longer waits for it.
+        let _counted = Counted(&self.writes);
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
         match work(&mut transaction).await {
             Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
@@ -141,6 +152,15 @@ async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
     match newest_migration(&mut connection).await? {
         Some(found) if found > own_schema() => Err(StoreError::Newer { found, ours: own_schema() }),
         _ => Ok(()),
+    }
+}
+
+/// Counts when it goes.
+struct Counted<'a>(&'a AtomicU64);
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_add(1, Ordering::SeqCst);
     }
 }
 

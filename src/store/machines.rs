@@ -397,7 +397,7 @@ impl Store {
 
 /// A list of machines as the JSON array that a statement reads; null where all are meant.
 pub(super) fn as_array(machines: Option<&BTreeSet<String>>) -> Option<String> {
-    machines.map(|machines| serde_json::Value::from_iter(machines.iter().cloned()).to_string())
+    machines.map(|machines| machines.iter().cloned().collect::<serde_json::Value>().to_string())
 }
 
 fn put_change<'a>(

@@ -16,7 +16,9 @@ mod keys;
 mod lock;
 mod machines;
 mod page;
+mod queue;
 mod readers;
+mod retention;
 mod wear_entries;
 
 pub use api_keys::ApiKeyRow;
@@ -35,4 +37,5 @@ pub use keys::{KeyUse, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};
 pub use page::{Cursor, CursorFault, Page};
+pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
 pub use wear_entries::{AddedWear, WearConflict};

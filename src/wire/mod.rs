@@ -64,7 +64,7 @@ pub use compensation::{
 };
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
-pub use job::{JobDocument, JobOperation, JobState};
+pub use job::{JobDocument, JobOperation, JobRequest, JobState};
 pub use kinematics::{
     ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,
     PoseWarningKind, RotaryWords, Selection,

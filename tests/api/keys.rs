@@ -1,6 +1,7 @@
 //! API keys: every kind of key against every operation of the description, and against what belongs to the machines of
 //! another; how keys are made, end and are revoked.
 
+use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::{Value, json};
 
@@ -26,9 +27,12 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/compensation", "compute"),
     ("post /v1/machines/{machine_id}/forward-kinematics", "compute"),
     ("post /v1/machines/{machine_id}/inverse-kinematics", "compute"),
+    ("post /v1/machines/{machine_id}/posting", "compute"),
     ("post /v1/machines/{machine_id}/servo-simulation", "compute"),
     ("post /v1/machines/{machine_id}/verification", "compute"),
     ("post /v1/machines/{machine_id}/wear-compensation", "compute"),
+    ("post /v1/jobs", "compute"),
+    ("delete /v1/jobs/{id}", "compute"),
     ("post /v1/scallop-height", "compute"),
     ("post /v1/servo-matching", "compute"),
     ("post /v1/servo-simulations", "compute"),
@@ -57,7 +61,7 @@ fn operations() -> Vec<Operation> {
             let scope = match named {
                 _ if OPEN.contains(&path.as_str()) => None,
                 None if method == "get" => Some("read"),
-                None => panic!("{name}: which scope does it need?"),
+                None => unreachable!("{name}: which scope does it need?"),
                 named => named,
             };
             let described = operation["security"].clone();
@@ -240,6 +244,52 @@ async fn the_first_key_closes_the_service_and_can_make_others() {
     assert_eq!(ask(&app, Method::DELETE, &place, Some(key)).await.status(), 204);
     problem(ask(&app, Method::GET, &place, Some(key)).await, "unauthenticated").await;
     problem(app.get("/v1/machines").await, "unauthenticated").await;
+}
+
+#[tokio::test]
+async fn a_page_of_another_site_does_not_get_at_a_service_without_keys() {
+    let mut app = spawn().await;
+    let here = app.base.strip_prefix("http://").unwrap().to_owned();
+    let send = async |app: &App, verb: Method, headers: &[(&'static str, &str)]| {
+        let path = if verb == Method::GET { "/v1/machines" } else { "/v1/wear-advice" };
+        let mut request = stranger().request(verb, app.url(path));
+        for (name, value) in headers {
+            request = request.header(*name, *value);
+        }
+        request.send().await.unwrap()
+    };
+    let same = format!("http://{here}");
+    let mine: [&[(&'static str, &str)]; 6] = [
+        &[],
+        &[("host", "localhost:8080")],
+        &[("host", "[::1]")],
+        &[("sec-fetch-site", "same-origin"), ("origin", "http://localhost:5173")],
+        &[("sec-fetch-site", "none")],
+        &[("origin", &same)],
+    ];
+    let foreign: [&[(&'static str, &str)]; 6] = [
+        &[("host", "evil.example")],
+        &[("host", "evil.example"), ("origin", "http://evil.example"), ("sec-fetch-site", "same-origin")],
+        &[("sec-fetch-site", "cross-site")],
+        &[("sec-fetch-site", "same-site")],
+        &[("origin", "http://evil.example")],
+        &[("origin", "null")],
+    ];
+    for headers in mine {
+        assert_eq!(send(&app, Method::GET, headers).await.status(), 200, "{headers:?}");
+        problem(send(&app, Method::POST, headers).await, "unsupported-media-type").await;
+    }
+    for headers in foreign {
+        problem(send(&app, Method::POST, headers).await, "foreign-page").await;
+        // What another site's page reads here it does not get to see; what is under another name it would.
+        let renamed = headers[0].0 == "host";
+        let read = send(&app, Method::GET, headers).await.status();
+        assert_eq!(read, if renamed { 403 } else { 200 }, "{headers:?}");
+    }
+    // A key is sent by nobody else's page.
+    let key = app.close().await;
+    let post = stranger().post(app.url("/v1/wear-advice")).header("host", "mes.example").bearer_auth(&key);
+    problem(post.send().await.unwrap(), "unsupported-media-type").await;
 }
 
 #[tokio::test]
@@ -433,6 +483,26 @@ async fn a_body_does_not_name_a_machine_out_of_reach() {
         ),
         ("/v1/servo-matching", json!({"path": circle, "feed_mm_per_min": 1800, "target_um": [10]})),
     ];
+    for operation in operations() {
+        let path = operation.path.as_str();
+        let by_path = path.contains("{machine_id}") || path.contains("{id}") || operation.method == "get";
+        let tried = bodies.iter().any(|(known, _)| *known == path) || path == "/v1/jobs";
+        let nowhere = ["/v1/keys", "/v1/scallop-height", "/v1/wear-advice"].contains(&path);
+        assert!(by_path || tried || nowhere, "{path}: can its body name a machine?");
+        if path == "/v1/jobs" && operation.method == "post" {
+            let post = async |machine: &str| {
+                let job = json!({"machine_id": machine, "operation": "cc-compensation",
+                    "parameters": {"tool_radius_mm": 5, "contact": "tip"}});
+                let form = Form::new().text("job", job.to_string());
+                let form = form.part("program", Part::text("g1 x1\n").file_name("a.nc"));
+                stranger().post(app.url(path)).bearer_auth(&key).multipart(form).send().await.unwrap()
+            };
+            let theirs = post("theirs").await;
+            assert_eq!(theirs.status(), 404);
+            assert_eq!(said(theirs, "theirs").await, said(post("nowhere").await, "nowhere").await);
+            assert_eq!(post("mine").await.status(), 202);
+        }
+    }
     for (path, mut body) in bodies {
         let mut post = async |machine: &str| {
             body["machine_id"] = json!(machine);

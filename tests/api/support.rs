@@ -15,7 +15,7 @@ use trunnion::jobs::{
     Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{Spool, Stop};
+use trunnion::process::{ProgramSource, Spool, Stop};
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
@@ -47,6 +47,15 @@ pub(crate) async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
 /// A service in a given directory.
 pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
     spawn_on(data, change, Arc::new(Upper)).await
+}
+
+/// The same with a compensator of the test's own.
+pub(crate) async fn spawn_real_in(
+    data: &Path,
+    change: impl FnOnce(&mut Settings),
+    compensator: Arc<dyn Compensator>,
+) -> App {
+    spawn_on(data, change, compensator).await
 }
 
 /// A service in a new directory that compensates with `compensator`.
@@ -221,14 +230,14 @@ impl Compensator for Upper {
         _machine: &Machine,
         _parameters: &CcParameters,
         _contact: ToolAndPart,
-        source: &Path,
+        source: &dyn ProgramSource,
         output: &mut dyn Write,
         _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
         let mut text = Vec::new();
-        std::fs::File::open(source)?.read_to_end(&mut text)?;
+        source.open()?.read_to_end(&mut text)?;
         let mut lines = 0;
         for line in text.split_inclusive(|byte| *byte == b'\n') {
             lines += 1;
@@ -257,23 +266,7 @@ impl Compensator for Upper {
             }
             output.write_all(&line.to_ascii_uppercase())?;
         }
-        Ok(CcFindings {
-            dialect: Dialect::Iso,
-            interpolation: Interpolation::Machine,
-            contact: Contact::Tip,
-            blocks_in: lines,
-            blocks_out: lines,
-            blocks_inserted: 0,
-            feeds_restored: 0,
-            motions_checked: 0,
-            motions_over_tolerance: 0,
-            before: DeviationSummary::default(),
-            after: DeviationSummary::default(),
-            cc_path_length_mm: 0.0,
-            singularity: None,
-            series: DeviationSeries::default(),
-            warnings: Vec::new(),
-        })
+        Ok(findings(lines))
     }
 
     fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> String {
@@ -281,5 +274,26 @@ impl Compensator for Upper {
             "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title></svg>",
             report.findings.blocks_in
         )
+    }
+}
+
+/// What is found in a program of so many lines where nothing is wrong.
+pub(crate) fn findings(lines: u64) -> CcFindings {
+    CcFindings {
+        dialect: Dialect::Iso,
+        interpolation: Interpolation::Machine,
+        contact: Contact::Tip,
+        blocks_in: lines,
+        blocks_out: lines,
+        blocks_inserted: 0,
+        feeds_restored: 0,
+        motions_checked: 0,
+        motions_over_tolerance: 0,
+        before: DeviationSummary::default(),
+        after: DeviationSummary::default(),
+        cc_path_length_mm: 0.0,
+        singularity: None,
+        series: DeviationSeries::default(),
+        warnings: Vec::new(),
     }
 }

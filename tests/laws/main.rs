@@ -24,6 +24,7 @@ mod singularity;
 mod statements;
 mod surface_contact;
 mod tool_vectors;
+mod unsaid;
 mod virtual_cutting;
 mod wear;
 mod wear_program;

@@ -141,7 +141,8 @@ impl Touch {
         };
         if core > 0.0 && (radial_mm <= core || corner == 0.0) {
             // On or above the flat end, or off the edge of a flat cutter.
-            return Ok(carried(axial_mm.hypot((radial_mm - core).max(0.0))));
+            let beside_mm = (radial_mm - core).max(0.0);
+            return Ok(carried((axial_mm * axial_mm + beside_mm * beside_mm).sqrt()));
         }
         let scaled_normal = to_tip + pose.axis * corner - inward * core;
         let length = scaled_normal.norm();

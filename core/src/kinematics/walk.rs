@@ -12,6 +12,7 @@ use super::{
     InverseError, Kinematics, MAX_CELLS, Path, PathOptions, PathWarning, REACH_SLACK_RAD, Selection,
     WarningKind,
 };
+use crate::geometry::trig;
 use crate::machine::Motion;
 
 const ALIVE: [u8; 2] = [1, 2];
@@ -62,7 +63,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         self.out.conditioning.resize(count, 0.0);
         self.marks.resize(count, ALIVE[0] | ALIVE[1]);
         let cone = kinematics.pole_cone_rad();
-        let cone_sin2 = (1.001 * cone).sin().powi(2);
+        let cone_sin2 = trig::sin_cos(1.001 * cone).0.powi(2);
         let linear_limited = kinematics.linear_travel_mm.iter().any(Option::is_some);
         let (mut block, mut pointed) = (Box::new(PoseBlock::new()), Box::new(PointedBlock::new()));
         // principal words of u of the latest pose, per branch, for those held; none yet: poses wait

@@ -31,6 +31,17 @@ pub(super) enum Action {
 const NAMES_AXES: [u32; 3] = [431, 500, 501];
 /// G69: likewise, unless the block says how it moves.
 const END_OF_ROTATION: u32 = 690;
+/// G15, which on some controls selects a work coordinate system by its H.
+const POLAR_END: u32 = 150;
+/// G50.1 and G51.1.
+const MIRRORS: [u32; 2] = [501, 511];
+/// G107: on with an axis, whatever the value beside its letter; off without.
+const CYLINDER_OF_AN_AXIS: u32 = 1070;
+/// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
+const LENGTH_ALONG_THE_TOOL: u32 = 431;
+/// G54.2 and G54.4: modes of their own, not work offsets.
+const FIXTURE_OFFSET: u32 = 542;
+const SETUP_ERROR: u32 = 544;
 /// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
 const SETTLING: [u32; 5] = [434, 2340, 435, 490, 491];
 
@@ -258,6 +269,12 @@ impl Interpreter {
                     self.set_mode(code, index);
                     also(&mut action, Action::Odd(Unfollowable::ConflictingCodes));
                 }
+                Code::Transform(Transformation::Cylinder, _)
+                    if self.block.g_codes[index] == CYLINDER_OF_AN_AXIS =>
+                {
+                    self.transform(Transformation::Cylinder, axis_words != 0);
+                    also(&mut action, Action::Consume);
+                }
                 Code::Plane(_)
                 | Code::Incremental(_)
                 | Code::Units(_)
@@ -372,12 +389,20 @@ impl Interpreter {
             Code::Compensation(on) => self.modal.compensation = Some(on),
             // TRAORI again, or TRAFOOF again: nothing new.
             Code::ToolLength(length) if self.dialect == Dialect::Siemens => self.switch_tip(length),
+            Code::ToolLength(_)
+                if self.block.g_codes[index] == LENGTH_ALONG_THE_TOOL
+                    && self.has_head_axis
+                    && !self.options.interpolation_stated =>
+            {
+                self.modal.tool_length = None;
+                self.position.forget_linear();
+            }
             Code::ToolLength(length) => {
                 if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
                     self.position.tool_axis = [None; 3];
                 }
                 if self.modal.tool_length == Some(length) {
-                    // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
+                    // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
                     self.position.axes[2] = None;
                 } else {
                     self.position.forget_linear();
@@ -387,6 +412,19 @@ impl Interpreter {
                 self.modal.kinematics_switched &= !settles;
             }
             Code::WorkOffset => self.change_work_offset(self.block.g_codes[index]),
+            Code::Transform(Transformation::PolarWords, false)
+                if self.block.g_codes[index] == POLAR_END && self.block.has(Address::H) =>
+            {
+                self.transform(Transformation::PolarWords, false);
+                self.set_work_offset(self.numbered(POLAR_END, Address::H));
+            }
+            Code::Transform(Transformation::Mirror, on) if MIRRORS.contains(&self.block.g_codes[index]) => {
+                self.mirror(on);
+            }
+            Code::Transform(Transformation::Cylinder, on) => {
+                // G7.1 is ended by the axis at zero.
+                self.transform(Transformation::Cylinder, on && !self.is_cylinder_end());
+            }
             Code::Transform(which, on) => self.transform(which, on),
             Code::ToolOffset => {
                 self.position.forget_linear();
@@ -449,14 +487,37 @@ impl Interpreter {
     }
 
     fn change_work_offset(&mut self, code: u32) {
-        let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
-        let offset = match self.block.value(Address::P) {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-            Some(p) if has_p && (0.0..60_000.0).contains(&p) => Some((code << 16) + 1 + p as u32),
-            _ if has_p => None,
-            _ => Some(code << 16),
+        let mode = match code {
+            FIXTURE_OFFSET => Some(Transformation::FixtureOffset),
+            SETUP_ERROR => Some(Transformation::SetupError),
+            _ => None,
         };
+        if let Some(mode) = mode.filter(|_| self.dialect != Dialect::Siemens) {
+            // P0 ends it.
+            let on = self.block.value(Address::P).map(|p| p.abs() > 0.0);
+            return self.set_transformation(mode, on);
+        }
+        let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
+        let offset = if has_p { self.numbered(code, Address::P) } else { Some(code << 16) };
         self.set_work_offset(offset);
+    }
+
+    /// A work offset that this word tells apart from others of its code; none where it cannot be read.
+    fn numbered(&self, code: u32, address: Address) -> Option<u32> {
+        let number = self.block.value(address).filter(|number| (0.0..60_000.0).contains(number))?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
+        Some((code << 16) + 1 + number as u32)
+    }
+
+    /// G51.1 mirrors the axes it names, G50.1 takes it back for those it names; without any, for all.
+    fn mirror(&mut self, on: bool) {
+        let named = match self.block.present & AXES {
+            0 => u32::MAX,
+            named => named,
+        };
+        let mirrored = self.modal.mirrored_axes;
+        self.modal.mirrored_axes = if on { mirrored | named } else { mirrored & !named };
+        self.transform(Transformation::Mirror, self.modal.mirrored_axes != 0);
     }
 
     pub(super) fn set_work_offset(&mut self, offset: Option<u32>) {
@@ -467,15 +528,17 @@ impl Interpreter {
     }
 
     pub(super) fn transform(&mut self, which: Transformation, on: bool) {
-        // G7 and G7.1 are ended by G8 or by the axis at zero.
-        let on = on && !(which == Transformation::Cylinder && self.is_cylinder_end());
         if which == Transformation::Rotation && !on && self.dialect == Dialect::Iso {
             self.transform(Transformation::Tilt, false);
         }
+        self.set_transformation(which, Some(on));
+    }
+
+    fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
         if let Some(state) = self.modal.transformations.get_mut(which as usize)
-            && *state != Some(on)
+            && *state != on
         {
-            *state = Some(on);
+            *state = on;
             self.position.forget_axes();
         }
     }
@@ -515,6 +578,7 @@ impl Interpreter {
                     self.modal.tool_length = None;
                     self.position.forget_linear();
                 }
+                MCode::RotaryFeedInMm(on) => self.modal.rotary_feed_in_mm = on,
                 MCode::ShortestPath(true) => self.modal.shortest_path = true,
                 MCode::ShortestPath(false) => self.this_block.shortest_off_behind = true,
                 MCode::Feed(mode) => {

@@ -6,7 +6,7 @@ use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
 use super::{Decimals, Motion, Unfollowable};
-use crate::machine::Machine;
+use crate::machine::{Machine, Side};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
     Diagnostics, Dialect, Excerpt, Keyword, Word, WordForm,
@@ -24,7 +24,7 @@ pub struct InterpreterOptions {
 
 /// A control that reads a program batch after batch, in the program's order.
 ///
-/// It starts in G90 G21 G94 G17 G40 G49 G54 with no position known. A call (M98, G65, an O word's `call`) leaves
+/// It starts in G90 G21 G94 G17 G40 G49 G54 (conversational programs: before any preset) with no position known. A call (M98, G65, an O word's `call`) leaves
 /// every modal group unknown until a word sets it again, and every position until an absolute word does.
 #[derive(Debug, Clone)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about the course of the program")]
@@ -38,6 +38,8 @@ pub struct Interpreter {
     /// By address: the axis it moves: 0–2 X Y Z, 3–4 the machine's rotaries.
     pub(super) rotary_addresses: [Address; 2],
     pub(super) foreign_address: Address,
+    /// A rotary axis carries the tool.
+    pub(super) has_head_axis: bool,
     /// Work offset and shifts at the first complete point.
     pub(super) first_offset: FirstOffset,
     /// The motion before asked for a corner to the present one.
@@ -217,6 +219,7 @@ impl Interpreter {
             obstacle: None,
             rotary_addresses,
             foreign_address,
+            has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
             first_offset: FirstOffset::NoPoint,
             corner_open: false,
             has_blocks: false,
@@ -359,7 +362,10 @@ impl Interpreter {
         let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
         match batch.dialect() {
-            Dialect::Iso => self.count_points(),
+            Dialect::Iso => {
+                self.count_points();
+                self.take_length_word(block.flags.has(BlockFlags::DELETE));
+            }
             Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
             _ => {}
         }

@@ -23,15 +23,23 @@ mod sections;
 mod sinumerik;
 mod statements;
 #[cfg(test)]
+#[expect(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    reason = "values as they stand in the text, exact"
+)]
+mod states_tests;
+#[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
 mod tool_axis;
+mod tool_length;
 mod travel;
 mod unfollowable;
 mod words;
 
 pub use feed::{Feed, FeedMode};
 pub use interpreter::{Interpreter, InterpreterOptions};
-pub use motions::{Interpolation, Motion, MotionKind};
+pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
 pub use unfollowable::{ModalGroup, Unfollowable};
 pub use words::{AxisWords, ContactWords, Decimals, Extra};

@@ -51,10 +51,16 @@ pub(super) enum Transformation {
     Orientation,
     /// DIAMON.
     Diameter,
+    /// Cycle 26 of a conversational program: axes scaled each for itself.
+    AxisScaling,
+    /// G54.2: an offset that follows the table.
+    FixtureOffset,
+    /// G54.4: the error of a set-up is compensated.
+    SetupError,
 }
 
 /// How many transformations there are.
-const TRANSFORMATIONS: usize = 14;
+const TRANSFORMATIONS: usize = 17;
 
 /// What F stands at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,6 +106,9 @@ pub(super) struct Modal {
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
     pub(super) macro_call: Option<bool>,
+    /// Axes that G51.1 has mirrored, and that cycle 26 scales, by their bits; all bits where nobody knows which.
+    pub(super) mirrored_axes: u32,
+    pub(super) scaled_axes: u32,
     /// The work offset, as code and P number in one; G54 at the start.
     pub(super) work_offset: Option<u32>,
     /// Changes when G92, G52 or G10 move an offset.
@@ -108,6 +117,8 @@ pub(super) struct Modal {
     pub(super) program_offset_mm: Option<[f64; 3]>,
     /// The D number of the tool's edge, where it decides the tool's length.
     pub(super) edge: Option<f64>,
+    /// The H number of the tool's length in ISO programs.
+    pub(super) length_number: Option<f64>,
     /// RNDM: every corner is rounded.
     pub(super) rounds_corners: bool,
     /// ORIMKS: tool vectors are meant in the machine.
@@ -119,6 +130,8 @@ pub(super) struct Modal {
     pub(super) datum_mm: [Option<f64>; 3],
     /// M126: rotary axes take the shorter way.
     pub(super) shortest_path: bool,
+    /// M116: F of rotary axes counts millimetres along a circle that the text does not tell.
+    pub(super) rotary_feed_in_mm: bool,
     /// How the next point of a cutter location program is reached.
     pub(super) next_motion: Option<MotionMode>,
     /// Its points are those of a cycle.
@@ -145,16 +158,20 @@ impl Modal {
         kinematics_switched: false,
         transformations: [Some(false); TRANSFORMATIONS],
         macro_call: Some(false),
+        mirrored_axes: 0,
+        scaled_axes: 0,
         work_offset: Some(FIRST_WORK_OFFSET),
         shifts: 0,
         program_offset_mm: Some([0.0; 3]),
         edge: None,
+        length_number: None,
         rounds_corners: false,
         vectors_in_machine: false,
         relative_extruder: false,
         feed: ModalFeed::NeverGiven,
         datum_mm: [Some(0.0); 3],
         shortest_path: false,
+        rotary_feed_in_mm: false,
         next_motion: None,
         in_cycle: false,
         multax: false,
@@ -176,6 +193,7 @@ impl Modal {
         self.work_offset = None;
         self.program_offset_mm = None;
         self.edge = None;
+        self.length_number = None;
         self.feed = ModalFeed::Unknown;
     }
 
@@ -219,7 +237,9 @@ impl Modal {
                     self.transformations[i],
                     program.map(|state| state.transformations[i]),
                     stranger.map(|state| state.transformations[i]),
-                )) }
+                )),
+                // Every shift counts: behind a second call the offset is another one again.
+                shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
             };
         }
         each!(
@@ -232,8 +252,9 @@ impl Modal {
             tool_length,
             kinematics_switched,
             macro_call,
+            mirrored_axes,
+            scaled_axes,
             work_offset,
-            shifts,
             relative_extruder,
             feed,
             datum_mm,
@@ -244,8 +265,10 @@ impl Modal {
             axis_stated,
             program_offset_mm,
             edge,
+            length_number,
             rounds_corners,
-            vectors_in_machine
+            vectors_in_machine,
+            rotary_feed_in_mm
         )
     }
 
@@ -267,11 +290,15 @@ impl Modal {
                 same(self.transformations[i], skipped.transformations[i])
             }),
             macro_call: same(self.macro_call, skipped.macro_call),
+            mirrored_axes: self.mirrored_axes | skipped.mirrored_axes,
+            scaled_axes: self.scaled_axes | skipped.scaled_axes,
             work_offset: same(self.work_offset, skipped.work_offset),
             // A shift that may have been is a shift.
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
             edge: same(self.edge, skipped.edge),
+            length_number: same(self.length_number, skipped.length_number),
+            rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
             rounds_corners: self.rounds_corners || skipped.rounds_corners,
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,

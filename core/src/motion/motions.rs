@@ -24,6 +24,17 @@ pub enum Interpolation {
     Tcp,
 }
 
+/// What the course of an arc hangs on besides its ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcCourse {
+    /// Words that count from its ends (I J K, a radius): it moves with them. Also what is no arc.
+    Carried,
+    /// A centre that is a point of its own (`CC`, `CIRCLE/`).
+    Centre,
+    /// The direction in which the motion before it ends (`CT`).
+    Neighbour,
+}
+
 /// One motion of a program. Blocks without axis words make none, calls and M99 apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
@@ -33,6 +44,8 @@ pub struct Motion {
     pub line: u64,
     /// What kind.
     pub kind: MotionKind,
+    /// What an arc hangs on. Whether I J K are a point (G90.1) it does not tell.
+    pub arc: ArcCourse,
     /// By the program's own switches (G43.4, G49, …); `Machine` also where it is not known, and then the motion is
     /// unfollowable.
     pub interpolation: Interpolation,

@@ -3,7 +3,7 @@
 
 use super::codes::Statement;
 use super::execute::Action;
-use super::interpreter::{AXES, Interpreter};
+use super::interpreter::{AXES, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::{FeedMode, Unfollowable};
 use crate::program::{Address, Dialect, Keyword};
@@ -32,6 +32,10 @@ pub(super) struct ThisBlock {
     pub(super) section: Option<usize>,
     /// An arc without an end: a full circle.
     pub(super) full_circle: bool,
+    /// An arc about a centre that was stated apart.
+    pub(super) about_centre: bool,
+    /// An arc that goes on in the direction of the motion before.
+    pub(super) tangent: bool,
     /// Behind it the linear axes stand somewhere else.
     pub(super) forgets_linear: bool,
     /// Axes move that are not named.
@@ -92,6 +96,11 @@ impl Interpreter {
             Statement::ArcAboutCentre => {
                 self.modal.motion = Some(MotionMode::Arc);
                 self.this_block.full_circle = self.block.present & AXES == 0;
+                self.this_block.about_centre = true;
+            }
+            Statement::TangentArc => {
+                self.modal.motion = Some(MotionMode::Arc);
+                self.this_block.tangent = true;
             }
             Statement::RapidHere if self.modal.motion == Some(MotionMode::Linear) => {
                 self.modal.motion = Some(MotionMode::Rapid);
@@ -114,6 +123,10 @@ impl Interpreter {
                 self.shift_datum();
                 return Some(Action::Consume);
             }
+            Statement::AxisScaling => {
+                self.scale_axes();
+                return Some(Action::Consume);
+            }
             Statement::DatumReset => self.set_datum([Some(0.0); 3]),
             Statement::DatumTable => self.set_datum([None; 3]),
             Statement::Preset => {
@@ -125,6 +138,12 @@ impl Interpreter {
                     .filter(|p| (0.0..60_000.0).contains(p))
                     .map(|p| (247 << 16) + p as u32);
                 self.set_work_offset(preset);
+                // Newer controls take a datum shift back here (mirror, rotation and scaling, too: as long as one of
+                // them is on nothing is followed).
+                if self.modal.datum_mm != [Some(0.0); 3] {
+                    self.set_datum([None; 3]);
+                }
+                self.position.forget_axes();
             }
             Statement::TiltOff => {
                 self.transform(Transformation::Tilt, false);
@@ -170,6 +189,9 @@ impl Interpreter {
                 let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);
                 if system.is_none() || system != self.modal.work_offset {
                     self.position.axes = [None; 5];
+                    if self.modal.axis_stated || !self.is_upright() {
+                        self.position.tool_axis = [None; 3];
+                    }
                 }
                 self.modal.work_offset = system;
             }
@@ -268,6 +290,24 @@ impl Interpreter {
             self.block.has(address) && self.block.value(address).is_none_or(|value| value.abs() > 0.0)
         });
         self.set_datum(if turned { [None; 3] } else { datum });
+    }
+
+    /// Cycle 26: an axis is scaled until it is given 1.
+    fn scale_axes(&mut self) {
+        let mut scaled = self.modal.scaled_axes;
+        if self.block.present & AXES == 0 {
+            scaled = u32::MAX;
+        }
+        let axes = [Address::X, Address::Y, Address::Z, Address::A, Address::B, Address::C];
+        for address in axes.into_iter().filter(|address| self.block.has(*address)) {
+            if self.block.value(address) == Some(1.0) {
+                scaled &= !bit(address);
+            } else {
+                scaled |= bit(address);
+            }
+        }
+        self.modal.scaled_axes = scaled;
+        self.transform(Transformation::AxisScaling, scaled != 0);
     }
 
     fn set_datum(&mut self, datum_mm: [Option<f64>; 3]) {

@@ -3,10 +3,10 @@
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
 use super::{
-    AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion, MotionKind,
-    Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
+    MotionKind, Unfollowable,
 };
-use crate::program::{Address, Block, round_to_decimals};
+use crate::program::{Address, Block, Dialect, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -99,6 +99,8 @@ impl Interpreter {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
                 motion.unfollowable = Some(Unfollowable::ShortestPath);
+            } else if self.modal.rotary_feed_in_mm && feeds_a_turn(&motion) {
+                motion.unfollowable = Some(Unfollowable::RotaryFeed);
             }
         }
         if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
@@ -317,6 +319,7 @@ impl Interpreter {
             block: u32::try_from(index).unwrap_or(u32::MAX),
             line: block.line,
             kind,
+            arc: if kind == MotionKind::Arc { self.arc_course() } else { ArcCourse::Carried },
             interpolation: match self.modal.tool_length {
                 Some(ToolLength::Tcp | ToolLength::Vector) => Interpolation::Tcp,
                 Some(ToolLength::Plain) | None => Interpolation::Machine,
@@ -337,6 +340,16 @@ impl Interpreter {
             program_decimals: self.program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
+        }
+    }
+
+    /// What the arc at hand hangs on.
+    fn arc_course(&self) -> ArcCourse {
+        match self.dialect {
+            Dialect::Apt => ArcCourse::Centre,
+            _ if self.this_block.about_centre => ArcCourse::Centre,
+            _ if self.this_block.tangent => ArcCourse::Neighbour,
+            _ => ArcCourse::Carried,
         }
     }
 
@@ -414,6 +427,15 @@ impl Interpreter {
             self.position.forget_axes();
         }
     }
+}
+
+/// Whether F counts along a turn: rotary axes turn at feed, and no tip in W moves that it could count along.
+fn feeds_a_turn(motion: &Motion) -> bool {
+    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
+    let same = |from: &[f64], to: &[f64]| from.iter().zip(to).all(|(from, to)| (to - from).abs() <= 0.0);
+    motion.kind != MotionKind::Rapid
+        && !same(&start.rotary_deg, &end.rotary_deg)
+        && (motion.interpolation == Interpolation::Machine || same(&start.linear_mm, &end.linear_mm))
 }
 
 /// Of a block's tool vector.

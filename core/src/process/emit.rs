@@ -5,17 +5,19 @@ use super::inventory::Inventory;
 use super::judge::Checked;
 use super::numbering::Numbering;
 use super::plan::Division;
-use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
+use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
-    Address, Batch, Block, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed, print_changed_without,
-    print_inserted_without, round_to_decimals,
+    Address, Batch, Block, BlockFlags, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed,
+    print_changed_without, print_inserted_without, round_to_decimals,
 };
 
 /// A written number this close to the meant one is it \[program units\].
 const SAME_WORD: f64 = 1e-9;
 /// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
 const FEED_ROUNDING: f64 = 0.005;
+/// Writing a part takes as long as so many evaluations.
+const PART_EVALUATIONS: u64 = 8;
 /// Most decimals of an F word: the smallest one written still has three digits.
 const MAX_FEED_DECIMALS: u8 = 9;
 
@@ -40,6 +42,16 @@ struct OwedFeed {
     mode: Option<FeedMode>,
 }
 
+impl OwedFeed {
+    /// Whether the source itself states another F, or means another thing by it, at this feed. A feed that is not known is
+    /// none that was stated.
+    fn is_given_again(&self, feed: &Feed) -> bool {
+        // In G93 a block without F has none that could be compared.
+        let is_compared = feed.value.is_some() && self.mode != Some(FeedMode::InverseTime);
+        feed.word_in_block || feed.mode != self.mode || (is_compared && differs(feed.raw, self.raw))
+    }
+}
+
 impl Emitter {
     /// For a program that numbers its blocks like this.
     pub(super) fn new(numbering: Numbering) -> Self {
@@ -59,8 +71,11 @@ impl Emitter {
     /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
     pub(super) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
         let owed = self.owed.take()?;
-        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
-        (!given_again).then_some(NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals })
+        (!owed.is_given_again(feed)).then_some(NewWord {
+            address: Address::F,
+            value: owed.raw,
+            decimals: owed.decimals,
+        })
     }
 
     /// A block was written with these words: in cutter location data a feed is a statement of its own. Whether there is
@@ -81,7 +96,8 @@ impl Emitter {
         first: usize,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
-        let Some(owed) = self.owed.filter(|_| feed_at_risk(batch, first) == Some(true)) else {
+        let is_at_risk = |owed: &OwedFeed| feed_at_risk(batch, first, owed.mode) == Some(true);
+        let Some(owed) = self.owed.filter(is_at_risk) else {
             return Ok(());
         };
         crate::program::print_feed_only(batch, style, owed.raw, owed.decimals, out)?;
@@ -102,15 +118,22 @@ impl Emitter {
         use crate::motion::MotionKind::{Arc, Linear, Opaque, Rapid};
         let Some(owed) = self.owed else { return Ok(false) };
         let feed = &motion.feed;
-        let given_again = feed.word_in_block || feed.mode != owed.mode || differs(feed.raw, owed.raw);
+        let skipped_perhaps = batch
+            .blocks()
+            .get(motion.block as usize)
+            .is_some_and(|block| block.flags.has(BlockFlags::DELETE));
         match motion.kind {
             Rapid => return Ok(false),
-            _ if given_again => {
+            _ if !skipped_perhaps && owed.is_given_again(feed) => {
                 self.owed = None;
                 return Ok(false);
             }
             // A block that the operator may skip must not be the one that brings the feed back.
-            Linear | Arc if motion.unfollowable != Some(Unfollowable::BlockDelete) => {
+            // Nor one that had none in G93: a control may stop there, or take the number that stands.
+            Linear | Arc
+                if motion.unfollowable != Some(Unfollowable::BlockDelete)
+                    && owed.mode != Some(FeedMode::InverseTime) =>
+            {
                 let word = NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals };
                 print_changed(batch, motion.block as usize, &[word], false, out)?;
                 self.count_feed(batch, &[word]);
@@ -128,13 +151,15 @@ impl Emitter {
         Ok(false)
     }
 
-    /// Writes a divided block: the source block with the first part's words, then one block for each further part.
+    /// Writes a divided block: the source block with the first part's words, then one block for each further part; not all
+    /// of them where the effort is over.
     pub(super) fn write_division(
         &mut self,
         batch: &Batch,
         checked: &Checked<'_>,
         motion: &Motion,
         division: &Division,
+        effort: &mut Effort<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
         let block = &checked.block;
@@ -149,6 +174,10 @@ impl Emitter {
         let last = division.nodes.len() - 1;
         let mut number = self.numbering.behind(batch, index, last as u64);
         for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
+            effort.pass(PART_EVALUATIONS);
+            if effort.is_over() {
+                return Ok(());
+            }
             let mut list = words.at(node, k == last, k > 0);
             if division.carries_feed
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
@@ -177,8 +206,8 @@ impl Emitter {
             }
         }
         let feed = &motion.feed;
-        let modal = feed.mode != Some(FeedMode::InverseTime) && division.carries_feed;
-        self.owed = (modal && differs(modal_feed, feed.raw)).then_some(OwedFeed {
+        // In G93 too: a cycle, or what follows G94, may run at the number that stands.
+        self.owed = (division.carries_feed && differs(modal_feed, feed.raw)).then_some(OwedFeed {
             raw: feed.raw,
             decimals: feed.decimals,
             mode: feed.mode,
@@ -384,7 +413,8 @@ fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
     std::array::from_fn(|k| neighbours.iter().flatten().any(|words| !words[k]))
 }
 
-fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+/// X Y Z in program units, rotary words in degrees.
+pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
     let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
     let [first, second] = words.rotary_deg;
     [x, y, z, first, second]
@@ -403,7 +433,7 @@ fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
 }
 
 /// The fewest decimals, at least `decimals`, that give `value` back.
-fn exact_decimals(value: f64, decimals: u8) -> u8 {
+pub(super) fn exact_decimals(value: f64, decimals: u8) -> u8 {
     (decimals..=MAX_DECIMALS)
         .find(|&digits| !differs(round_to_decimals(value, digits), value))
         .unwrap_or(decimals)

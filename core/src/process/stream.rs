@@ -84,6 +84,8 @@ pub(super) struct Passages<'a> {
     pub(super) motions: u64,
     /// From the lines read to those of the upload, where what is read was written from it.
     lines: Vec<LineCursor<'a>>,
+    /// The same from the first line on, for what is said when all is read.
+    first_lines: Vec<LineCursor<'a>>,
 }
 
 impl<'a> Passages<'a> {
@@ -106,11 +108,13 @@ impl<'a> Passages<'a> {
             blocks: 0,
             motions: 0,
             lines: Vec::new(),
+            first_lines: Vec::new(),
         })
     }
 
     /// Motions get the lines that these lead to, one after the other.
     pub(super) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
+        self.first_lines.clone_from(&lines);
         self.lines = lines;
         self
     }
@@ -143,9 +147,12 @@ impl<'a> Passages<'a> {
     }
 
     /// Fills a stretch with the next passages; it stays empty where there are none.
-    pub(super) fn fill(&mut self, stretch: &mut Stretch) -> Result<(), Fault> {
+    pub(super) fn fill(&mut self, stretch: &mut Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
         self.spare.append(&mut stretch.passages);
         while stretch.passages.len() < STRETCH_PASSAGES {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
             let Some((passage, following)) = self.next()? else { break };
             stretch.passages.push(passage);
             stretch.following = following;
@@ -211,14 +218,26 @@ impl<'a> Passages<'a> {
 
     /// What the caller should know about the text as a whole.
     pub(super) fn warn(&self, warnings: &mut Warnings) {
+        let to_upload = |cursors: &mut [LineCursor<'a>], line: u64| {
+            cursors.iter_mut().fold(line, |line, cursor| cursor.source_line(line))
+        };
+        let mut cursors = self.first_lines.clone();
+        let mut before = 0;
         for diagnostic in self.diagnostics.kept() {
             if diagnostic.severity() == Severity::Warning {
-                warnings.add(WarningKind::EffectUnknown, Some(diagnostic.line));
+                if diagnostic.line < before {
+                    cursors.clone_from(&self.first_lines);
+                }
+                before = diagnostic.line;
+                let line = to_upload(&mut cursors, diagnostic.line);
+                warnings.add(WarningKind::EffectUnknown, Some(line));
             }
         }
         let after_end = self.interpreter.blocks_after_end();
         if after_end > 0 {
-            warnings.add(WarningKind::TextAfterEnd, self.interpreter.end_line()).count = after_end;
+            let mut cursors = self.first_lines.clone();
+            let end = self.interpreter.end_line().map(|line| to_upload(&mut cursors, line));
+            warnings.add(WarningKind::TextAfterEnd, end).count = after_end;
         }
         let without_point = self.interpreter.words_without_point();
         if without_point > 0 {

@@ -48,7 +48,12 @@ impl ToolVectors {
                     self.resolve_one(motion, (linear_mm, axis));
                 }
                 (.., Some(end)) => (self.near_deg, self.last) = (Some(end.rotary_deg), None),
-                _ => self.last = None,
+                _ => {
+                    self.last = None;
+                    if motion.unfollowable.is_some_and(turns_unseen) {
+                        self.near_deg = None;
+                    }
+                }
             }
         }
     }
@@ -134,6 +139,12 @@ impl ToolVectors {
         let chord = axis(a) + axis(b);
         chord.try_normalize(f64::EPSILON).map_or(f64::INFINITY, |on_circle| angle_between(middle, on_circle))
     }
+}
+
+/// Whether rotary axes may stand anywhere behind such a motion: the control turns next to there.
+fn turns_unseen(reason: Unfollowable) -> bool {
+    use Unfollowable as U;
+    matches!(reason, U::Reference | U::MachineCoordinates | U::Call | U::Return | U::UnknownCode | U::Probing)
 }
 
 #[cfg(test)]
@@ -229,6 +240,18 @@ mod tests {
         // No vector any more.
         assert_eq!(motions[8].end, None);
         assert!(motions[8].unfollowable.is_some());
+    }
+
+    #[test]
+    fn behind_a_reference_return_the_axes_turn_from_there() {
+        let mut text = "G43.5 H1\nG1 F500\n".to_owned();
+        for turn in 0..5 {
+            writeln!(text, "X{turn}. Y0. Z0. {}", vector(30.0, 10.0 + 90.0 * f64::from(turn))).unwrap();
+        }
+        writeln!(text, "G28 Z0 A0 C0\nG1 X0. Y0. Z0. {}", vector(30.0, 20.0)).unwrap();
+        let motions = resolved(&tables(None), &text);
+        assert_words(&motions[4], [30.0, 370.0]);
+        assert_words(&motions[6], [30.0, 20.0]);
     }
 
     #[test]

@@ -136,7 +136,7 @@ keywords! {
     ContourElement,
     /// `DR+`, `DR-`: the sense of an arc.
     Sense,
-    /// A rounding or a chamfer cuts the end of this motion.
+    /// A rounding or a chamfer cuts the end of this motion, or what follows goes on in its direction.
     CornerFollows,
     /// `FMAX`: at rapid traverse, in this block.
     Fmax,
@@ -164,7 +164,7 @@ keywords! {
     DatumTable,
     /// `PLANE …` but for RESET, cycle 19.
     TiltOn,
-    /// `PLANE RESET`, cycle 19 with no angle.
+    /// `PLANE RESET`, cycle 19 with angles of 0 or none.
     TiltOff,
     /// Cycle 10.
     RotationOn,
@@ -174,10 +174,12 @@ keywords! {
     MirrorOn,
     /// Cycle 8 without axes.
     MirrorOff,
-    /// Cycles 11 and 26.
+    /// Cycle 11.
     ScalingOn,
-    /// Cycles 11 and 26 with factor 1.
+    /// Cycle 11 with factor 1.
     ScalingOff,
+    /// Cycle 26: axes scaled each for itself.
+    AxisScaling,
     /// `FUNCTION TCPM F TCP AXIS POS`.
     TcpmOn,
     /// `FUNCTION RESET TCPM`.
@@ -231,13 +233,13 @@ keywords! {
     MultaxOff,
     /// `TLAXIS/`: the tool axis of points with three values.
     ToolAxis,
-    /// `CSYS/`, `TRNTYP/`: the coordinate system of a set-up.
+    /// `CSYS/`, `MSYS/`: the coordinate system of a set-up.
     CoordinateSystem,
     /// `TRACUT/`, `ROTABL/` by an angle and others: the points behind it are moved, or count otherwise.
     PointsMoved,
     /// `GOHOME`
     GoHome,
-    /// `GOFWD/` and others: a motion along surfaces, its end not stated.
+    /// `GOFWD/`, `RETRCT` and others: a motion whose end is not stated.
     SurfaceMotion,
     /// A word for the post-processor that does not move the points.
     PostWord,

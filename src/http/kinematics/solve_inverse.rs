@@ -1,5 +1,7 @@
 //! Tool poses to axis words.
 
+use std::ops::ControlFlow;
+
 use axum::extract::{FromRequest, Request, State};
 use axum::response::Response;
 use http::{HeaderName, HeaderValue};
@@ -11,7 +13,10 @@ use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{InverseAnswer, InverseOptions, KinematicsFault, MachineUsed, inverse};
+use crate::jobs::{
+    InverseAnswer, InverseOptions, KinematicsFault, MachineUsed, inverse, inverse_is_trifling,
+};
+use crate::process::Stop;
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
 };
@@ -54,15 +59,16 @@ pub(super) async fn solve_inverse_kinematics(
     let (poses, options) = read(&app, table, request).await?;
     let limits = app.limits();
     let csv = kind == CSV;
-    let solved = app.compute.run(move |stop| {
-        let (setup, start_words_deg) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
-        let options =
-            InverseOptions { setup, selection: options.selection.unwrap_or_default(), start_words_deg };
+    let (setup, start_words_deg) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
+    let options = InverseOptions { setup, selection: options.selection.unwrap_or_default(), start_words_deg };
+    let trifling = inverse_is_trifling(&machine, &options, poses.len());
+    let solve = move |stop: &Stop<'_>| {
         let answer = inverse(&machine, &options, &poses, limits, stop)?;
         let columns = JointColumns::new(&machine, answer.ends.is_some());
         Ok::<_, KinematicsFault>(if csv { Err((answer, columns)) } else { Ok(print(revision, answer)) })
-    });
-    match solved.await?? {
+    };
+    let solved = if trifling { solve(&|| ControlFlow::Continue(())) } else { app.compute.run(solve).await? };
+    match solved? {
         Ok(text) => {
             let text = text.map_err(|fault| Problem::internal(&fault))?;
             table::within(&app, text.len() as u64)?;

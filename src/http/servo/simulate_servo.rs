@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use super::figures::{SVG, SimulationFigure, respond};
 use super::{OFFERS, work};
 use crate::http::AppState;
-use crate::http::caller::{Caller, caller};
+use crate::http::caller::{Caller, actor, caller};
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
@@ -131,7 +131,8 @@ async fn program(
     let (program, machine_revision) = (spooling.finish().await?, on.revision);
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
-    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used };
+    let by = actor(parts)?;
+    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used, by };
     let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
     answer::job(app, &job, kind).await
 }

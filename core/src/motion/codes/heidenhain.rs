@@ -15,6 +15,8 @@ pub(super) fn m_meaning(tenths: u32) -> MCode {
         910 | 920 | 1300 => MCode::MachineCoordinates,
         940 => MCode::ForgetRotary,
         990 => MCode::CycleCall,
+        1160 => MCode::RotaryFeedInMm(true),
+        1170 => MCode::RotaryFeedInMm(false),
         1140 | 1440 | 1450 => MCode::TcpOther,
         1260 => MCode::ShortestPath(true),
         1270 => MCode::ShortestPath(false),
@@ -33,7 +35,7 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
     use Keyword as K;
     let statement = match keyword {
         K::L | K::Ln => return Code::Motion(MotionMode::Linear),
-        K::ArcOfRadius | K::TangentArc => return Code::Motion(MotionMode::Arc),
+        K::ArcOfRadius => return Code::Motion(MotionMode::Arc),
         K::CircleCentre | K::Statement | K::Sense => return Code::Harmless,
         K::R0 => return Code::Compensation(false),
         K::RadiusCompensation => return Code::Compensation(true),
@@ -46,7 +48,9 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         K::MirrorOff => return Code::Transform(Transformation::Mirror, false),
         K::ScalingOn => return Code::Transform(Transformation::Scaling, true),
         K::ScalingOff => return Code::Transform(Transformation::Scaling, false),
+        K::AxisScaling => Statement::AxisScaling,
         K::ArcAboutCentre => Statement::ArcAboutCentre,
+        K::TangentArc => Statement::TangentArc,
         K::ContourElement => Statement::Contour,
         K::CornerFollows => Statement::Corner,
         K::Fmax => Statement::RapidHere,

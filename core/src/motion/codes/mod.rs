@@ -84,6 +84,8 @@ pub(super) enum MCode {
     TcpOther,
     /// Rotary axes take the shorter way; off behind the motion.
     ShortestPath(bool),
+    /// F of rotary axes counts millimetres.
+    RotaryFeedInMm(bool),
     Feed(FeedMode),
     /// Displays of rotary axes are reduced.
     ForgetRotary,
@@ -96,6 +98,8 @@ pub(super) enum MCode {
 pub(super) enum Statement {
     /// An arc; a full circle where no axis word says where it ends.
     ArcAboutCentre,
+    /// An arc that goes on where the motion before ends.
+    TangentArc,
     /// At rapid traverse, in this block.
     RapidHere,
     /// The end of this motion is cut off.
@@ -110,6 +114,7 @@ pub(super) enum Statement {
     DatumShift,
     DatumReset,
     DatumTable,
+    AxisScaling,
     Preset,
     TiltOff,
     Tcp(bool),

@@ -18,10 +18,17 @@ const MAX_BYTES: usize = 48 << 20;
 
 impl LineMap {
     /// Behind this line of the source stand `extra` lines that the source does not have. Lines never go back.
+    ///
+    /// # Errors
+    /// A line before the last one, or more lines than a map holds.
     pub(in crate::process) fn insert(&mut self, line: u64, extra: u64) -> Result<(), Fault> {
         match &mut self.last {
             Some((same, count)) if *same == line => *count += extra,
             _ if extra == 0 => {}
+            Some((at, _)) if line < *at => {
+                let what = "lines that were put in go back";
+                return Err(Fault::VerificationFailed { line, what });
+            }
             last => {
                 if let Some((at, count)) = last.replace((line, extra)) {
                     put(at - self.before, &mut self.pairs);
@@ -158,6 +165,14 @@ mod tests {
         one.insert(3, 1).unwrap();
         let mut cursor = LineCursor::new(&one);
         assert_eq!([1, 3, 4, 6, 7].map(|line| cursor.source_line(line)), [1, 3, 3, 3, 4]);
+    }
+
+    #[test]
+    fn lines_that_go_back_are_no_map() {
+        let mut map = LineMap::default();
+        map.insert(7, 2).unwrap();
+        map.insert(3, 0).unwrap();
+        assert!(matches!(map.insert(6, 1), Err(Fault::VerificationFailed { line: 6, .. })));
     }
 
     #[test]

@@ -7,6 +7,8 @@ use crate::geometry::{Vec3, angle_about, trig};
 const OFF_CIRCLE_MM: f64 = 0.01;
 /// Ends this near are one point: a full circle \[mm\].
 const SAME_POINT_MM: f64 = 1e-6;
+/// Two ends rounded by half a unit each on every axis are apart by less than this \[units\].
+const ROUNDED_ENDS: f64 = 2.0;
 /// Most chords of an arc.
 const MAX_CHORDS: f64 = 100_000.0;
 
@@ -33,11 +35,17 @@ impl Circle {
         Some(Self { centre_mm, axis })
     }
 
-    /// The points behind `start` at which chords end, `end` the last.
+    /// The points behind `start` at which chords end, `end` the last. Both are written in units of `unit_mm`, their last
+    /// decimal: ends that are one point but for rounding are a full circle or next to none, and nobody knows which.
     ///
     /// # Errors
     /// Why it is no arc.
-    pub(super) fn chords(&self, start: Vec3, end: Vec3, tolerance_mm: f64) -> Result<Vec<Vec3>, NotPosted> {
+    pub(super) fn chords(
+        &self,
+        [start, end]: [Vec3; 2],
+        unit_mm: f64,
+        tolerance_mm: f64,
+    ) -> Result<Vec<Vec3>, NotPosted> {
         let across = |point: Vec3| {
             let from = point - self.centre_mm;
             let along = from.dot(&self.axis);
@@ -49,8 +57,15 @@ impl Circle {
             return Err(NotPosted::Arc { why: "its ends are not on one circle about its centre" });
         }
         let turn = angle_about(self.axis, from, to);
-        let turn_rad = if (start - end).norm() < SAME_POINT_MM || turn.abs() < 1e-12 {
+        let is_open = turn.abs() * radius_mm <= (ROUNDED_ENDS * unit_mm).max(SAME_POINT_MM);
+        let turn_rad = if (start - end).norm() < SAME_POINT_MM {
             std::f64::consts::TAU
+        } else if is_open && (high - low).abs() > ROUNDED_ENDS * unit_mm {
+            // One turn of a helix.
+            std::f64::consts::TAU + turn
+        } else if is_open {
+            let why = "its ends are one point but for the last decimal: a full circle, or next to none";
+            return Err(NotPosted::Arc { why });
         } else if turn < 0.0 {
             turn + std::f64::consts::TAU
         } else {

@@ -105,7 +105,10 @@ impl Points {
             if (start.axis - axis).norm() > SAME_AXIS {
                 return Err(NotPosted::Arc { why: "the tool axis turns along it" });
             }
-            let chords = circle.chords(start.tip_mm, pose.tip_mm, parameters.arc_tolerance.mm())?;
+            let decimals = i32::from(motion.program_decimals.linear);
+            let unit_mm = motion.mm_per_unit * 10.0_f64.powi(-decimals);
+            let ends = [start.tip_mm, pose.tip_mm];
+            let chords = circle.chords(ends, unit_mm, parameters.arc_tolerance.mm())?;
             out.extend(chords.into_iter().map(point));
         } else {
             out.push(point(pose.tip_mm));

@@ -3,7 +3,8 @@
 use super::pending::{Pending, Stated};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, ContactWords};
-use crate::program::{Address, MAX_DECIMALS, NewWord, round_to_decimals};
+use crate::process::emit::{exact_decimals, in_units};
+use crate::program::{Address, NewWord, round_to_decimals};
 
 /// Values closer than this are the same [program units].
 const SAME_WORD: f64 = 1e-9;
@@ -113,17 +114,4 @@ impl Pen {
         }
         ContactWords::Point(self.point_mm)
     }
-}
-
-pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
-    let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
-    let [first, second] = words.rotary_deg;
-    [x, y, z, first, second]
-}
-
-/// The fewest decimals, at least `decimals`, that give `value` back.
-fn exact_decimals(value: f64, decimals: u8) -> u8 {
-    (decimals..=MAX_DECIMALS)
-        .find(|&digits| (round_to_decimals(value, digits) - value).abs() <= SAME_WORD)
-        .unwrap_or(decimals)
 }

@@ -220,7 +220,7 @@ impl Mill<'_> {
         for block in batch.blocks().get(*seen..end).unwrap_or_default() {
             let words = batch.words(block);
             self.modes.see(words);
-            self.spindle.see(words.iter());
+            self.spindle.see(batch.dialect(), words.iter());
         }
         *seen = end;
     }

@@ -12,7 +12,7 @@ use crate::contact::{SurfaceContact, Touch, contact_on_surface, feed_plane_norma
 use crate::geometry::Vec3;
 use crate::kinematics::{InverseError, Kinematics, NearWords, ToolPose};
 use crate::machine::{Machine, Side};
-use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::motion::{ArcCourse, AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::units::Length;
 use crate::wear::{FlatContact, ShiftFault};
 
@@ -346,6 +346,12 @@ impl Pilot<'_> {
                 Some(_) if self.absolute_centres && axes.linear.is_off() => {
                     Some("its centre is an absolute point (G90.1)")
                 }
+                Some(_) if motion.arc == ArcCourse::Neighbour => {
+                    Some("it goes on in the direction in which the motion before it ends")
+                }
+                Some(_) if motion.arc == ArcCourse::Centre && moves_across(motion, end, &together) => {
+                    Some("its centre is a point of its own, which stays where it is")
+                }
                 Some(_) => None,
             };
             if let Some(why) = why {
@@ -462,6 +468,13 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKin
         }
         (None, Some(end)) => Ok(Course::Move { goal: Goal::Words(end), point: None }),
     }
+}
+
+/// Whether these ends of an arc are apart by more than rounding, and not only along the axis across its plane. Cutter
+/// location data has planes of any direction.
+fn moves_across(motion: &Motion, end: &AxisWords, moved: &AxisWords) -> bool {
+    let plane = motion.plane.filter(|_| motion.tool_axis.is_none()).map(usize::from);
+    (0..3).any(|k| Some(k) != plane && (moved.linear_mm[k] - end.linear_mm[k]).abs() > RESTING_MM)
 }
 
 /// Whether rotary axes move between these words.

@@ -16,7 +16,7 @@ const PURELY_ROTARY_UNITS: f64 = 1e-9;
 pub(super) fn travel(ends: [&AxisWords; 2], mm_per_unit: f64) -> BlockTime {
     let [from, to] = ends;
     let delta = |k: usize| to.linear_mm[k] - from.linear_mm[k];
-    let path_mm = delta(0).hypot(delta(1)).hypot(delta(2));
+    let path_mm = (delta(0) * delta(0) + delta(1) * delta(1) + delta(2) * delta(2)).sqrt();
     let turn = |k: usize| (to.rotary_deg[k] - from.rotary_deg[k]).abs();
     BlockTime { path_units: path_mm / mm_per_unit, turn_deg: turn(0).max(turn(1)) }
 }

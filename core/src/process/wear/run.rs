@@ -34,6 +34,8 @@ use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
+/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
+const ASK_EVERY: usize = 32;
 /// Fewest decimals of a rotary word that was turned.
 const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
@@ -102,7 +104,7 @@ pub(in crate::process) fn move_program(
     passages.work(stop, |passage, following, dialect| {
         let run = run
             .get_or_insert_with(|| Run::new(machine, &kinematics, moves, survey, contact, dialect, options));
-        run.passage(passage, following, output, note)
+        run.passage(passage, following, output, note, stop)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.faults.total > 0 {
@@ -218,6 +220,7 @@ impl<'a> Run<'a> {
         following: Option<&Motion>,
         output: &mut dyn Write,
         note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
+        stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         self.inventory.see(batch);
@@ -226,6 +229,9 @@ impl<'a> Run<'a> {
         self.scanned = 0;
         let mut copied = 0;
         for (index, motion) in motions.iter().enumerate() {
+            if index % ASK_EVERY == 0 && stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
             self.scan(batch, motion.block as usize);
             self.pilot.is_its_tool = self.spindle.holds(self.pilot.parameters.tool_number);
             let resolutions = self.resolutions(motion);
@@ -279,7 +285,7 @@ impl<'a> Run<'a> {
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
-            self.spindle.see(batch.words(block).iter());
+            self.spindle.see(batch.dialect(), batch.words(block).iter());
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);
@@ -312,7 +318,8 @@ impl<'a> Run<'a> {
         let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
         match motion.unfollowable {
-            Some(Unfollowable::Reference | Unfollowable::MachineCoordinates) => self.axes.meet(&stated),
+            Some(Unfollowable::Reference) => self.axes.meet(&stated),
+            Some(Unfollowable::MachineCoordinates) => self.axes.meet_in_machine(batch, motion),
             _ => self.axes.leave(&stated, motion.incremental),
         }
         let end = motion.end.map(|words| self.axes.standing(&words));
@@ -326,8 +333,10 @@ impl<'a> Run<'a> {
                 .restore_feed(batch, motion, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.feed_blocks > before.0 {
-                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default());
-                self.lines.insert(motion.line.saturating_sub(1), inserted)?;
+                let block = batch.blocks().get(motion.block as usize);
+                let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
+                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default()).saturating_sub(own);
+                self.lines.insert(line_before(batch, motion), inserted)?;
             }
             *copied += usize::from(changed);
             self.blocks_changed += u64::from(changed);
@@ -383,7 +392,7 @@ impl<'a> Run<'a> {
             print_changed(batch, motion.block as usize, &words, false, &mut self.out)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.count_feed(batch, &words) {
-                self.lines.insert(motion.line.saturating_sub(1), 1)?;
+                self.lines.insert(line_before(batch, motion), 1)?;
             }
             *copied = motion.block as usize + 1;
             self.blocks_changed += 1;
@@ -558,4 +567,10 @@ impl<'a> Run<'a> {
         };
         Moved { wear, posting: self.posting, lines: self.lines }
     }
+}
+
+/// The line before the block of a motion, in the text that is read: `motion.line` is one of the upload.
+fn line_before(batch: &Batch, motion: &Motion) -> u64 {
+    let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+    line.saturating_sub(1)
 }

@@ -1,7 +1,7 @@
 //! Q parameters of Heidenhain controls.
 //!
-//! `Q5 = …` formulas and FN 0 to FN 8 and FN 13 of known values are worked out. What a control or a probing cycle puts
-//! there (Q100 to Q199, FN 18 and others) is not known, nor is anything behind a call.
+//! `Q5 = …` formulas and FN 0 to FN 8 of known values are worked out. What a control or a probing cycle puts there (Q100
+//! to Q199, FN 18 and others) is not known, nor is anything behind a call or a statement whose target cannot be read.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +56,8 @@ impl Parameters {
             let value = written.get(usize::from(word.lead)..).unwrap_or_default();
             let mut formula = Formula { text: value, at: 0, parameters: self };
             let Some(value) = formula.signed().filter(|_| formula.is_done()) else { continue };
-            if value.abs() > MAX_MAGNITUDE {
+            // Written so that no number (NaN) is not taken either.
+            if !matches!(value.abs(), size if size <= MAX_MAGNITUDE) {
                 continue;
             }
             let incremental =
@@ -74,8 +75,24 @@ impl Parameters {
             Some(colon) if starts_with(text, b"FN") => text.get(colon + 1..).unwrap_or_default(),
             _ => text,
         };
+        if starts_with(body, b"QS") {
+            // Text.
+            return;
+        }
         let mut head = Formula { text: body, at: 0, parameters: self };
-        let Some(name) = head.name() else { return };
+        if head.word(b"SYSREAD").is_none() {
+            head.at = 0;
+        }
+        let is_told = head.at > 0;
+        let Some(name) = head.name() else {
+            // A table's row may go into several, a name may be one that is not read: all are in doubt.
+            self.values.clear();
+            return;
+        };
+        if is_told {
+            self.values.remove(&name);
+            return;
+        }
         head.skip_blanks();
         let rest = body.get(head.at..).unwrap_or_default();
         let Some((b'=', formula)) = rest.split_first() else {
@@ -163,7 +180,8 @@ impl Parameters {
             let Some(name) = head.name() else { continue };
             head.skip_blanks();
             let Some((b'=', value)) = line.get(head.at..).and_then(<[u8]>::split_first) else { continue };
-            match self.formula(value).filter(|_| !block.flags.has(BlockFlags::DELETE)) {
+            let certain = !block.flags.has(BlockFlags::DELETE);
+            match self.formula(value).filter(|value| certain && value.is_finite()) {
                 Some(value) => self.values.insert(name, value),
                 None => self.values.remove(&name),
             };
@@ -396,13 +414,8 @@ impl Formula<'_> {
             b"INT" => Some(value.trunc()),
             b"ABS" => Some(value.abs()),
             b"FRAC" => Some(value - value.trunc()),
-            b"SGN" => Some(if value > 0.0 {
-                1.0
-            } else if value < 0.0 {
-                -1.0
-            } else {
-                0.0
-            }),
+            // Of nothing it is 0 on some controls and 1 on others.
+            b"SGN" => (value.abs() > 0.0).then_some(1.0_f64.copysign(value)),
             _ => None,
         }
     }

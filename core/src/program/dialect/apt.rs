@@ -22,13 +22,12 @@ const POINT: [Address; 9] = [
 /// How far the length of a contact normal may be off 1: six decimals of a rounded vector, or single precision.
 const NORMAL_LENGTH: f64 = 0.01;
 /// Statements whose rest is text of the post's, dollars included.
-const TEXT: [&[u8]; 10] = [
+const TEXT: [&[u8]; 9] = [
     b"PPRINT",
     b"PARTNO",
     b"INSERT",
     b"REMARK",
     b"PPFUN",
-    b"MSYS",
     b"DISPLY",
     b"OPFEATSTART",
     b"OPFEATEND",
@@ -131,6 +130,10 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
     if major.eq_ignore_ascii_case(b"GOTO") {
         return point(scan, Keyword::Goto, start);
     }
+    if major.eq_ignore_ascii_case(b"INSERT") {
+        let harmless = is_harmless_code(scan.slice(end, scan.extent.body_end));
+        return said(scan, if harmless { Keyword::PostWord } else { Keyword::UnknownStatement }, start);
+    }
     if is_one_of(major, &TEXT) {
         return said(scan, Keyword::PostWord, start);
     }
@@ -169,7 +172,14 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
         }
         b"TLAXIS" => tool_axis(scan, start),
         b"UNITS" | b"UNIT" => units(scan, start),
-        b"CSYS" => told_apart(scan, Keyword::CoordinateSystem, start),
+        // Along the tool, to a plane that other statements set; what the operator may skip up to OPSKIP/OFF.
+        b"RETRCT" | b"OPSKIP" => said(scan, Keyword::SurfaceMotion, start),
+        b"PREFUN" => {
+            let codes = || minors(scan, end).filter(|word| word.first().is_some_and(u8::is_ascii_digit));
+            let harmless = codes().next().is_some() && codes().all(is_harmless_number);
+            said(scan, if harmless { Keyword::PostWord } else { Keyword::UnknownStatement }, start)
+        }
+        b"CSYS" | b"MSYS" => told_apart(scan, Keyword::CoordinateSystem, start),
         b"CUTTER" => told_apart(scan, Keyword::Cutter, start),
         b"TRNTYP" => {
             let moves = |word: &[u8]| {
@@ -183,6 +193,48 @@ fn statement(scan: &mut Scan<'_>) -> BlockKind {
         b"END" | b"FINI" => said(scan, Keyword::EndPgm, start),
         _ => said(scan, Keyword::PostWord, start),
     }
+}
+
+/// G codes that move nothing and leave units, offsets and the sense of words and feeds as cutter location data has them.
+const HARMLESS_CODES: [f64; 9] = [4.0, 9.0, 17.0, 40.0, 61.0, 64.0, 80.0, 90.0, 94.0];
+
+/// Whether the number of a G code is that of a harmless one.
+fn is_harmless_number(text: &[u8]) -> bool {
+    let code = number(text, 0, Spelling::Exponent).map(|number| number.value);
+    code.is_some_and(|code| HARMLESS_CODES.iter().any(|known| (code - known).abs() < 1e-9))
+}
+
+/// Whether code that goes into the posted program as it stands moves no axis and calls nothing. Comments between round
+/// brackets do not count.
+fn is_harmless_code(text: &[u8]) -> bool {
+    let mut depth = 0_u32;
+    for (at, byte) in text.iter().enumerate() {
+        match byte {
+            b'(' => depth += 1,
+            b')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        let before = at.checked_sub(1).and_then(|before| text.get(before));
+        if depth > 0 || before.is_some_and(u8::is_ascii_alphabetic) {
+            continue;
+        }
+        let value = text.get(at + 1..).unwrap_or_default().trim_ascii_start();
+        let has_value = value.first().is_some_and(|byte| {
+            byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'#' | b'=' | b'[')
+        });
+        let moves = match byte.to_ascii_uppercase() {
+            _ if !has_value => false,
+            b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C' | b'U' | b'V' | b'W' => true,
+            b'G' => !is_harmless_number(value),
+            b'M' => number(value, 0, Spelling::Exponent)
+                .is_none_or(|number| [96.0, 97.0, 98.0, 99.0, 198.0].contains(&number.value)),
+            _ => false,
+        };
+        if moves {
+            return false;
+        }
+    }
+    true
 }
 
 /// A word in upper case, cut to what the statements known have.

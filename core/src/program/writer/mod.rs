@@ -25,6 +25,8 @@ pub struct NewWord {
 
 /// M codes that act when the block's motion is done, in tenths.
 const END_CODES: [u32; 8] = [0, 10, 20, 50, 90, 300, 600, 990];
+/// M17, and RET: the end of a Sinumerik subprogram.
+const END_OF_SUBPROGRAM: u32 = 170;
 /// The exact stop at the end of one block, in tenths.
 const EXACT_STOP: u32 = 90;
 
@@ -38,6 +40,9 @@ fn acts_at_end(batch: &Batch, word: &Word) -> bool {
         Dialect::Heidenhain => {
             word.address == Address::M
                 && word.code_tenths().is_some_and(|code| END_CODES_CONVERSATIONAL.contains(&code))
+        }
+        Dialect::Siemens if word.address == Address::M => {
+            is_end_code(word) || word.code_tenths() == Some(END_OF_SUBPROGRAM)
         }
         _ => is_end_code(word),
     }
@@ -55,7 +60,7 @@ fn is_end_code(word: &Word) -> bool {
 /// kept; words the block does not have are added behind its last coordinate word in the block's own style.
 ///
 /// `without_end_codes` says that more blocks made of this one follow: the words that act at the end of a block
-/// (G9 M0 M1 M2 M5 M9 M30 M60 M99) are left out, and a last line without an ending gets one.
+/// (G9 M0 M1 M2 M5 M9 M30 M60 M99, M17 and RET) are left out, and a last line without an ending gets one.
 ///
 /// # Errors
 /// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.

@@ -63,3 +63,35 @@ impl Elements {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_hold_what_was_assigned_last_however_it_was() {
+        let mut elements = Elements::new(5000, Some(0.0));
+        elements.set(7, Some(1.5), false);
+        elements.repeat(9, 2, Some(3.0), false);
+        assert_eq!([6, 7, 8, 9, 10, 11].map(|at| elements.get(at)), [0.0, 1.5, 0.0, 3.0, 3.0, 0.0].map(Some));
+        assert_eq!(elements.get(5000), None);
+        // Skipped or not: known only if it is the same both ways.
+        elements.set(7, Some(1.5), true);
+        elements.set(9, Some(4.0), true);
+        assert_eq!([7, 9, 10].map(|at| elements.get(at)), [Some(1.5), None, Some(3.0)]);
+        elements.repeat(0, 5000, Some(2.0), false);
+        assert_eq!([0, 9, 4999].map(|at| elements.get(at)), [Some(2.0); 3]);
+        elements.repeat(0, 5000, Some(2.0), true);
+        assert_eq!(elements.get(1), Some(2.0));
+        elements.repeat(0, 5000, Some(1.0), true);
+        assert_eq!(elements.get(1), None);
+    }
+
+    #[test]
+    fn a_large_part_of_an_array_is_not_filled_one_by_one() {
+        let mut elements = Elements::new(5000, Some(0.0));
+        elements.repeat(1, 4999, Some(2.0), false);
+        assert_eq!([0, 1].map(|at| elements.get(at)), [None, None]);
+        assert!(elements.own.is_empty());
+    }
+}

@@ -1,7 +1,7 @@
 //! Functions of the Sinumerik; angles in degrees.
 
 use super::expression::{Arguments, Number};
-use crate::geometry::trig::{atan2, sin_cos_deg};
+use crate::program::constants::arithmetic;
 
 /// Nearer to a whole number than this, TRUNC and its kin depend on the control's own rounding.
 const NEARLY_WHOLE: f64 = 1e-9;
@@ -13,21 +13,20 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
         [Some(a)] if arguments.count == 1 => {
             let x = a.value;
             let value = if is(b"SIN") {
-                sin_cos_deg(x).0
+                arithmetic::sin_deg(x)?
             } else if is(b"COS") {
-                sin_cos_deg(x).1
+                arithmetic::cos_deg(x)?
             } else if is(b"TAN") {
-                let (sin, cos) = sin_cos_deg(x);
-                if cos.abs() < NEARLY_WHOLE {
+                if arithmetic::cos_deg(x)?.abs() < NEARLY_WHOLE {
                     return None;
                 }
-                sin / cos
+                arithmetic::tan_deg(x)?
             } else if is(b"ASIN") {
-                arc(x, (1.0 - x * x).sqrt())?
+                arithmetic::asin_deg(x)?
             } else if is(b"ACOS") {
-                arc((1.0 - x * x).sqrt(), x)?
+                arithmetic::acos_deg(x)?
             } else if is(b"SQRT") {
-                x.sqrt()
+                arithmetic::sqrt(x)?
             } else if is(b"ABS") {
                 return Some(Number { value: x.abs(), ..a });
             } else if is(b"POT") {
@@ -39,9 +38,9 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
             } else if is(b"ROUNDUP") {
                 return cut(x, f64::ceil);
             } else if is(b"LN") {
-                x.ln()
+                arithmetic::ln(x)?
             } else if is(b"EXP") {
-                x.exp()
+                arithmetic::exp(x)?
             } else {
                 return None;
             };
@@ -49,7 +48,7 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
         }
         // The angle of (second, first): the second is the direction angles count from.
         [Some(a), Some(b)] if arguments.count == 2 && is(b"ATAN2") => {
-            (a.value != 0.0 || b.value != 0.0).then(|| Number::real(atan2(a.value, b.value).to_degrees()))
+            (a.value != 0.0 || b.value != 0.0).then(|| Number::real(arithmetic::atan2_deg(a.value, b.value)))
         }
         [Some(a), Some(b)] if arguments.count == 2 && is(b"MINVAL") => {
             Some(if b.value < a.value { b } else { a })
@@ -71,10 +70,6 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
         _ => None,
     };
     known.filter(|number| number.value.is_finite())
-}
-
-fn arc(y: f64, x: f64) -> Option<f64> {
-    (y.is_finite() && x.is_finite()).then(|| atan2(y, x).to_degrees())
 }
 
 /// Cut to a whole number where it is certain to which.

@@ -41,12 +41,15 @@ pub(super) fn read(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
             let off = part == 1 && all_values(scan, head, 0.0);
             said(scan, if off { Keyword::RotationOff } else { Keyword::RotationOn }, start)
         }
-        11 | 26 => {
+        11 => {
             let off = part == 1 && all_values(scan, head, 1.0);
             said(scan, if off { Keyword::ScalingOff } else { Keyword::ScalingOn }, start)
         }
+        26 => axis_scaling(scan, start, head, part),
         19 => {
-            let off = part == 1 && all_values(scan, head, 0.0);
+            // Without angles (answered with NO ENT) the cycle is switched off.
+            let is_bare = || !scan.slice(head, comment(scan, head)).iter().any(u8::is_ascii_alphabetic);
+            let off = part == 1 && (is_bare() || all_values(scan, head, 0.0));
             said(scan, if off { Keyword::TiltOff } else { Keyword::TiltOn }, start)
         }
         247 => preset(scan, start, head),
@@ -100,6 +103,10 @@ fn all_values(scan: &Scan<'_>, head: usize, wanted: f64) -> bool {
         }
         let letters = scan.letters_end(at);
         let name = scan.slice(at, letters);
+        if matches!(name, [b'I' | b'i', ..]) {
+            // `IROT+0` adds nothing and takes nothing back.
+            return false;
+        }
         let counts = !matches!(name, b"F" | b"R" | b"FMAX" | b"ABST" | b"f" | b"r");
         at = match value(scan, letters) {
             (_, Value::Number(number)) => {
@@ -114,6 +121,48 @@ fn all_values(scan: &Scan<'_>, head: usize, wanted: f64) -> bool {
         };
     }
     some
+}
+
+/// `26.1 X0.99 Y1`: axes scaled each for itself; without axis words where what is scaled cannot be read.
+fn axis_scaling(scan: &mut Scan<'_>, start: usize, head: usize, part: u32) -> BlockKind {
+    if part == 0 {
+        return said(scan, Keyword::Statement, start);
+    }
+    let end = comment(scan, head);
+    scan.keyword(Keyword::AxisScaling, start, head);
+    let mut at = head;
+    while at < end {
+        let letters = scan.letters_end(at);
+        if letters == at {
+            at += 1;
+            continue;
+        }
+        let name = scan.slice(at, letters);
+        // `CCX+15`: the centre.
+        let is_centre = matches!(name, [b'C' | b'c', b'C' | b'c', _]);
+        let axis = match name {
+            [letter] => Address::from_letter(*letter),
+            _ => None,
+        };
+        let lead = letters - at;
+        at = match (axis, value(scan, letters)) {
+            (Some(axis), (_, Value::Number(number))) => {
+                scan.number_word(axis, WordForm::Number, at, lead, number);
+                number.end
+            }
+            (Some(axis), (_, Value::Parameter(end))) => {
+                scan.expression(axis, at, lead, end);
+                end
+            }
+            (None, (_, Value::Number(number))) if is_centre => number.end,
+            (None, (_, Value::Parameter(end))) if is_centre => end,
+            _ => return said(scan, Keyword::ScalingOn, at),
+        };
+    }
+    if scan.kind.is_none() {
+        scan.skip_all();
+    }
+    BlockKind::Words
 }
 
 /// Datum shift: `7.0` begins it, `7.1 X+10`, `7.2 Y+5`, … state it axis by axis; `#5` takes it from a table.

@@ -118,8 +118,11 @@ impl Opening {
     }
 }
 
-/// Whether a rounding (RND) or a chamfer (CHF) cuts the corner between what was read and what follows; `None` where
-/// that is not to be seen yet.
+/// What depends on the end and the direction of the path before it.
+const CHANGE_THE_CORNER: [&[u8]; 7] = [b"RND", b"CHF", b"CT", b"CTP", b"DEP", b"FCT", b"FLT"];
+
+/// Whether a rounding (RND) or a chamfer (CHF) cuts the corner between what was read and what follows, or an element
+/// follows that goes on in its direction (CT, CTP, DEP and free contours); `None` where that is not to be seen yet.
 fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
     let mut at = 0;
     for _ in 0..MAX_LOOKAHEAD {
@@ -132,8 +135,10 @@ fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
         match line.get(opening.statement) {
             None | Some(b';' | b'*') => at = next_line(rest, end),
             Some(_) => {
-                let word = line.get(opening.statement..opening.statement + 3).unwrap_or_default();
-                return Some(word.eq_ignore_ascii_case(b"RND") || word.eq_ignore_ascii_case(b"CHF"));
+                let word = line.get(opening.statement..).unwrap_or_default();
+                let letters = word.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+                let word = word.get(..letters).unwrap_or_default();
+                return Some(CHANGE_THE_CORNER.iter().any(|known| word.eq_ignore_ascii_case(known)));
             }
         }
     }

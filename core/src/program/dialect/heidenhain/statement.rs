@@ -205,8 +205,8 @@ fn function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
             BlockKind::Flow
         }
         // Messages, prints, tables.
-        14..=16 | 19 | 20 | 25..=27 | 29 | 35 | 37 | 38 => said(scan, Keyword::Statement, start),
-        // FN 17 writes into the control.
+        14..=16 | 19 | 20 | 26 | 27 | 29 | 35 | 37 | 38 => said(scan, Keyword::Statement, start),
+        // FN 17 writes into the control, FN 25 sets a datum.
         _ => said(scan, Keyword::UnknownStatement, start),
     }
 }

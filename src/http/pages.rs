@@ -1,0 +1,84 @@
+//! Pages of other sites. A service without keys trusts every program on its computer, and a browser is one: a page from
+//! anywhere could have it send requests here. Such a page is told apart by what browsers say of it.
+
+use std::net::IpAddr;
+
+use http::header::{HOST, ORIGIN};
+use http::request::Parts;
+use http::{HeaderMap, Method};
+
+use super::problem::{Problem, ProblemType};
+
+/// Refuses what a page of another site sends to a service without keys on a loopback address.
+///
+/// Two things are looked at. A name that somebody else gives out may lead to a loopback address (DNS rebinding), and
+/// then the page counts as of this site: so the service answers to addresses, to `localhost` and to names without a dot,
+/// which nobody can register. And a request
+/// that is no plain reading does not come from a page of another site (Fetch Metadata; of older browsers, `Origin`).
+///
+/// # Errors
+/// It does.
+pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
+    let authority = parts.uri.authority().map(|authority| authority.as_str().to_owned());
+    let host = text(&parts.headers, HOST.as_str()).map(str::to_owned).or(authority);
+    if let Some(host) = host.as_deref().filter(|host| !is_this_computer(host)) {
+        let detail = format!(
+            "without an API key the service answers to addresses and to localhost, not to the name {host:?}"
+        );
+        return Err(Problem::new(ProblemType::ForeignPage, detail));
+    }
+    if parts.method == Method::GET || parts.method == Method::HEAD {
+        return Ok(());
+    }
+    let foreign = match (text(&parts.headers, "sec-fetch-site"), text(&parts.headers, ORIGIN.as_str())) {
+        (Some(site), _) => site != "same-origin" && site != "none",
+        (None, Some(origin)) => origin.split_once("://").map(|(_, of)| of) != host.as_deref(),
+        (None, None) => false,
+    };
+    if foreign {
+        let detail = "without an API key the service takes nothing from a page of another site";
+        return Err(Problem::new(ProblemType::ForeignPage, detail));
+    }
+    Ok(())
+}
+
+/// A header's value; empty where it is no text.
+fn text<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    headers.get(name).map(|value| value.to_str().unwrap_or_default())
+}
+
+/// Whether an authority is an address or a name that nobody else gives out (`localhost`: RFC 6761 §6.3).
+fn is_this_computer(authority: &str) -> bool {
+    let name = match authority.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        Some((inside, _port)) => inside,
+        None => authority.split_once(':').map_or(authority, |(name, _port)| name),
+    };
+    let name = name.trim_end_matches('.').to_ascii_lowercase();
+    !name.contains('.') || name.ends_with(".localhost") || name.parse::<IpAddr>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_this_computer;
+
+    #[test]
+    fn addresses_and_localhost_are_this_computer() {
+        for here in [
+            "127.0.0.1:8080",
+            "127.0.0.1",
+            "[::1]:8080",
+            "[::1]",
+            "localhost:1",
+            "LocalHost",
+            "a.localhost.",
+            "mill-3:80",
+        ] {
+            assert!(is_this_computer(here), "{here}");
+        }
+        for other in
+            ["evil.example:8080", "localhost.evil.example", "127.0.0.1.evil.example", "evil.xlocalhost"]
+        {
+            assert!(!is_this_computer(other), "{other}");
+        }
+    }
+}
