@@ -22,6 +22,7 @@ COPY --from=build /build/target/dist/trunnion /usr/local/bin/trunnion
 USER trunnion
 VOLUME /data
 EXPOSE 8080
+# Off loopback it starts only with an API key: run `trunnion keys create` on the volume first.
 ENV TRUNNION_LISTEN=0.0.0.0:8080 TRUNNION_DATA_DIR=/data
 HEALTHCHECK --interval=15s --timeout=3s --start-period=5s --retries=3 CMD ["trunnion", "healthcheck"]
 STOPSIGNAL SIGTERM

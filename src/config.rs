@@ -8,9 +8,10 @@ use figment::providers::{Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Declares each setting once: the field, its type, its default and the name of its environment variable.
+/// Declares each setting once: the field, its type, its default, the name of its environment variable, and what else its
+/// flag needs.
 macro_rules! settings {
-    ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal;)+) => {
+    ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal $(, [$($arg:tt)+])?;)+) => {
         /// The service's settings, complete.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -30,7 +31,7 @@ macro_rules! settings {
         pub struct Flags {
             $(
                 $(#[doc = $doc])+
-                #[arg(long, env = $env, global = true)]
+                #[arg(long, env = $env, global = true $(, $($arg)+)?)]
                 #[serde(skip_serializing_if = "Option::is_none")]
                 pub $name: Option<$type>,
             )+
@@ -38,6 +39,9 @@ macro_rules! settings {
 
         /// Name of each setting and of its environment variable.
         pub const ENVIRONMENT: &[(&str, &str)] = &[$((stringify!($name), $env),)+];
+
+        /// Name of each setting and what it means.
+        pub const MEANINGS: &[(&str, &str)] = &[$((stringify!($name), concat!($($doc),+)),)+];
     };
 }
 
@@ -46,6 +50,12 @@ settings! {
     listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
     /// Directory of the database, the programs and their results; created when missing
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
+    /// Serve on an address that is not a loopback one although no API key was ever made
+    insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
+    /// File (PEM) with the certificate and its chain; with it and its key the service speaks TLS
+    tls_certificate: Option<PathBuf> = None, "TRUNNION_TLS_CERTIFICATE";
+    /// File (PEM) with the certificate's private key
+    tls_key: Option<PathBuf> = None, "TRUNNION_TLS_KEY";
     /// Largest program or CSV body, after decompression (bytes)
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
     /// Largest surface uploaded beside a program, after decompression (bytes)
@@ -62,14 +72,32 @@ settings! {
     max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
     /// Computations that may wait for their turn before the service answers 503
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
+    /// Jobs that may wait in the queue before the service answers 503
+    max_queued_jobs: usize = 1000, "TRUNNION_MAX_QUEUED_JOBS";
+    /// Clients that may follow the events of jobs at the same time
+    max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
+    /// How long a job is kept after it has ended (s); 0 keeps it for ever
+    job_retention_s: f64 = 0.0, "TRUNNION_JOB_RETENTION_S";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
+    /// Largest file or table that one request makes (bytes)
+    max_result_bytes: u64 = 4 << 30, "TRUNNION_MAX_RESULT_BYTES";
+    /// Longest path and query of a request (bytes)
+    max_url_bytes: usize = 32 << 10, "TRUNNION_MAX_URL_BYTES";
+    /// Longest header of a request, all its fields together (bytes)
+    max_header_bytes: usize = 32 << 10, "TRUNNION_MAX_HEADER_BYTES";
+    /// Requests a second that one key, or without keys one address, may make in the long run; 0 sets no limit (1/s)
+    max_rate_per_s: f64 = 50_000.0, "TRUNNION_MAX_RATE_PER_S";
+    /// Requests that it may make at once after a rest
+    max_burst_requests: u32 = 100_000, "TRUNNION_MAX_BURST_REQUESTS";
     /// Longest time from a request's header to its answer (s)
     request_timeout_s: f64 = 300.0, "TRUNNION_REQUEST_TIMEOUT_S";
     /// Longest time for a request's header, also for an idle connection (s)
     header_timeout_s: f64 = 15.0, "TRUNNION_HEADER_TIMEOUT_S";
     /// Longest pause within a request's body (s)
     body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
+    /// Longest time in which a client takes nothing of its answer (s)
+    answer_pause_timeout_s: f64 = 30.0, "TRUNNION_ANSWER_PAUSE_TIMEOUT_S";
     /// Time that requests under way get to finish when the service stops (s)
     drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
     /// How long an Idempotency-Key is remembered (s)
@@ -80,6 +108,8 @@ settings! {
     log: String = "info".to_owned(), "TRUNNION_LOG";
     /// Form of the log lines
     log_format: LogFormat = LogFormat::Text, "TRUNNION_LOG_FORMAT";
+    /// Where the spans of requests are sent as OTLP over HTTP, such as `http://127.0.0.1:4318`; empty sends none
+    otlp_endpoint: String = String::new(), "TRUNNION_OTLP_ENDPOINT";
 }
 
 /// Form of the log lines.
@@ -103,6 +133,12 @@ pub enum ConfigFault {
     NoFile {
         /// The path given.
         path: PathBuf,
+    },
+    /// A certificate without its key, or a key without its certificate.
+    #[error("TLS needs both tls_certificate and tls_key, and {missing} is missing")]
+    HalfTls {
+        /// Name of the setting that is missing.
+        missing: &'static str,
     },
     /// A number outside its range.
     #[error("{setting} is {value}, but must lie between {min} and {max}")]
@@ -153,6 +189,11 @@ impl Settings {
                 Err(ConfigFault::OutOfRange { setting, value, min, max })
             }
         };
+        match (&self.tls_certificate, &self.tls_key) {
+            (Some(_), None) => return Err(ConfigFault::HalfTls { missing: "tls_key" }),
+            (None, Some(_)) => return Err(ConfigFault::HalfTls { missing: "tls_certificate" }),
+            _ => {}
+        }
         in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;
@@ -161,10 +202,19 @@ impl Settings {
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
         in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
+        in_range("max_queued_jobs", self.max_queued_jobs as f64, 0.0, 100_000.0)?;
+        in_range("max_event_streams", self.max_event_streams as f64, 0.0, 1e6)?;
+        in_range("job_retention_s", self.job_retention_s, 0.0, 1e10)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
+        in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
+        in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;
+        in_range("max_header_bytes", self.max_header_bytes as f64, 1024.0, 1e6)?;
+        in_range("max_rate_per_s", self.max_rate_per_s, 0.0, 1e9)?;
+        in_range("max_burst_requests", f64::from(self.max_burst_requests), 1.0, 1e9)?;
         in_range("request_timeout_s", self.request_timeout_s, 0.001, 86_400.0)?;
         in_range("header_timeout_s", self.header_timeout_s, 0.001, 3600.0)?;
         in_range("body_pause_timeout_s", self.body_pause_timeout_s, 0.001, 3600.0)?;
+        in_range("answer_pause_timeout_s", self.answer_pause_timeout_s, 0.001, 3600.0)?;
         in_range("drain_timeout_s", self.drain_timeout_s, 0.0, 3600.0)?;
         in_range("idempotency_retention_s", self.idempotency_retention_s, 1.0, 1e9)?;
         in_range("store_readers", f64::from(self.store_readers), 1.0, 256.0)

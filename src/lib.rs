@@ -13,6 +13,8 @@ pub mod wire;
 
 pub mod config;
 
+pub mod meter;
+
 pub mod store;
 
 pub mod jobs;

@@ -152,6 +152,8 @@ const BARE: &[&str] = &[
 fn carried(schema: &str, property: &str) -> bool {
     matches!((schema, property), ("Squareness" | "squareness_urad", "e_c0y" | "e_b0z" | "e_a0z"))
         || (schema == "linear_limits_mm" || schema == "LinearLimits")
+        // A limit says its unit beside it.
+        || (schema == "Limit" && property == "value")
         // Values whose unit stands in the name of the object that holds them: `errors.A.e_y_um`, `setup_error_um`,
         // `eccentricities_um`, and the member `unit` of a trend.
         || matches!(

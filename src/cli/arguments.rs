@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use super::{StartFault, health, serve};
+use super::{KeysCommand, StartFault, health, keys, serve};
 use crate::config::{Flags, Settings};
 
 /// One HTTP service for five-axis machine tools.
@@ -23,12 +23,15 @@ pub struct Cli {
 }
 
 /// The commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+#[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
 pub enum Command {
     /// Run the service until it is told to stop
     Serve,
     /// Ask the service at the listen address whether it is ready; for containers
     Healthcheck,
+    /// Make, list and revoke API keys, also while the service runs
+    #[command(subcommand)]
+    Keys(KeysCommand),
 }
 
 /// Does what the command line says, to its end.
@@ -37,8 +40,9 @@ pub enum Command {
 /// Settings that cannot be used, or a service that could not start.
 pub fn run(cli: &Cli) -> Result<(), StartFault> {
     let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
-    match cli.command.unwrap_or(Command::Serve) {
-        Command::Serve => serve::until_stopped(settings),
-        Command::Healthcheck => health::check(settings.listen),
+    match &cli.command {
+        None | Some(Command::Serve) => serve::until_stopped(settings),
+        Some(Command::Healthcheck) => health::check(&settings),
+        Some(Command::Keys(command)) => keys::run(&settings, command),
     }
 }

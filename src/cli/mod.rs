@@ -2,8 +2,14 @@
 
 mod arguments;
 mod health;
+mod keys;
 mod logs;
+#[cfg(feature = "otlp")]
+mod otlp;
 mod serve;
+mod tls;
 
 pub use arguments::{Cli, Command, run};
-pub use serve::{Running, StartFault, start};
+pub use keys::{KeysCommand, KeysFault};
+pub use serve::{Guarding, Running, StartFault, start};
+pub use tls::TlsFault;

@@ -1,18 +1,21 @@
 //! Start, serve, drain: the service's life.
 
+use std::io::Write;
 use std::net::{SocketAddr, TcpListener};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum_server::Handle;
+use axum_server::tls_rustls::{RustlsAcceptor, RustlsConfig};
+use axum_server::{Handle, Server};
 use hyper_util::rt::TokioTimer;
 use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
-use super::logs;
+use super::{KeysFault, TlsFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
+use crate::http::observation::Exporter;
 use crate::http::{AppState, connections::Cap, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
@@ -57,6 +60,21 @@ pub enum StartFault {
     /// Database or files cannot be used.
     #[error(transparent)]
     Open(#[from] OpenFault),
+    /// An address that others reach, and no key.
+    #[error(
+        "will not listen on {address} without an API key: make one with `trunnion keys create --name NAME --scopes admin,…`, \
+         or say --insecure to let everybody in"
+    )]
+    Unguarded {
+        /// The address asked for.
+        address: SocketAddr,
+    },
+    /// The certificate or its key cannot be used.
+    #[error(transparent)]
+    Tls(#[from] TlsFault),
+    /// A command about keys failed.
+    #[error(transparent)]
+    Keys(#[from] KeysFault),
     /// The service that was asked is not ready.
     #[error("the service at {address} is not ready: {answer}")]
     NotReady {
@@ -65,9 +83,40 @@ pub enum StartFault {
         /// First line of its answer, or why there is none.
         answer: String,
     },
+    /// Spans are to be sent, but not by this binary.
+    #[error(
+        "otlp_endpoint is {endpoint:?}, but this binary was built without the feature otlp; leave the setting empty, or \
+         build with --features otlp"
+    )]
+    NoExport {
+        /// What was given.
+        endpoint: String,
+    },
+    /// The address of the collector cannot be used.
+    #[error("otlp_endpoint {endpoint:?} cannot be used: {reason}")]
+    Collector {
+        /// What was given.
+        endpoint: String,
+        /// Why not.
+        reason: String,
+    },
     /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
+}
+
+/// Least room for what has arrived of a connection and was not taken yet \[bytes\].
+const LEAST_BUFFER_BYTES: usize = 64 << 10;
+
+/// Who is let in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guarding {
+    /// Whoever has one of so many keys, revoked and expired ones counted.
+    Keys(usize),
+    /// Every program on this computer.
+    Loopback,
+    /// Everybody.
+    Insecure,
 }
 
 /// A service that listens.
@@ -75,6 +124,10 @@ pub enum StartFault {
 pub struct Running {
     /// Where it listens.
     pub address: SocketAddr,
+    /// Whether it speaks TLS.
+    pub tls: bool,
+    /// Who is let in; the first key made over HTTP changes it.
+    pub guarding: Guarding,
     /// The state its handlers share.
     pub state: AppState,
     handle: Handle<SocketAddr>,
@@ -92,49 +145,127 @@ pub async fn start(
     sources: Sources,
     compensator: Arc<dyn Compensator>,
 ) -> Result<Running, StartFault> {
+    let exporter = exporter(&settings.otlp_endpoint)?;
     let path = settings.data_dir.clone();
-    let unusable = |source| StartFault::DataDirectory { path: path.clone(), source };
-    std::fs::create_dir_all(&path).map_err(unusable)?;
-    let whole = path.canonicalize().map_err(unusable)?;
-    // Systems without this table are not asked.
-    let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
-    if let Some(mount) = network_mount(&mounts, &whole) {
-        return Err(StartFault::NetworkFileSystem { path, mount });
-    }
+    std::fs::create_dir_all(&path)
+        .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
+    on_a_local_disk(&path)?;
+    let tls = match (&settings.tls_certificate, &settings.tls_key) {
+        (Some(certificate), Some(key)) => Some(RustlsConfig::from_config(tls::server(certificate, key)?)),
+        _ => None,
+    };
     let lock = DirectoryLock::take(&path)?;
     let address = settings.listen;
     let listener = TcpListener::bind(address).map_err(|source| StartFault::Listen { address, source })?;
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
     let address = listener.local_addr().map_err(StartFault::Process)?;
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
-    let state = AppState::open(settings, sources, compensator).await?;
+    let mut state = AppState::open(settings, sources, compensator).await?;
+    if let Some(exporter) = exporter {
+        state = state.exporting(exporter);
+    }
+    let guarding = guarding(address, &state).await?;
     let handle = Handle::new();
-    let mut server = axum_server::from_tcp(listener)
-        .map_err(StartFault::Process)?
-        .acceptor(Cap::new(state.settings.max_connections))
-        .handle(handle.clone());
+    let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
     let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(header_timeout);
+    let cap = Cap::new(
+        state.settings.max_connections,
+        Duration::from_secs_f64(state.settings.answer_pause_timeout_s),
+    );
+    // A header within the limits always fits; what is far longer is refused before it is all in memory.
+    let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
+    let patience = Patience { header_timeout, buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES) };
+    let service = router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
+    let speaks_tls = tls.is_some();
+    let task = match tls {
+        None => tokio::spawn(patient(server.acceptor(cap), patience).serve(service)),
+        Some(config) => {
+            let acceptor = RustlsAcceptor::new(config).handshake_timeout(header_timeout).acceptor(cap);
+            tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
+        }
+    };
+    Ok(Running { address, tls: speaks_tls, guarding, state, handle, task, drain, lock })
+}
+
+/// Refuses a directory on another computer, where the database would be damaged.
+pub(super) fn on_a_local_disk(path: &Path) -> Result<(), StartFault> {
+    let unusable = |source| StartFault::DataDirectory { path: path.to_owned(), source };
+    let whole = path.canonicalize().map_err(unusable)?;
+    // Systems without this table are not asked.
+    let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
+    match network_mount(&mounts, &whole) {
+        Some(mount) => Err(StartFault::NetworkFileSystem { path: path.to_owned(), mount }),
+        None => Ok(()),
+    }
+}
+
+/// Who will be let in; nobody, where that would be everybody and nobody has said so.
+async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, StartFault> {
+    let keys = state.store.every_api_key().await.map_err(OpenFault::from)?.len();
+    if keys > 0 {
+        Ok(Guarding::Keys(keys))
+    } else if address.ip().to_canonical().is_loopback() {
+        Ok(Guarding::Loopback)
+    } else if state.settings.insecure {
+        Ok(Guarding::Insecure)
+    } else {
+        Err(StartFault::Unguarded { address })
+    }
+}
+
+/// How long headers and silent connections are waited for, and how much of a header is kept.
+#[derive(Debug, Clone, Copy)]
+struct Patience {
+    header_timeout: Duration,
+    buffer_bytes: usize,
+}
+
+/// The server with its patience.
+fn patient<A>(mut server: Server<SocketAddr, A>, patience: Patience) -> Server<SocketAddr, A> {
+    let Patience { header_timeout, buffer_bytes } = patience;
+    server
+        .http_builder()
+        .http1()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .max_buf_size(buffer_bytes);
     server
         .http_builder()
         .http2()
         .timer(TokioTimer::new())
         .keep_alive_interval(header_timeout)
         .keep_alive_timeout(header_timeout)
-        .max_concurrent_streams(64);
-    let task = tokio::spawn(server.serve(router(state.clone()).into_make_service()));
-    Ok(Running { address, state, handle, task, drain, lock })
+        .max_concurrent_streams(64)
+        .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
+    server
+}
+
+/// Where spans go, if anywhere.
+fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
+    if endpoint.is_empty() {
+        return Ok(None);
+    }
+    #[cfg(feature = "otlp")]
+    return super::otlp::exporter(endpoint).map(Some);
+    #[cfg(not(feature = "otlp"))]
+    Err(StartFault::NoExport { endpoint: endpoint.to_owned() })
 }
 
 impl Running {
-    /// Stops listening, lets requests under way finish within the drain time, closes the database.
+    /// Stops listening, lets requests and jobs under way finish within the drain time, gives the jobs that have not back
+    /// to the queue, closes the database.
     ///
     /// # Errors
     /// The server ended with a fault of its own.
     pub async fn stop(self) -> std::io::Result<()> {
         self.state.begin_draining();
         self.handle.graceful_shutdown(Some(self.drain));
-        let served = self.task.await.map_err(std::io::Error::other);
+        let (served, ()) = tokio::join!(self.task, self.state.queue.stop(self.drain));
+        let served = served.map_err(std::io::Error::other);
+        if let Some(exporter) = self.state.exporter() {
+            // It waits for a collector on a thread of its own, for a moment.
+            drop(tokio::task::spawn_blocking(move || exporter.close()).await);
+        }
         self.state.store.close().await;
         drop(self.lock);
         served?
@@ -157,7 +288,7 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         let budget = Cost::budget_within(settings.max_cost_s);
         let compensator = Arc::new(CutterContactCompensator { budget });
         let running = start(settings, Sources::real(), compensator).await?;
-        announce(running.address, &data_dir);
+        announce(&running, &data_dir);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("told to stop by SIGTERM"),
             _ = interrupt.recv() => tracing::info!("told to stop by SIGINT"),
@@ -165,13 +296,29 @@ pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
         running.stop().await.map_err(StartFault::Process)
     });
     // A computation that does not poll its stop in time is left behind; the process does not wait for it.
-    runtime.shutdown_timeout(drain.min(Duration::from_secs(2)));
+    runtime.shutdown_timeout(drain.min(Duration::from_millis(1500)));
     tracing::info!("stopped");
     ended
 }
 
-#[expect(clippy::print_stdout, reason = "the first lines a person sees, not a log")]
-fn announce(address: SocketAddr, data_dir: &std::path::Path) {
-    println!("trunnion {} listens on http://{address}", env!("CARGO_PKG_VERSION"));
-    println!("documentation: http://{address}/docs    data: {}", data_dir.display());
+/// The first lines a person sees; nobody has to read them.
+fn announce(running: &Running, data_dir: &Path) {
+    let (scheme, address) = (if running.tls { "https" } else { "http" }, running.address);
+    let guarded = match running.guarding {
+        Guarding::Keys(count) => format!("API keys: {count} were made, and every request needs one"),
+        Guarding::Loopback => {
+            "no API key was made: every program on this computer may do everything (trunnion keys create)"
+                .to_owned()
+        }
+        Guarding::Insecure => {
+            tracing::warn!(%address, "no API key was made: everybody who reaches the port may do everything");
+            "INSECURE: no API key was made, and everybody who reaches the port may do everything".to_owned()
+        }
+    };
+    let lines = format!(
+        "trunnion {} listens on {scheme}://{address}\ndocumentation: {scheme}://{address}/docs    data: {}\n{guarded}\n",
+        env!("CARGO_PKG_VERSION"),
+        data_dir.display()
+    );
+    let _nobody_reads = std::io::stdout().write_all(lines.as_bytes());
 }

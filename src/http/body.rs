@@ -1,12 +1,17 @@
 //! Bodies, chunk by chunk: bounded in length and in the pauses between chunks.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::task::Poll;
 use std::time::{Duration, Instant};
 
 use axum::body::Body;
 use bytes::{Bytes, BytesMut};
+use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE};
 use http_body_util::BodyExt;
+use thiserror::Error;
 
 use super::problem::{Problem, ProblemType};
 
@@ -15,6 +20,33 @@ pub(super) struct Incoming {
     body: Body,
     pause: Duration,
 }
+
+/// Says when a form's reader is between two fields.
+#[derive(Debug)]
+pub(super) struct BetweenFields {
+    left: Arc<AtomicUsize>,
+    header_bytes: usize,
+}
+
+/// Within a field the field's own limit holds.
+const UNBOUNDED: usize = usize::MAX;
+
+impl BetweenFields {
+    /// The next field is looked for.
+    pub(super) fn enter(&self) {
+        self.left.store(self.header_bytes, Ordering::Relaxed);
+    }
+
+    /// It is there.
+    pub(super) fn leave(&self) {
+        self.left.store(UNBOUNDED, Ordering::Relaxed);
+    }
+}
+
+/// Between two fields of a form there is more than a header may have.
+#[derive(Debug, Clone, Copy, Error)]
+#[error("the header of a field is too long")]
+struct FieldHeaderTooLong;
 
 /// How long a refused body is still swallowed, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);
@@ -77,9 +109,31 @@ impl Incoming {
         }
     }
 
-    /// The body itself, for a reader that cuts it into fields.
-    pub(super) fn into_body(self) -> Body {
-        self.body
+    /// The body for a reader that cuts it into fields and keeps what it cannot cut yet: one chunk at a time, and
+    /// between two fields about as many bytes as a header may have.
+    pub(super) fn into_form(self, header_bytes: usize) -> (Body, BetweenFields) {
+        let between = BetweenFields { left: Arc::new(AtomicUsize::new(header_bytes)), header_bytes };
+        let left = Arc::clone(&between.left);
+        let mut chunks = self.body.into_data_stream();
+        let mut rests = false;
+        let stream = stream::poll_fn(move |context| {
+            // The reader would go on reading for as long as there is something to read.
+            if std::mem::take(&mut rests) {
+                context.waker().wake_by_ref();
+                return Poll::Pending;
+            }
+            if left.load(Ordering::Relaxed) == 0 {
+                return Poll::Ready(Some(Err(axum::Error::new(FieldHeaderTooLong))));
+            }
+            let next = chunks.poll_next_unpin(context);
+            if let Poll::Ready(Some(Ok(chunk))) = &next {
+                rests = true;
+                let taken = |left: usize| (left != UNBOUNDED).then(|| left.saturating_sub(chunk.len()));
+                let _changed = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, taken);
+            }
+            next
+        });
+        (Body::from_stream(stream), between)
     }
 }
 

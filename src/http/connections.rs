@@ -1,26 +1,32 @@
-//! A cap on open connections: one more is closed at once, before a byte of it is read.
+//! A cap on open connections: one more is closed at once, before a byte of it is read. And an end for those whose client
+//! takes nothing of what it asked for.
 
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum_server::accept::Accept;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::Sleep;
+
+use crate::meter::{self, Entered};
 
 /// Accepts connections up to a number.
 #[derive(Debug, Clone)]
 pub struct Cap {
     places: Arc<Semaphore>,
+    pause: Duration,
 }
 
 impl Cap {
-    /// At most `connections` at a time.
+    /// At most `connections` at a time; one whose client takes nothing of its answer for as long as `pause` is closed.
     #[must_use]
-    pub fn new(connections: usize) -> Self {
-        Self { places: Arc::new(Semaphore::new(connections.min(Semaphore::MAX_PERMITS))) }
+    pub fn new(connections: usize, pause: Duration) -> Self {
+        Self { places: Arc::new(Semaphore::new(connections.min(Semaphore::MAX_PERMITS))), pause }
     }
 }
 
@@ -28,7 +34,31 @@ impl Cap {
 #[derive(Debug)]
 pub struct Placed {
     stream: TcpStream,
+    pause: Duration,
+    /// Runs while the client takes nothing.
+    stalled: Option<Pin<Box<Sleep>>>,
     _place: OwnedSemaphorePermit,
+    _open: Entered<'static>,
+}
+
+impl Placed {
+    fn new(stream: TcpStream, pause: Duration, place: OwnedSemaphorePermit) -> Self {
+        Self { stream, pause, stalled: None, _place: place, _open: meter::CONNECTIONS.enter() }
+    }
+
+    /// What came of writing; a pause that is too long is a fault.
+    fn written(&mut self, cx: &mut Context<'_>, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
+        if let Poll::Ready(written) = written {
+            self.stalled = None;
+            if let Ok(count) = written {
+                meter::BYTES_OUT.add(count as u64);
+            }
+            return Poll::Ready(written);
+        }
+        let pause = self.pause;
+        let stalled = self.stalled.get_or_insert_with(|| Box::pin(tokio::time::sleep(pause)));
+        stalled.as_mut().poll(cx).map(|()| Err(io::ErrorKind::TimedOut.into()))
+    }
 }
 
 impl<S> Accept<TcpStream, S> for Cap {
@@ -38,7 +68,7 @@ impl<S> Accept<TcpStream, S> for Cap {
 
     fn accept(&self, stream: TcpStream, service: S) -> Self::Future {
         let accepted = match Arc::clone(&self.places).try_acquire_owned() {
-            Ok(place) => stream.set_nodelay(true).map(|()| (Placed { stream, _place: place }, service)),
+            Ok(place) => stream.set_nodelay(true).map(|()| (Placed::new(stream, self.pause, place), service)),
             Err(_) => Err(io::Error::other("too many connections")),
         };
         std::future::ready(accepted)
@@ -47,13 +77,18 @@ impl<S> Accept<TcpStream, S> for Cap {
 
 impl AsyncRead for Placed {
     fn poll_read(self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.get_mut().stream).poll_read(cx, buf)
+        let before = buf.filled().len();
+        let read = Pin::new(&mut self.get_mut().stream).poll_read(cx, buf);
+        meter::BYTES_IN.add((buf.filled().len() - before) as u64);
+        read
     }
 }
 
 impl AsyncWrite for Placed {
     fn poll_write(self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.get_mut().stream).poll_write(cx, buf)
+        let this = self.get_mut();
+        let written = Pin::new(&mut this.stream).poll_write(cx, buf);
+        this.written(cx, written)
     }
 
     fn poll_flush(self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -73,6 +108,8 @@ impl AsyncWrite for Placed {
         cx: &mut Context<'_>,
         bufs: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.get_mut().stream).poll_write_vectored(cx, bufs)
+        let this = self.get_mut();
+        let written = Pin::new(&mut this.stream).poll_write_vectored(cx, bufs);
+        this.written(cx, written)
     }
 }

@@ -3,6 +3,7 @@
 use http::request::Parts;
 
 use super::AppState;
+use super::caller::Caller;
 use super::problem::{Problem, ProblemType};
 use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
@@ -25,9 +26,14 @@ pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
     Ok(Some(text.to_owned()))
 }
 
-/// The key with the digest of all that makes the request: method, path, query and what its body says.
+/// The key with the digest of all that makes the request: method, path, query and what its body says. Every API key has
+/// idempotency keys of its own, so that nobody is answered what another was.
 pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
-    let key = key?;
+    let mut key = key?;
+    if let Some(id) = parts.extensions.get::<Caller>().and_then(|caller| caller.key_id.as_ref()) {
+        // No client can send a tab.
+        key = format!("{id}\t{}", sha256_hex(key.as_bytes()));
+    }
     let uri = &parts.uri;
     let head = format!("{}\n{}\n{}\n", parts.method, uri.path(), uri.query().unwrap_or_default());
     let fingerprint = sha256_hex((head + &body.join("\n")).as_bytes());

@@ -1,9 +1,13 @@
 //! The description of the interface, made from the routes themselves.
 
 use utoipa::OpenApi;
+use utoipa::openapi::path::Operation;
+use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::{OpenApi as Document, PathItem};
 
-use super::problem::ProblemDocument;
+use super::access::{Need, needed};
+use super::problem::{ProblemDocument, ProblemType};
+use super::refusals::responses;
 
 /// What no route says.
 #[derive(OpenApi)]
@@ -22,6 +26,7 @@ use super::problem::ProblemDocument;
         (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
         (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
         (name = "jobs", description = "Everything that was computed, with its report and its program"),
+        (name = "keys", description = "Who may do what, and who did what"),
         (name = "service", description = "The service itself"),
     ),
 )]
@@ -31,7 +36,33 @@ pub(super) struct Base;
 pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
+    guarded(&mut document);
     document
+}
+
+/// Name of the way in which keys are sent.
+const SCHEME: &str = "api_key";
+
+/// Says of every operation which scope it needs, and what it answers who does not have it.
+fn guarded(document: &mut Document) {
+    let words = "An API key, `trn_…`, with the scope that each operation names. A service for which no key was ever made is open and asks for none.";
+    let bearer = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).description(Some(words)).build();
+    let components = document.components.get_or_insert_default();
+    components.add_security_scheme(SCHEME, SecurityScheme::Http(bearer));
+    for (path, item) in &mut document.paths.paths {
+        for (method, operation) in methods_mut(item) {
+            let Need::Scope(scope) = needed(method, path) else {
+                operation.security = Some(Vec::new());
+                continue;
+            };
+            operation.security = Some(vec![SecurityRequirement::new(SCHEME, [scope.as_str()])]);
+            let mut kinds = vec![ProblemType::Unauthenticated, ProblemType::ScopeMissing];
+            if (method, path.as_str()) == ("PUT", "/v1/machines/{machine_id}") {
+                kinds.push(ProblemType::MachineNotAllowed);
+            }
+            operation.responses.responses.extend(responses(&kinds));
+        }
+    }
 }
 
 /// The description of the interface.
@@ -43,18 +74,29 @@ pub fn document() -> Document {
 /// One line for each operation: method, path, id.
 #[must_use]
 pub fn operations() -> String {
-    let mut lines = Vec::new();
-    for (path, item) in &document().paths.paths {
-        for (method, operation) in methods(item) {
-            let id = operation.operation_id.as_deref().unwrap_or("?");
-            lines.push(format!("{method:6} {path:58} {id}"));
-        }
-    }
+    let document = document();
+    let mut lines: Vec<String> =
+        all(&document).map(|(method, path, id)| format!("{method:6} {path:58} {id}")).collect();
     lines.sort_by(|a, b| a.get(7..).cmp(&b.get(7..)));
     lines.join("\n") + "\n"
 }
 
-fn methods(item: &PathItem) -> impl Iterator<Item = (&'static str, &utoipa::openapi::path::Operation)> {
+/// Every operation: method, pattern of the path, id.
+pub(super) fn all(document: &Document) -> impl Iterator<Item = (&'static str, &str, &str)> {
+    document.paths.paths.iter().flat_map(|(path, item)| {
+        methods(item).map(|(method, operation)| {
+            (method, path.as_str(), operation.operation_id.as_deref().unwrap_or("?"))
+        })
+    })
+}
+
+fn methods(item: &PathItem) -> impl Iterator<Item = (&'static str, &Operation)> {
     let all = [("GET", &item.get), ("PUT", &item.put), ("POST", &item.post), ("DELETE", &item.delete)];
     all.into_iter().filter_map(|(method, operation)| operation.as_ref().map(|operation| (method, operation)))
+}
+
+fn methods_mut(item: &mut PathItem) -> impl Iterator<Item = (&'static str, &mut Operation)> {
+    let PathItem { get, put, post, delete, .. } = item;
+    let all = [("GET", get), ("PUT", put), ("POST", post), ("DELETE", delete)];
+    all.into_iter().filter_map(|(method, operation)| operation.as_mut().map(|operation| (method, operation)))
 }

@@ -47,6 +47,12 @@ catalogue! {
         "A header, the query or the body's framing cannot be read: a bad entity tag, a query that is not percent-encoded UTF-8, a body that ends early or does not decompress. Correct the request; the same bytes will always be refused.";
     UnreadableJson = BAD_REQUEST, "unreadable-json", "The body is not JSON",
         "The text is not JSON: the detail says where. NaN and Infinity are not JSON.";
+    Unauthenticated = UNAUTHORIZED, "unauthenticated", "A valid API key is needed",
+        "Send Authorization: Bearer with a key of this service. The detail says whether it was missing, unknown, revoked or has ended.";
+    ScopeMissing = FORBIDDEN, "scope-missing", "The API key does not allow this",
+        "The detail names the scope that the operation needs. Ask for a key that has it.";
+    MachineNotAllowed = FORBIDDEN, "machine-not-allowed", "The API key is for other machines",
+        "The key has a list of machines, and may not store one that is not in it.";
     NotFound = NOT_FOUND, "not-found", "There is nothing at this address",
         "The path belongs to no operation. The list of operations is at /docs.";
     MachineNotFound = NOT_FOUND, "machine-not-found", "There is no such machine",
@@ -59,8 +65,14 @@ catalogue! {
         "The tool has no entry with this id. GET /v1/machines/{machine_id}/tools/{tool_id}/wear-entries lists them.";
     JobNotFound = NOT_FOUND, "job-not-found", "There is no such job",
         "No job has this id. GET /v1/jobs lists them.";
-    ResultNotFound = NOT_FOUND, "result-not-found", "The job has no result",
-        "The job has not succeeded, so that there is no program, report or plot. GET /v1/jobs/{id} says where it stands.";
+    KeyNotFound = NOT_FOUND, "key-not-found", "There is no such API key",
+        "No key has this id. GET /v1/keys lists them.";
+    ResultNotFound = NOT_FOUND, "result-not-found", "The job makes no such thing",
+        "The job's operation makes no program, table or residuals of this kind. Its report is at /v1/jobs/{id}/report.";
+    JobNotSucceeded = CONFLICT, "job-not-succeeded", "The job has no result",
+        "The job waits, runs, has failed or was cancelled: the detail says which. GET /v1/jobs/{id} says where it stands and, where it failed, why.";
+    JobEnded = CONFLICT, "job-ended", "The job has ended",
+        "A job that has succeeded or failed can no longer be cancelled. What came of it stays.";
     MethodNotAllowed = METHOD_NOT_ALLOWED, "method-not-allowed", "The resource does not have this method",
         "The Allow header names the methods it has.";
     NotAcceptable = NOT_ACCEPTABLE, "not-acceptable", "No representation fits the Accept header",
@@ -81,8 +93,16 @@ catalogue! {
         "Replacing or deleting a machine needs the If-Match header with the ETag of the revision that was read.";
     BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
         "The detail names the limit. It counts bytes after decompression.";
+    UrlTooLong = URI_TOO_LONG, "url-too-long", "The address is too long",
+        "Path and query together are longer than the limit that the detail names. Send long parameters in the body, as the form field parameters.";
+    HeaderTooLarge = REQUEST_HEADER_FIELDS_TOO_LARGE, "header-too-large", "The header is too large",
+        "All header fields together are longer than the limit that the detail names.";
+    TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
+        "The caller, known by key or else by address, asks more often than the service is set to answer. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types the operation takes. Content codings are gzip and zstd.";
+    RangeNotSatisfiable = RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range lies behind the end",
+        "The Range header asks for bytes that the resource does not have. Content-Range names its length.";
     InvalidRequest = UNPROCESSABLE_ENTITY, "invalid-request", "A field or parameter is wrong",
         "Something is unknown, missing, mistyped or out of its range. Each entry of errors names its place by JSON pointer; a query parameter's dotted name stands as a pointer.";
     InvalidMachine = UNPROCESSABLE_ENTITY, "invalid-machine", "The profile describes no five-axis machine",
@@ -101,8 +121,14 @@ catalogue! {
         "The control's published kinematics has no place for this machine's axes. Each entry of errors says why. The neutral format takes every machine.";
     TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
         "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
+    ResultTooLarge = UNPROCESSABLE_ENTITY, "result-too-large", "The result would be too large",
+        "What the request makes is longer than the limit that the detail names. Nothing was stored. Split the request, or raise the limit.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
         "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
+    ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
+        "The process ended unexpectedly twice while it computed this job, so the job is not tried again. Its program is kept; report the defect with it.";
+    QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
+        "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
@@ -142,10 +168,15 @@ impl ProblemType {
     /// The problem that a bare status stands for.
     pub(super) fn of_status(status: StatusCode) -> Self {
         match status {
+            StatusCode::UNAUTHORIZED => Self::Unauthenticated,
+            StatusCode::FORBIDDEN => Self::ScopeMissing,
             StatusCode::NOT_FOUND => Self::NotFound,
             StatusCode::METHOD_NOT_ALLOWED => Self::MethodNotAllowed,
             StatusCode::REQUEST_TIMEOUT => Self::RequestTimeout,
             StatusCode::PAYLOAD_TOO_LARGE => Self::BodyTooLarge,
+            StatusCode::URI_TOO_LONG => Self::UrlTooLong,
+            StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE => Self::HeaderTooLarge,
+            StatusCode::TOO_MANY_REQUESTS => Self::TooManyRequests,
             StatusCode::UNSUPPORTED_MEDIA_TYPE => Self::UnsupportedMediaType,
             StatusCode::SERVICE_UNAVAILABLE => Self::Busy,
             other if other.is_client_error() => Self::MalformedRequest,
@@ -264,12 +295,12 @@ impl Problem {
     pub fn kind(&self) -> ProblemType {
         self.0.kind
     }
-}
 
-impl IntoResponse for Problem {
-    fn into_response(self) -> Response {
+    /// Its document.
+    #[must_use]
+    pub fn into_document(self) -> ProblemDocument {
         let Members { kind, detail, errors, line, block, pose } = *self.0;
-        let document = ProblemDocument {
+        ProblemDocument {
             kind: format!("/problems/{}", kind.code()),
             title: kind.title(),
             status: kind.status().as_u16(),
@@ -278,7 +309,21 @@ impl IntoResponse for Problem {
             line,
             block,
             pose,
-        };
+        }
+    }
+
+    /// The document of what ended a job, as it is stored with it.
+    #[must_use]
+    pub fn of_job(fault: JobFault) -> serde_json::Value {
+        // Strings and whole numbers always print.
+        serde_json::to_value(Self::from(fault).into_document()).unwrap_or_default()
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let kind = self.kind();
+        let document = self.into_document();
         // Strings and whole numbers always print.
         let body = serde_json::to_vec(&document).unwrap_or_default();
         let mut response = (kind.status(), body).into_response();
@@ -350,6 +395,10 @@ impl From<std::io::Error> for Problem {
         if matches!(fault.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded) {
             tracing::error!(error = %fault, "the disk is full");
             return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        }
+        // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
+        if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {
+            return Self::new(ProblemType::ResultTooLarge, fault.to_string());
         }
         Self::internal(&fault)
     }
@@ -472,6 +521,9 @@ impl From<JobFault> for Problem {
                 Self::invalid(ProblemType::InvalidRequest, vec![Fault::new("/surface", detail)])
             }
             JobFault::Store(fault) => fault.into(),
+            JobFault::QueueFull { .. } => Self::new(ProblemType::QueueFull, fault.to_string()),
+            JobFault::ProcessDied => Self::new(ProblemType::ProcessDied, fault.to_string()),
+            JobFault::MachineLost => Self::internal(&fault),
             JobFault::KeyReused => Self::new(ProblemType::KeyReused, fault.to_string()),
             JobFault::Report(fault) => Self::internal(&fault),
         }

@@ -41,6 +41,9 @@ macro_rules! refusals {
                 use $crate::http::problem::ProblemType;
                 $crate::http::refusals::responses(&[
                     $(ProblemType::$kind,)+
+                    ProblemType::UrlTooLong,
+                    ProblemType::TooManyRequests,
+                    ProblemType::HeaderTooLarge,
                     ProblemType::Internal,
                     ProblemType::StorageUnavailable,
                     ProblemType::TimedOut,

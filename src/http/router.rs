@@ -1,5 +1,7 @@
 //! Merges the resources' routes and puts the edge around them.
 
+use std::sync::Arc;
+
 use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
 use axum::routing::get;
@@ -13,10 +15,13 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
+use super::admission::admit;
 use super::negotiate::choose;
+use super::observation::{Operations, watch};
 use super::problem::Problem;
 use super::{
-    AppState, calibrations, edge, jobs, kinematics, machines, openapi, programs, service, servo, wear,
+    AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
+    servo, wear,
 };
 
 /// Every described route, and the description.
@@ -29,14 +34,25 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
+        .merge(keys::router())
+        .merge(audit::router())
         .merge(service::router())
         .split_for_parts();
     (router, openapi::completed(document))
 }
 
+/// What is served besides, with ids of its own.
+const PAGES: [(&str, &str, &str); 4] = [
+    ("GET", "/openapi.json", "get_openapi"),
+    ("GET", "/docs", "get_docs"),
+    ("GET", "/docs/", "get_docs"),
+    ("GET", "/docs/{*rest}", "get_docs"),
+];
+
 /// The whole service.
-pub fn router(app: AppState) -> Router {
+pub fn router(mut app: AppState) -> Router {
     let (router, document) = described();
+    app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
     let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
     let served = move |headers: HeaderMap| {
         let text = text.clone();
@@ -54,9 +70,11 @@ pub fn router(app: AppState) -> Router {
         .method_not_allowed_fallback(edge::method_not_allowed)
         .layer(
             ServiceBuilder::new()
-                .layer(middleware::from_fn_with_state(app.clone(), edge::watch))
+                .layer(middleware::from_fn_with_state(app.clone(), watch))
                 .layer(CatchPanicLayer::custom(edge::panicked))
                 .layer(middleware::from_fn_with_state(app.clone(), edge::deadline))
+                .layer(middleware::from_fn_with_state(app.clone(), guard::guard))
+                .layer(middleware::from_fn_with_state(app.clone(), admit))
                 .layer(RequestDecompressionLayer::new())
                 .layer(DefaultBodyLimit::disable()),
         )

@@ -3,11 +3,19 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusRecorder};
+use tokio::sync::Semaphore;
 
+use super::held_keys::HeldKeys;
+use super::observation::{Exporter, Operations};
+use super::problem::Problem;
+use super::rates::Rates;
 use crate::config::Settings;
-use crate::jobs::{Compensator, Compute, Limits, Means, OpenFault, Sources, Spool, open_data_directory};
+use crate::jobs::{
+    Compensator, Compute, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool, open_data_directory,
+};
+use crate::meter::Counter;
 use crate::store::Store;
 
 /// What the handlers share; cheap to clone.
@@ -25,8 +33,22 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// Where counts and times of requests are kept.
-    pub(super) recorder: Arc<PrometheusRecorder>,
+    /// The API keys.
+    pub(super) keys: Arc<HeldKeys>,
+    /// Counts and times of requests, by operation.
+    pub(super) operations: Arc<Operations>,
+    /// Requests whose client left before the answer.
+    pub(super) abandoned: Arc<Counter>,
+    /// How often callers may ask, where that is limited.
+    pub(super) rates: Option<Arc<Rates>>,
+    /// Where the spans of requests go besides the log.
+    pub(super) exporter: Option<Arc<dyn Exporter>>,
+    /// When the service started.
+    pub(super) began: Instant,
+    /// Jobs that wait and run.
+    pub queue: Queue,
+    /// Room for those who follow events of jobs.
+    pub(super) followers: Arc<Semaphore>,
     draining: Arc<AtomicBool>,
 }
 
@@ -47,18 +69,44 @@ impl AppState {
         compensator: Arc<dyn Compensator>,
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
+        let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
+        let compute = Compute::new(
+            settings.computations(),
+            settings.max_waiting_computations,
+            settings.max_surface_memory_bytes,
+        );
+        let spool = Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes);
+        let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
+        let limits = QueueLimits {
+            max_queued: settings.max_queued_jobs,
+            job_retention_s: settings.job_retention_s,
+            key_retention_s: settings.idempotency_retention_s,
+        };
+        let queue = Queue::open(
+            store.clone(),
+            spool.clone(),
+            compute.clone(),
+            sources.clone(),
+            means,
+            limits,
+            Problem::of_job,
+        )
+        .await?;
         Ok(Self {
             store,
-            compute: Compute::new(
-                settings.computations(),
-                settings.max_waiting_computations,
-                settings.max_surface_memory_bytes,
-            ),
-            spool: Spool::new(blobs, settings.max_body_bytes),
+            compute,
+            spool,
             sources,
+            followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            keys: Arc::new(HeldKeys::new(&settings.data_dir)),
             settings: Arc::new(settings),
             compensator,
-            recorder: Arc::new(PrometheusBuilder::new().build_recorder()),
+            queue,
+            operations: Arc::new(Operations::new(std::iter::empty())),
+            abandoned: Arc::default(),
+            rates: rates.map(Arc::new),
+            exporter: None,
+            began: Instant::now(),
             draining: Arc::new(AtomicBool::new(false)),
         })
     }
@@ -67,6 +115,19 @@ impl AppState {
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
+    }
+
+    /// The same with a place where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
+        self.exporter = Some(exporter);
+        self
+    }
+
+    /// Where the spans of requests go besides the log.
+    #[must_use]
+    pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
+        self.exporter.clone()
     }
 
     /// What programs are worked on with.

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -13,13 +12,14 @@ use super::program_job::{Finished, Workplace, written};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Tool};
+use crate::meter;
 use crate::process::{self, Stop};
 use crate::wear::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport, Fault, JobOperation};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
 pub trait Compensator: Send + Sync + fmt::Debug {
-    /// Reads the program at `source`, as often as it likes, and writes the compensated one to `output`.
+    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
     ///
     /// # Errors
     /// Why there is no program; what was written so far is then dropped.
@@ -32,7 +32,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         machine: &Machine,
         parameters: &CcParameters,
         contact: ToolAndPart,
-        source: &Path,
+        source: &dyn process::ProgramSource,
         output: &mut dyn Write,
         spool: &dyn process::Spool,
         parts: &dyn SideBySide,
@@ -122,12 +122,13 @@ impl ProgramParameters for CcParameters {
                 &on.machine,
                 &self,
                 contact,
-                &program.path,
+                program,
                 &mut output,
                 &resting,
                 threads,
                 stop,
             )?;
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let report = serde_json::to_string(&CcReport { provenance, findings })?;

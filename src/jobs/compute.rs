@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use super::PartSurfaceFault;
+use crate::meter;
 use crate::process::Stop;
 use crate::surface::Mesh;
 use crate::wear::SideBySide;
@@ -31,6 +32,8 @@ pub struct Compute {
     places: Arc<Semaphore>,
     /// Places that run.
     running: Arc<Semaphore>,
+    /// Those of them that jobs from the queue may take.
+    queued: Arc<Semaphore>,
     width: usize,
     /// Memory that uploaded surfaces may take together \[MiB\].
     surface_mib: Arc<Semaphore>,
@@ -74,6 +77,16 @@ impl SideBySide for Threads {
     }
 }
 
+/// A place for a job from the queue. What runs gives back the place; who took it keeps the share of the queue until
+/// the job is settled.
+#[derive(Debug)]
+pub(super) struct QueueTurn {
+    /// One of the places that the queue may take.
+    pub(super) share: OwnedSemaphorePermit,
+    /// The place that runs.
+    pub(super) place: OwnedSemaphorePermit,
+}
+
 impl Compute {
     /// A pool that runs `running` computations side by side and lets `waiting` more wait, with so much memory for
     /// uploaded surfaces.
@@ -84,6 +97,7 @@ impl Compute {
         Self {
             places: Arc::new(Semaphore::new(running + waiting)),
             running: Arc::new(Semaphore::new(running)),
+            queued: Arc::new(Semaphore::new((running - 1).max(1))),
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
             surface_bytes,
@@ -135,30 +149,54 @@ impl Compute {
         self.run_with(work).await
     }
 
-    async fn run_with<T, F>(&self, work: F) -> Result<T, ComputeFault>
+    /// Waits for a place for a job from the queue. It stands in the same line as requests, which are served in the order
+    /// they come, and leaves one place to them where there are several: neither can keep the other out.
+    pub(super) async fn queue_turn(&self) -> Result<QueueTurn, ComputeFault> {
+        let share = Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let place = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        Ok(QueueTurn { share, place })
+    }
+
+    /// Runs `work` in a place that was waited for. Its stop breaks once `token` is cancelled or this future is dropped.
+    pub(super) async fn run_at<T, F>(
+        &self,
+        place: impl Send + 'static,
+        token: CancellationToken,
+        work: F,
+    ) -> Result<T, ComputeFault>
     where
         T: Send + 'static,
         F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
-        let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let computing = meter::COMPUTING.enter();
         let threads = Threads { places: Arc::clone(&self.running), width: self.width };
-        let token = CancellationToken::new();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = tokio::task::spawn_blocking(move || {
-            // Held by the thread, not by the request: a place is free when its work has really ended.
-            let _held = (place, turn);
+            // Held by the thread, not by who waits: a place is free when its work has really ended.
+            let _held = (place, computing);
             let _entered = span.entered();
             work(&threads, &|| {
                 if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })
         })
         .await;
-        drop(stop_when_dropped);
+        stop_when_dropped.disarm();
         computed.map_err(|fault| {
             tracing::error!(error = %fault, "a computation panicked");
             ComputeFault::Panicked
         })
+    }
+
+    async fn run_with<T, F>(&self, work: F) -> Result<T, ComputeFault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
+    {
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
+        let waiting = meter::WAITING.enter();
+        let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        drop(waiting);
+        self.run_at((place, turn), CancellationToken::new(), work).await
     }
 }

@@ -1,9 +1,7 @@
 //! The service's compensator: the core's compensation and its report in the words of the wire.
 
 use std::io::Write;
-use std::path::Path;
 
-use super::program_file::FileSource;
 use super::refusals::in_words_of_the_wire;
 use super::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
 use crate::contact::Correction as CoreCorrection;
@@ -32,7 +30,7 @@ impl Compensator for CutterContactCompensator {
         machine: &Machine,
         parameters: &CcParameters,
         ToolAndPart { tool, part }: ToolAndPart,
-        source: &Path,
+        source: &dyn process::ProgramSource,
         output: &mut dyn Write,
         spool: &dyn process::Spool,
         parts: &dyn SideBySide,
@@ -40,14 +38,13 @@ impl Compensator for CutterContactCompensator {
     ) -> Result<CcFindings, CompensatorFault> {
         let budget = self.budget;
         let core = process::CcParameters { budget, part, ..core_parameters(parameters, tool)? };
-        let source = FileSource(source);
         let singularity = parameters.singular_regions.to_core(parameters.singularity);
         if parameters.singularity != SingularityAction::Report {
             let both = process::treat_and_compensate(
                 machine,
                 &core,
                 &singularity,
-                &source,
+                source,
                 spool,
                 output,
                 parts,
@@ -56,11 +53,11 @@ impl Compensator for CutterContactCompensator {
             let (treated, report) = both.map_err(in_words_of_the_wire)?;
             return Ok(CcFindings { singularity: Some((&treated).into()), ..findings(&report) });
         }
-        let report = process::compensate_side_by_side(machine, &core, &source, output, parts, stop)
+        let report = process::compensate_side_by_side(machine, &core, source, output, parts, stop)
             .map_err(in_words_of_the_wire)?;
         // What is only to be reported refuses nothing.
         let nowhere = &mut std::io::sink();
-        let found = process::treat_singular_regions(machine, &core, &singularity, &source, nowhere, stop);
+        let found = process::treat_singular_regions(machine, &core, &singularity, source, nowhere, stop);
         let singularity = match found {
             Ok(found) => Some((&found).into()),
             Err(fault @ (process::Fault::Cancelled | process::Fault::Io(_))) => {

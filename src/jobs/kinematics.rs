@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::{Cost, TooCostly};
 use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, WarningKind};
 use crate::machine::{Machine, Motion};
+use crate::meter;
 use crate::units::Angle;
 use crate::wire::{Fault, FaultList, JointWords, Pose, PoseWarning, PoseWarningKind, Selection};
 
@@ -91,6 +92,7 @@ pub fn forward(
         }
     }
     faults.into_result().map_err(KinematicsFault::Values)?;
+    meter::POSES.add(poses.len() as u64);
     Ok(poses)
 }
 
@@ -137,10 +139,12 @@ pub fn inverse(
     if options.selection == Selection::All && count > MAX_CANDIDATES {
         return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
     }
-    match options.selection {
+    let answer = match options.selection {
         Selection::Path => path(machine, &kinematics, options, poses, stop),
         Selection::All => all(machine, &kinematics, poses, stop),
-    }
+    }?;
+    meter::POSES.add(poses.len() as u64);
+    Ok(answer)
 }
 
 fn path(

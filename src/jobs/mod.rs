@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod api_keys;
 mod calibration;
 mod clock;
 mod compensation;
@@ -10,8 +11,10 @@ mod kinematics;
 mod one_pass;
 mod opening;
 mod part_surface;
+mod posting;
 mod program_file;
 mod program_job;
+mod queue;
 mod refusals;
 mod servo;
 mod servo_program;
@@ -21,6 +24,7 @@ mod wear;
 mod wear_program;
 mod work;
 
+pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
@@ -31,10 +35,14 @@ pub use kinematics::{InverseAnswer, InverseOptions, KinematicsFault, Limits, for
 pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;
-pub use program_job::{Finished, InputFile, JobFault, ProgramJob, Workplace, run_program_job};
+pub use program_file::InputFile;
+pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job};
+pub use queue::{Describe, JobOrder, Queue, QueueLimits};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
-pub use work::{MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes};
+pub use work::{
+    ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,
+};

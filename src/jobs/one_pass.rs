@@ -7,17 +7,17 @@ use tempfile::NamedTempFile;
 
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::wear_program::findings as wear_findings;
 use super::{CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, CcStep, Place, ServoStep, WearStep};
 use crate::store::Blobs;
 use crate::wire::{
     ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Fault,
-    FaultList, Interpolation, JobOperation, looks_at,
+    FaultList, Interpolation, JobOperation, fault_of_table, looks_at,
 };
 
 /// Most samples of the drives for an error budget: ten seconds of one core.
@@ -48,13 +48,13 @@ impl ProgramParameters for CompensationParameters {
                 ..ServoStep::new(drives)
             });
             let mut output = place.output()?;
-            let mut changes =
-                ChangeTable::new(place.output()?).map_err(|fault| CompensatorFault::Io(fault.into()))?;
+            let mut changes = ChangeTable::new(place.output()?)
+                .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
             let resting = Resting::new(spool.blobs().clone());
             let report = process::compensate_program(
                 &on.machine,
                 &core,
-                &FileSource(&program.path),
+                program,
                 &resting,
                 &mut output,
                 &mut changes,
@@ -66,6 +66,7 @@ impl ProgramParameters for CompensationParameters {
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
             let provenance = on.provenance(program, &output);
             let findings = findings(&self, changes.sha256(), &report);
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let report = serde_json::to_string(&CompensationReport { provenance, findings })?;
             Ok(Finished { report, output: Some(output), changes: Some(changes) })
         }))

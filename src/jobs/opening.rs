@@ -4,8 +4,8 @@ use thiserror::Error;
 
 use super::Sources;
 use crate::config::Settings;
-use crate::store::{BlobFault, Blobs, NewRevision, Store, StoreError, sha256_hex};
-use crate::wire::{Fault, MachineProfile, example_machine};
+use crate::store::{Actor, BlobFault, Blobs, NewRevision, Store, StoreError, sha256_hex};
+use crate::wire::{AuditOrigin, Fault, MachineProfile, example_machine};
 
 /// Why a data directory cannot be used.
 #[derive(Debug, Error)]
@@ -48,7 +48,8 @@ pub async fn open_data_directory(
             created_at: sources.timestamp(),
         };
         // Nobody else has the directory, so nothing can have come first.
-        let _stored = store.put_machine(new, None, None).await?;
+        let _stored =
+            store.put_machine(new, None, None, &Actor::without_request(AuditOrigin::Service)).await?;
     }
     Ok((store, blobs))
 }

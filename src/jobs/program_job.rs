@@ -2,22 +2,25 @@
 //! nothing is stored.
 
 use std::io::BufWriter;
-use std::path::PathBuf;
 
 use thiserror::Error;
 
 use super::part_surface::facets_of;
 use super::{
-    CompensatorFault, Compute, ComputeFault, PartSurfaceFault, ProgramWork, Sources, Spool, Threads,
-    TooCostly,
+    CompensatorFault, Compute, ComputeFault, InputFile, PartSurfaceFault, ProgramWork, Sources, Spool,
+    Threads, TooCostly,
 };
 use crate::process::Stop;
-use crate::store::{BlobFault, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex};
+use crate::store::{
+    Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
+};
 use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 
 /// A program that is to be worked on.
 #[derive(Debug)]
 pub struct ProgramJob {
+    /// Who asks.
+    pub actor: Actor,
     /// Slug of the machine.
     pub machine_id: String,
     /// Revision of the machine.
@@ -32,23 +35,6 @@ pub struct ProgramJob {
     pub file_name: String,
     /// The key it was asked under.
     pub used: Option<KeyUse>,
-}
-
-/// A file that came in, complete.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct InputFile {
-    /// Where it stands.
-    pub path: PathBuf,
-    /// Its length \[bytes\].
-    pub length: u64,
-    /// Its digest.
-    pub sha256: String,
-}
-
-impl From<&Draft> for InputFile {
-    fn from(draft: &Draft) -> Self {
-        Self { path: draft.path().to_owned(), length: draft.length(), sha256: draft.sha256() }
-    }
 }
 
 /// What there is to work on, and with.
@@ -78,7 +64,7 @@ const GATHERED: usize = 1 << 18;
 impl Workplace<'_> {
     /// A new result.
     pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
-        Ok(BufWriter::with_capacity(GATHERED, self.spool.blobs().draft()?))
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
     }
 }
 
@@ -128,6 +114,20 @@ pub enum JobFault {
     /// The row could not be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// As many jobs wait as may.
+    #[error("{waiting} jobs wait already")]
+    QueueFull {
+        /// How many.
+        waiting: usize,
+    },
+    /// The machine's revision does not read back: a fault of ours.
+    #[error("the machine's revision cannot be used any more")]
+    MachineLost,
+    /// The process died while it computed this.
+    #[error(
+        "the process ended unexpectedly while it computed this job, and did so again at a second attempt"
+    )]
+    ProcessDied,
     /// The key is taken by another request.
     #[error("the idempotency key was used for another request")]
     KeyReused,
@@ -148,7 +148,7 @@ pub async fn run_program_job(
     job: ProgramJob,
 ) -> Result<JobRow, JobFault> {
     let created_at = sources.timestamp();
-    let (spool, sources) = (spool.clone(), sources.clone());
+    let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
             let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
@@ -180,27 +180,50 @@ pub async fn run_program_job(
             output_sha256: output.as_ref().map(Draft::sha256),
             changes_sha256: changes.as_ref().map(Draft::sha256),
             external_id: None,
+            callback_url: None,
+            attempts: 1,
             problem: None,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
             created_at,
             started_at: Some(started_at),
             finished_at: Some(sources.timestamp()),
         };
-        for draft in [Some(job.program), job.surface, output, changes].into_iter().flatten() {
-            spool.blobs().keep(draft)?;
-        }
+        let drafts = [Some(job.program), job.surface, output, changes];
         let report_sha256 = sha256_hex(report.as_bytes());
-        Ok((NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
+        Ok((
+            drafts,
+            NewJob { document, file_name: job.file_name, report, report_sha256 },
+            (job.used, job.actor),
+        ))
     };
-    let (job, used) = compute.run_in_parts(worked).await??;
-    if store.add_job(&job, used.as_ref()).await? {
+    let (drafts, job, (used, actor)) = compute.run_in_parts(worked).await??;
+    let naming = blobs.naming().await;
+    keep_all(&blobs, drafts).await?;
+    let added = store.add_job(&job, used.as_ref(), &actor).await?;
+    drop(naming);
+    if added {
         let NewJob { document, file_name, report, report_sha256 } = job;
         return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });
     }
-    // The same key came twice at once, and the other request was faster.
+    job_of_key(store, used.as_ref()).await
+}
+
+/// The job of a key that came twice at once, where the other request was faster.
+pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<JobRow, JobFault> {
     let Some(used) = used else { return Err(JobFault::KeyReused) };
-    match store.remembered(&used).await? {
+    match store.remembered(used).await? {
         Some(Remembered::Job(job)) => Ok(*job),
         Some(_) | None => Err(JobFault::KeyReused),
     }
+}
+
+/// Keeps files, each before anything names it.
+pub(super) async fn keep_all<const N: usize>(
+    blobs: &Blobs,
+    drafts: [Option<Draft>; N],
+) -> Result<(), JobFault> {
+    let blobs = blobs.clone();
+    let keep = move || drafts.into_iter().flatten().try_for_each(|draft| blobs.keep(draft).map(drop));
+    let kept = tokio::task::spawn_blocking(keep).await.map_err(|_panicked| ComputeFault::Panicked)?;
+    Ok(kept?)
 }

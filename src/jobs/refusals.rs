@@ -83,7 +83,7 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
         class,
         detail,
         line: first.map(|fault| fault.line),
-        block: first.map(|fault| fault.block.clone()),
+        block: first.map(|fault| fault.block.clone()).filter(|block| !block.is_empty()),
         errors: faults.kept.iter().map(|fault| at_line(fault.line, fault.to_string())).collect(),
     }
 }

@@ -1,6 +1,5 @@
 //! The servo simulation of a program, as work on a program.
 
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace};
 use super::refusals::in_words_of_the_wire;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
@@ -19,8 +18,7 @@ impl ProgramParameters for ServoProgramParameters {
         core.max_samples = core.max_samples.min(Cost::servo_samples_within(means.max_cost_s));
         let cost = Cost::of_program_reading(sizes.program_length);
         Ok(Prepared::new(cost, move |Workplace { program, stop, .. }| {
-            let source = FileSource(&program.path);
-            let simulation = match process::simulate(&on.machine, &core, &source, stop) {
+            let simulation = match process::simulate(&on.machine, &core, program, stop) {
                 Ok(simulation) => simulation,
                 Err(process::Fault::Servo(fault)) => return Err(fault.into()),
                 Err(fault) => return Err(in_words_of_the_wire(fault).into()),

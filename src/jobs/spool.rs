@@ -29,6 +29,7 @@ pub enum SpoolFault {
 pub struct Spool {
     blobs: Blobs,
     limit: u64,
+    results_limit: u64,
 }
 
 /// An upload being taken; it vanishes unless it is kept.
@@ -47,7 +48,21 @@ impl Spool {
     /// A spool in the directory of `blobs` with a limit on the length of an upload \[bytes\].
     #[must_use]
     pub fn new(blobs: Blobs, limit: u64) -> Self {
-        Self { blobs, limit }
+        Self { blobs, limit, results_limit: u64::MAX }
+    }
+
+    /// The same with a limit on the length of a result \[bytes\].
+    #[must_use]
+    pub fn with_results_within(self, results_limit: u64) -> Self {
+        Self { results_limit, ..self }
+    }
+
+    /// A new result.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn result(&self) -> Result<Draft, BlobFault> {
+        Ok(self.blobs.draft()?.within(self.results_limit))
     }
 
     /// The files beside the database.

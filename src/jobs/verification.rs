@@ -5,7 +5,6 @@ use std::io::{BufReader, BufWriter};
 use thiserror::Error;
 
 use super::part_surface::read_part;
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::{
@@ -18,6 +17,7 @@ use crate::surface::EvenSamples;
 use crate::units::Length;
 use crate::wire::{
     Fault, JobOperation, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
+    fault_of_table,
 };
 
 impl ProgramParameters for VerificationParameters {
@@ -40,9 +40,8 @@ impl ProgramParameters for VerificationParameters {
                 (None, Some(part)) => part.samples(self.samples),
                 (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
             };
-            let source = FileSource(&program.path);
             let verification =
-                process::verify_part(&on.machine, core, &samples.points, &source, threads, stop)
+                process::verify_part(&on.machine, core, &samples.points, program, threads, stop)
                     .map_err(in_words_of_the_wire)?;
             let table = residual_table(&samples, &verification, spool)?;
             let report = VerificationReport::of(
@@ -69,7 +68,7 @@ fn residual_table(
     verification: &process::Verification,
     spool: &Spool,
 ) -> Result<Draft, JobFault> {
-    let mut table = BufWriter::with_capacity(1 << 18, spool.blobs().draft()?);
+    let mut table = BufWriter::with_capacity(1 << 18, spool.result()?);
     let rows = samples.points.iter().zip(&verification.residuals).map(|(sample, residual)| ResidualRow {
         x_mm: sample.point_mm.x,
         y_mm: sample.point_mm.y,
@@ -80,7 +79,7 @@ fn residual_table(
         residual_um: residual.map(|residual| Length::from_mm(residual.residual_mm).um()),
         line: residual.map(|residual| residual.line),
     });
-    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault.into()))?;
+    ResidualRow::write_all(rows, &mut table).map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
     written(table)
 }
 

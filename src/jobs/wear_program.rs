@@ -2,10 +2,10 @@
 
 use super::cutter_contact::{contact, series, summary};
 use super::part_surface::part_surface;
-use super::program_file::FileSource;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process;
 use crate::units::Angle;
@@ -22,12 +22,12 @@ impl ProgramParameters for WearParameters {
             let Workplace { program, surface, stop, .. } = place;
             let mut output = place.output()?;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
-            let source = FileSource(&program.path);
-            let report = process::compensate_wear(&on.machine, &core, &source, &mut output, stop)
+            let report = process::compensate_wear(&on.machine, &core, program, &mut output, stop)
                 .map_err(in_words_of_the_wire)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let findings = findings(&self, &report);
+            meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let report = serde_json::to_string(&WearReport { provenance, findings })?;
             Ok(Finished { report, output: Some(output), changes: None })
         }))

@@ -9,13 +9,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::part_surface::facets_of;
-use super::program_job::{Finished, InputFile, Workplace};
-use super::{Compensator, Cost, JobFault};
+use super::program_job::{Finished, Workplace};
+use super::{Compensator, Cost, InputFile, JobFault};
 use crate::machine::Machine;
 use crate::store::Draft;
 use crate::wire::{
-    CcParameters, CompensationParameters, Drives, Fault, JobOperation, Provenance, ServoProgramParameters,
-    VerificationParameters, WearParameters, read_json,
+    CcParameters, CompensationParameters, Drives, Fault, JobOperation, PostingParameters, Provenance,
+    ServoProgramParameters, VerificationParameters, WearParameters, read_json,
 };
 
 /// The machine that a program is for.
@@ -95,6 +95,27 @@ pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>>;
 }
 
+/// Something that is done with the parameters of an operation whose name is known only at run time.
+pub trait ByOperation {
+    /// What comes of it.
+    type Output;
+
+    /// Does it with these parameters.
+    fn with<P: ProgramParameters>(self) -> Self::Output;
+}
+
+/// Does something with the parameters of an operation. Every operation on programs stands here.
+pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Output {
+    match operation {
+        JobOperation::CcCompensation => what.with::<CcParameters>(),
+        JobOperation::WearCompensation => what.with::<WearParameters>(),
+        JobOperation::Compensation => what.with::<CompensationParameters>(),
+        JobOperation::Verification => what.with::<VerificationParameters>(),
+        JobOperation::ServoSimulation => what.with::<ServoProgramParameters>(),
+        JobOperation::Posting => what.with::<PostingParameters>(),
+    }
+}
+
 type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
 
 /// Work whose parameters fit.
@@ -156,18 +177,15 @@ impl ProgramWork {
         sizes: Sizes,
         means: &Means,
     ) -> Result<Self, JobFault> {
-        macro_rules! read {
-            ($parameters:ty) => {
-                Self::new(read_json::<$parameters>(parameters)?, on, sizes, means)
-            };
+        struct Read<'a>(&'a [u8], MachineUsed, Sizes, &'a Means);
+        impl ByOperation for Read<'_> {
+            type Output = Result<ProgramWork, JobFault>;
+            fn with<P: ProgramParameters>(self) -> Self::Output {
+                let Self(parameters, on, sizes, means) = self;
+                ProgramWork::new(read_json::<P>(parameters)?, on, sizes, means)
+            }
         }
-        match operation {
-            JobOperation::CcCompensation => read!(CcParameters),
-            JobOperation::WearCompensation => read!(WearParameters),
-            JobOperation::Compensation => read!(CompensationParameters),
-            JobOperation::Verification => read!(VerificationParameters),
-            JobOperation::ServoSimulation => read!(ServoProgramParameters),
-        }
+        by_operation(operation, Read(parameters, on, sizes, means))
     }
 
     /// Does it, to its end or until its place says stop.

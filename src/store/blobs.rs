@@ -5,10 +5,12 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
 use thiserror::Error;
+use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -37,8 +39,10 @@ impl BlobFault {
 /// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for what is not complete yet.
 #[derive(Debug, Clone)]
 pub struct Blobs {
-    blobs: PathBuf,
+    kept: PathBuf,
     spool: PathBuf,
+    /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
+    naming: Arc<RwLock<()>>,
 }
 
 /// A file being written; it vanishes unless it is kept.
@@ -47,6 +51,15 @@ pub struct Draft {
     file: NamedTempFile,
     hasher: Sha256,
     length: u64,
+    limit: u64,
+}
+
+/// More bytes than a draft may hold; the kind of the fault of writing is then [`io::ErrorKind::FileTooLarge`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("what is made would be longer than {limit} bytes")]
+pub struct DraftTooLong {
+    /// The limit \[bytes\].
+    pub limit: u64,
 }
 
 impl Blobs {
@@ -55,15 +68,15 @@ impl Blobs {
     /// # Errors
     /// A directory cannot be made or read.
     pub fn open(data_dir: &Path) -> Result<Self, BlobFault> {
-        let (blobs, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
-        for directory in [&blobs, &spool] {
+        let (kept, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
+        for directory in [&kept, &spool] {
             fs::create_dir_all(directory).map_err(BlobFault::at("making", directory))?;
         }
         for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { blobs, spool })
+        Ok(Self { kept, spool, naming: Arc::default() })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -79,7 +92,7 @@ impl Blobs {
                 .map(|entry| entry.map(|entry| entry.path()).map_err(BlobFault::at("reading", path)))
                 .collect()
         };
-        for folder in entries(&self.blobs)? {
+        for folder in entries(&self.kept)? {
             for path in entries(&folder)? {
                 let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
                 if !named.contains(name) {
@@ -98,7 +111,7 @@ impl Blobs {
     pub fn draft(&self) -> Result<Draft, BlobFault> {
         let file =
             NamedTempFile::new_in(&self.spool).map_err(BlobFault::at("making a file in", &self.spool))?;
-        Ok(Draft { file, hasher: Sha256::new(), length: 0 })
+        Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX })
     }
 
     /// A file for what rests between two steps of a computation; it goes with what is returned.
@@ -117,11 +130,11 @@ impl Blobs {
     pub fn keep(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
         let sha256 = draft.sha256();
         let path = self.path(&sha256);
-        let folder = path.parent().unwrap_or(&self.blobs).to_owned();
+        let folder = path.parent().unwrap_or(&self.kept).to_owned();
         draft.file.as_file().sync_all().map_err(BlobFault::at("synchronising", draft.file.path()))?;
         if !folder.is_dir() {
             fs::create_dir_all(&folder).map_err(BlobFault::at("making", &folder))?;
-            sync_directory(&self.blobs)?;
+            sync_directory(&self.kept)?;
         }
         draft.file.persist(&path).map_err(|fault| BlobFault::at("keeping", &path)(fault.error))?;
         sync_directory(&folder)?;
@@ -137,12 +150,53 @@ impl Blobs {
         File::open(&path).map_err(BlobFault::at("opening", &path))
     }
 
-    fn path(&self, sha256: &str) -> PathBuf {
-        self.blobs.join(sha256.get(..2).unwrap_or("00")).join(sha256)
+    /// Held from keeping files until a row names them: nothing is removed meanwhile.
+    pub async fn naming(&self) -> OwnedRwLockReadGuard<()> {
+        Arc::clone(&self.naming).read_owned().await
+    }
+
+    /// Held while what no row names is removed.
+    pub async fn removing(&self) -> OwnedRwLockWriteGuard<()> {
+        Arc::clone(&self.naming).write_owned().await
+    }
+
+    /// Removes a kept file; one that is gone already is no fault.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn remove(&self, sha256: &str) -> Result<(), BlobFault> {
+        let path = self.path(sha256);
+        match fs::remove_file(&path) {
+            Err(fault) if fault.kind() != io::ErrorKind::NotFound => {
+                Err(BlobFault::at("removing", &path)(fault))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Length of a kept file \[bytes\].
+    ///
+    /// # Errors
+    /// There is none, or it cannot be asked.
+    pub fn length(&self, sha256: &str) -> Result<u64, BlobFault> {
+        let path = self.path(sha256);
+        fs::metadata(&path).map(|found| found.len()).map_err(BlobFault::at("asking for", &path))
+    }
+
+    /// Where a kept file stands.
+    #[must_use]
+    pub fn path(&self, sha256: &str) -> PathBuf {
+        self.kept.join(sha256.get(..2).unwrap_or("00")).join(sha256)
     }
 }
 
 impl Draft {
+    /// The same with a limit on its length \[bytes\]; one byte more is a fault of writing.
+    #[must_use]
+    pub fn within(self, limit: u64) -> Self {
+        Self { limit, ..self }
+    }
+
     /// Where the bytes written so far stand.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -164,6 +218,9 @@ impl Draft {
 
 impl Write for Draft {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.length.saturating_add(bytes.len() as u64) > self.limit {
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, DraftTooLong { limit: self.limit }));
+        }
         let written = self.file.write(bytes)?;
         let taken = bytes.get(..written).unwrap_or(bytes);
         self.hasher.update(taken);

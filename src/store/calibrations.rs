@@ -1,9 +1,10 @@
 //! Calibration runs: appended, never changed.
 
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
-use crate::wire::{CalibrationDocument, CalibrationKind, TrendPoint};
+use crate::wire::{AuditAction, CalibrationDocument, CalibrationKind, TrendPoint};
 
 /// A stored run.
 #[derive(Debug, Clone, PartialEq)]
@@ -226,9 +227,10 @@ impl Store {
         &self,
         new: &NewCalibration,
         used: Option<&KeyUse>,
+        actor: &Actor,
     ) -> Result<bool, StoreError> {
         let NewCalibration { document, text, document_sha256, run } = new.clone();
-        let used = used.cloned();
+        let (used, actor) = (used.cloned(), actor.clone());
         let added = self
             .write("storing a calibration", |connection| {
                 Box::pin(async move {
@@ -270,6 +272,15 @@ impl Store {
                         .execute(&mut *connection)
                         .await?;
                     }
+                    let machine_id = &document.machine_id;
+                    let change = Change {
+                        at: &document.created_at,
+                        action: AuditAction::CalibrationCreated,
+                        machine_id: Some(machine_id),
+                        resource: format!("/v1/machines/{machine_id}/calibrations/{}", document.id),
+                        revisions: (None, None),
+                    };
+                    audit(connection, &actor, change).await?;
                     let answer = Answer::Calibration(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
                     Ok(())

@@ -12,6 +12,8 @@ use sqlx::sqlite::{
 
 use super::StoreError;
 use super::error::Doing;
+use super::readers::Readers;
+use crate::meter;
 
 /// The oldest `SQLite` without the write-ahead log's corruption fault.
 const OLDEST_SQLITE: (&str, [u32; 3]) = ("3.51.3", [3, 51, 3]);
@@ -22,7 +24,7 @@ const ROWS_HANDED_OVER: usize = 1024;
 /// The database of one data directory.
 #[derive(Debug, Clone)]
 pub struct Store {
-    pub(super) readers: SqlitePool,
+    pub(super) readers: Readers,
     writer: SqlitePool,
 }
 
@@ -32,9 +34,21 @@ impl Store {
     /// # Errors
     /// The file cannot be opened or migrated, or the linked `SQLite` is too old.
     pub async fn open(file: &Path, readers: u32) -> Result<Self, StoreError> {
+        Self::opened(file, readers, true).await
+    }
+
+    /// Opens the database of a service that runs, beside it: nothing is created or brought to another form.
+    ///
+    /// # Errors
+    /// The file is not there, or not in the form that this version makes.
+    pub async fn open_beside(file: &Path) -> Result<Self, StoreError> {
+        Self::opened(file, 1, false).await
+    }
+
+    async fn opened(file: &Path, readers: u32, alone: bool) -> Result<Self, StoreError> {
         let options = SqliteConnectOptions::new()
             .filename(file)
-            .create_if_missing(true)
+            .create_if_missing(alone)
             .journal_mode(SqliteJournalMode::Wal)
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
@@ -56,7 +70,11 @@ impl Store {
         if !new_enough(&version) {
             return Err(StoreError::TooOld { found: version, needed: OLDEST_SQLITE.0 });
         }
-        sqlx::migrate!().run(&writer).await?;
+        if alone {
+            sqlx::migrate!().run(&writer).await?;
+        } else {
+            same_form(&writer).await?;
+        }
         let readers = SqlitePoolOptions::new()
             .max_connections(readers)
             .acquire_timeout(Duration::from_secs(10))
@@ -65,7 +83,7 @@ impl Store {
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
             .await
             .doing("opening the database for reading")?;
-        Ok(Self { readers, writer })
+        Ok(Self { readers: Readers::new(readers), writer })
     }
 
     /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
@@ -75,6 +93,7 @@ impl Store {
         T: Send,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
     {
+        let _timed = meter::STORE_WRITES.begin();
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
         match work(&mut transaction).await {
             Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
@@ -102,6 +121,19 @@ impl Store {
         self.readers.close().await;
         self.writer.close().await;
     }
+}
+
+/// Whether the database is in the form that this version makes.
+async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
+    let found: Option<i64> = sqlx::query_scalar("SELECT MAX(version) FROM _sqlx_migrations WHERE success")
+        .fetch_one(writer)
+        .await
+        .doing("asking for the form of the database")?;
+    let ours = sqlx::migrate!().iter().map(|migration| migration.version).max();
+    if found == ours {
+        return Ok(());
+    }
+    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: ours.unwrap_or_default() })
 }
 
 fn new_enough(version: &str) -> bool {

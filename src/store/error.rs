@@ -13,6 +13,16 @@ pub enum StoreError {
         /// Oldest accepted.
         needed: &'static str,
     },
+    /// The service that has the database is of another version.
+    #[error(
+        "the database is in form {found} and this version makes form {needed}; use the version that serves"
+    )]
+    OtherForm {
+        /// Form of the database.
+        found: i64,
+        /// Form of this version.
+        needed: i64,
+    },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),

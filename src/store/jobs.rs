@@ -1,11 +1,13 @@
 //! Jobs: what was computed on which machine from which bytes, and the keys under which it was asked for.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
+use super::audit::{Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
-use super::{Cursor, KeyUse, Page, Store, StoreError};
-use crate::wire::{JobDocument, JobOperation};
+use super::machines::as_array;
+use super::{Actor, Cursor, KeyUse, Page, Store, StoreError};
+use crate::wire::{AuditAction, JobDocument, JobOperation};
 
 pub use crate::wire::JobState;
 
@@ -44,34 +46,48 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// With this id of the client's own.
     pub external_id: Option<String>,
+    /// Of any of these machines, where there is a list.
+    pub machines: Option<BTreeSet<String>>,
+    /// That compute this.
+    pub operation: Option<JobOperation>,
+    /// Asked for then or later.
+    pub created_after: Option<String>,
+    /// Asked for earlier.
+    pub created_before: Option<String>,
 }
 
-struct StoredJob {
-    seq: i64,
-    id: String,
-    machine_id: String,
-    machine_revision: i64,
-    operation: String,
-    parameters: String,
-    state: String,
-    progress: f64,
-    file_name: String,
-    input_sha256: String,
-    output_sha256: Option<String>,
-    report: Option<String>,
-    report_sha256: Option<String>,
-    problem: Option<String>,
-    external_id: Option<String>,
-    software_version: String,
-    created_at: String,
-    started_at: Option<String>,
-    finished_at: Option<String>,
-    surface_sha256: Option<String>,
-    changes_sha256: Option<String>,
+pub(super) struct StoredJob {
+    pub(super) seq: i64,
+    pub(super) id: String,
+    pub(super) machine_id: String,
+    pub(super) machine_revision: i64,
+    pub(super) operation: String,
+    pub(super) parameters: String,
+    pub(super) state: String,
+    pub(super) progress: f64,
+    pub(super) file_name: String,
+    pub(super) input_sha256: String,
+    pub(super) output_sha256: Option<String>,
+    pub(super) report: Option<String>,
+    pub(super) report_sha256: Option<String>,
+    pub(super) problem: Option<String>,
+    pub(super) external_id: Option<String>,
+    pub(super) software_version: String,
+    pub(super) created_at: String,
+    pub(super) started_at: Option<String>,
+    pub(super) finished_at: Option<String>,
+    pub(super) surface_sha256: Option<String>,
+    pub(super) changes_sha256: Option<String>,
+    pub(super) attempts: i64,
+    pub(super) callback_url: Option<String>,
+    #[expect(dead_code, reason = "read by the queue, where it is")]
+    pub(super) cancel_requested: i64,
+    #[expect(dead_code, reason = "read by the queue, where it is")]
+    pub(super) lease: Option<String>,
 }
 
 impl StoredJob {
-    fn read(self) -> Result<JobRow, StoreError> {
+    pub(super) fn read(self) -> Result<JobRow, StoreError> {
         let id = self.id.clone();
         self.parse().map_err(|source| StoreError::Unreadable { what: "job", key: id, source })
     }
@@ -91,6 +107,8 @@ impl StoredJob {
             output_sha256: self.output_sha256,
             changes_sha256: self.changes_sha256,
             external_id: self.external_id,
+            callback_url: self.callback_url,
+            attempts: self.attempts,
             problem: self.problem.as_deref().map(serde_json::from_str).transpose()?,
             software_version: self.software_version,
             created_at: self.created_at,
@@ -127,17 +145,26 @@ impl Store {
     ) -> Result<Page<JobRow>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let (machine_id, external_id) = (&filter.machine_id, &filter.external_id);
-        let state = filter.state.map(JobState::as_str);
+        let (state, operation) =
+            (filter.state.map(JobState::as_str), filter.operation.map(JobOperation::as_str));
+        let machines = as_array(filter.machines.as_ref());
+        let (created_after, created_before) = (&filter.created_after, &filter.created_before);
         let rows = sqlx::query_as!(
             StoredJob,
             "SELECT * FROM jobs
              WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
-               AND (?4 IS NULL OR external_id = ?4)
-             ORDER BY seq DESC LIMIT ?5",
+               AND (?4 IS NULL OR external_id = ?4) AND (?5 IS NULL OR operation = ?5)
+               AND (?6 IS NULL OR created_at >= ?6) AND (?7 IS NULL OR created_at < ?7)
+               AND (?8 IS NULL OR machine_id IN (SELECT value FROM json_each(?8)))
+             ORDER BY seq DESC LIMIT ?9",
             before,
             machine_id,
             state,
             external_id,
+            operation,
+            created_after,
+            created_before,
+            machines,
             count
         )
         .fetch_all(&self.readers)
@@ -152,9 +179,14 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>) -> Result<bool, StoreError> {
+    pub async fn add_job(
+        &self,
+        job: &NewJob,
+        used: Option<&KeyUse>,
+        actor: &Actor,
+    ) -> Result<bool, StoreError> {
         let NewJob { document, file_name, report, report_sha256 } = job.clone();
-        let used = used.cloned();
+        let (used, actor) = (used.cloned(), actor.clone());
         let parameters = document.parameters.to_string();
         let added = self
             .write("storing a job", |connection| {
@@ -187,6 +219,9 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
+                    let JobDocument { id, created_at, machine_id, .. } = &document;
+                    let change = Change::of_job(id, created_at, machine_id, AuditAction::JobCreated);
+                    audit(connection, &actor, change).await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
                     Ok(())

@@ -1,11 +1,14 @@
 //! Machines and their revisions.
 
+use std::collections::BTreeSet;
+
 use sqlx::error::ErrorKind;
 
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
-use crate::wire::{MachineDocument, MachineProfile};
+use crate::wire::{AuditAction, MachineDocument, MachineProfile};
 
 /// One stored revision of a machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,17 +164,26 @@ impl Store {
         row.map(RevisionRow::read).transpose()
     }
 
-    /// A page of machines at their current revisions, newest machine first.
+    /// A page of machines at their current revisions, newest machine first; of these only, where there is a list.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn machines(&self, limit: u32, before: Option<Cursor>) -> Result<Page<Revision>, StoreError> {
+    pub async fn machines(
+        &self,
+        only: Option<&BTreeSet<String>>,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<Revision>, StoreError> {
+        let only = as_array(only);
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let rows = sqlx::query!(
             "SELECT m.seq, r.machine_id, r.revision, r.profile, r.sha256, r.created_at, r.calibration_id
              FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-             WHERE m.deleted = 0 AND m.seq < ? ORDER BY m.seq DESC LIMIT ?",
+             WHERE m.deleted = 0 AND m.seq < ?1
+               AND (?2 IS NULL OR m.machine_id IN (SELECT value FROM json_each(?2)))
+             ORDER BY m.seq DESC LIMIT ?3",
             before,
+            only,
             count
         )
         .fetch_all(&self.readers)
@@ -242,6 +254,7 @@ impl Store {
         new: NewRevision,
         expected: Option<Expected>,
         used: Option<&KeyUse>,
+        actor: &Actor,
     ) -> Result<Result<PutOutcome, Stale>, StoreError> {
         let NewRevision { machine_id, profile, sha256, calibration_id, created_at } = new;
         let text = serde_json::to_string(&profile).map_err(|source| StoreError::Unreadable {
@@ -250,7 +263,7 @@ impl Store {
             source,
         })?;
         let (id, digest, calibrated) = (machine_id.clone(), sha256.clone(), calibration_id);
-        let used = used.cloned();
+        let (used, actor) = (used.cloned(), actor.clone());
         let put = self
             .write("storing a machine", |connection| {
                 Box::pin(async move {
@@ -309,6 +322,9 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
+                    let before = live.then_some(revision - 1);
+                    let change = put_change(&id, calibrated.as_deref(), &created_at, before, revision);
+                    audit(connection, &actor, change).await?;
                     keep_key(connection, used.as_ref(), Answer::Revision(&id, revision), &created_at).await?;
                     Ok(Ok((!live, revision, (created_at, calibrated))))
                 })
@@ -341,8 +357,10 @@ impl Store {
         &self,
         machine_id: &str,
         expected: Option<Expected>,
+        now: &str,
+        actor: &Actor,
     ) -> Result<Result<(), Stale>, StoreError> {
-        let id = machine_id.to_owned();
+        let (id, at, actor) = (machine_id.to_owned(), now.to_owned(), actor.clone());
         self.write("deleting a machine", |connection| {
             Box::pin(async move {
                 let current = sqlx::query!(
@@ -362,9 +380,43 @@ impl Store {
                 sqlx::query!("UPDATE machines SET deleted = 1 WHERE machine_id = ?", id)
                     .execute(&mut *connection)
                     .await?;
+                let change = Change {
+                    at: &at,
+                    action: AuditAction::MachineDeleted,
+                    machine_id: Some(&id),
+                    resource: format!("/v1/machines/{id}"),
+                    revisions: (Some(current.last_revision), None),
+                };
+                audit(connection, &actor, change).await?;
                 Ok(Ok(()))
             })
         })
         .await
+    }
+}
+
+/// A list of machines as the JSON array that a statement reads; null where all are meant.
+pub(super) fn as_array(machines: Option<&BTreeSet<String>>) -> Option<String> {
+    machines.map(|machines| serde_json::Value::from_iter(machines.iter().cloned()).to_string())
+}
+
+fn put_change<'a>(
+    machine_id: &'a str,
+    calibration_id: Option<&str>,
+    at: &'a str,
+    before: Option<i64>,
+    after: i64,
+) -> Change<'a> {
+    let (action, below) = match (calibration_id, before) {
+        (Some(calibration), _) => (AuditAction::CalibrationApplied, format!("/calibrations/{calibration}")),
+        (None, None) => (AuditAction::MachineCreated, String::new()),
+        (None, Some(_)) => (AuditAction::MachineReplaced, String::new()),
+    };
+    Change {
+        at,
+        action,
+        machine_id: Some(machine_id),
+        resource: format!("/v1/machines/{machine_id}{below}"),
+        revisions: (before, Some(after)),
     }
 }

@@ -4,10 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sqlx::sqlite::SqliteConnection;
 
+use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
-use crate::wire::{MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntry, WearQuantity, Withdrawal};
+use crate::wire::{
+    AuditAction, MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntry, WearQuantity, Withdrawal, path_segment,
+};
 
 /// Why entries were not stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -225,8 +228,9 @@ impl Store {
         &self,
         entries: &[WearEntry],
         used: Option<&KeyUse>,
+        actor: &Actor,
     ) -> Result<AddedWear, StoreError> {
-        let (entries, used) = (entries.to_vec(), used.cloned());
+        let (entries, used, actor) = (entries.to_vec(), used.cloned(), actor.clone());
         let added = self
             .write("storing wear entries", |connection| {
                 Box::pin(async move {
@@ -244,6 +248,10 @@ impl Store {
                     for entry in &entries {
                         insert(connection, entry, &first.id).await?;
                     }
+                    let WearEntry { id, machine_id, tool_id, created_at, .. } = first;
+                    let action = AuditAction::WearEntriesCreated;
+                    let change = about(action, created_at, (machine_id, tool_id, id));
+                    audit(connection, &actor, change).await?;
                     let answer = Answer::Wear(&first.id);
                     keep_key(connection, used.as_ref(), answer, &first.created_at).await?;
                     Ok(refused)
@@ -267,12 +275,14 @@ impl Store {
         tool_id: &str,
         id: &str,
         withdrawal: &Withdrawal,
+        actor: &Actor,
     ) -> Result<Option<WearEntry>, StoreError> {
         let (machine, tool, entry) = (machine_id.to_owned(), tool_id.to_owned(), id.to_owned());
         let Withdrawal { withdrawn_at, reason } = withdrawal.clone();
+        let actor = actor.clone();
         self.write("withdrawing a wear entry", |connection| {
             Box::pin(async move {
-                sqlx::query!(
+                let withdrawn = sqlx::query!(
                     "INSERT INTO wear_withdrawals (entry_seq, withdrawn_at, reason)
                      SELECT seq, ?, ? FROM wear_entries WHERE id = ? AND machine_id = ? AND tool_id = ?
                        AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)",
@@ -284,12 +294,23 @@ impl Store {
                 )
                 .execute(&mut *connection)
                 .await?;
-                Ok(())
+                if withdrawn.rows_affected() == 0 {
+                    return Ok(());
+                }
+                let action = AuditAction::WearEntryWithdrawn;
+                let change = about(action, &withdrawn_at, (&machine, &tool, &entry));
+                audit(connection, &actor, change).await
             })
         })
         .await?;
         self.wear_entry(machine_id, tool_id, id).await
     }
+}
+
+fn about<'a>(action: AuditAction, at: &'a str, entry: (&'a str, &str, &str)) -> Change<'a> {
+    let (machine_id, tool_id, id) = entry;
+    let resource = format!("/v1/machines/{machine_id}/tools/{}/wear-entries/{id}", path_segment(tool_id));
+    Change { at, action, machine_id: Some(machine_id), resource, revisions: (None, None) }
 }
 
 /// The entry that counts and is of the same cutter, edge, parts and time as this one.

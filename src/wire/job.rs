@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::{Fault, FaultList};
+
 /// What a job computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -17,6 +19,8 @@ pub enum JobOperation {
     Verification,
     /// Compensation in one pass.
     Compensation,
+    /// Posting of cutter location data to the machine.
+    Posting,
 }
 
 impl JobOperation {
@@ -29,6 +33,7 @@ impl JobOperation {
             Self::WearCompensation => "wear-compensation",
             Self::Verification => "verification",
             Self::Compensation => "compensation",
+            Self::Posting => "posting",
         }
     }
 }
@@ -50,6 +55,12 @@ pub enum JobState {
 }
 
 impl JobState {
+    /// Whether it never changes again.
+    #[must_use]
+    pub const fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
+
     /// The word on the wire.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
@@ -95,6 +106,11 @@ pub struct JobDocument {
     pub changes_sha256: Option<String>,
     /// The client's own id.
     pub external_id: Option<String>,
+    /// Who is told of its end.
+    #[schema(example = "https://mes.example.com/trunnion")]
+    pub callback_url: Option<String>,
+    /// Computations begun; an orderly stop of the service takes back the one under way.
+    pub attempts: i64,
     /// Why it failed: a problem document.
     #[schema(value_type = Option<Object>)]
     pub problem: Option<serde_json::Value>,
@@ -107,4 +123,125 @@ pub struct JobDocument {
     pub started_at: Option<String>,
     /// When it ended.
     pub finished_at: Option<String>,
+}
+
+/// A job as it is asked for; `P` are the parameters of its operation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JobRequest<P> {
+    /// The machine; its current revision is used.
+    pub machine_id: String,
+    /// What is to be computed.
+    pub operation: JobOperation,
+    /// The same as of the operation's own endpoint.
+    pub parameters: P,
+    /// The client's own id, 1 to 200 characters.
+    #[serde(default)]
+    pub external_id: Option<String>,
+    /// Who is told of the job's end, an `http` or `https` address.
+    #[serde(default)]
+    pub callback_url: Option<String>,
+}
+
+/// Longest id of the client's own \[characters\].
+const MAX_EXTERNAL_ID: usize = 200;
+/// Longest address \[bytes\].
+const MAX_URL: usize = 2048;
+
+impl<P> JobRequest<P> {
+    /// Finds what is wrong outside the parameters.
+    pub fn check(&self, faults: &mut FaultList) {
+        if let Some(id) = &self.external_id
+            && (!(1..=MAX_EXTERNAL_ID).contains(&id.chars().count()) || id.chars().any(char::is_control))
+        {
+            let detail =
+                format!("not a text of 1 to {MAX_EXTERNAL_ID} characters without control characters");
+            faults.push(|| Fault::new("/external_id", detail));
+        }
+        if let Some(detail) = self.callback_url.as_deref().and_then(url_fault) {
+            faults.push(|| Fault::new("/callback_url", detail));
+        }
+    }
+}
+
+/// What is wrong with an address that is to be called.
+fn url_fault(url: &str) -> Option<&'static str> {
+    let Some((scheme, rest)) = url.split_once("://") else { return Some("not an absolute address") };
+    let authority = rest.split(['/', '?']).next().unwrap_or_default();
+    if !(scheme.eq_ignore_ascii_case("http") || scheme.eq_ignore_ascii_case("https")) {
+        Some("only http and https addresses are called")
+    } else if url.len() > MAX_URL {
+        Some("longer than 2048 bytes")
+    } else if url.contains('#') {
+        Some("an address that is called has no fragment")
+    } else if authority.contains('@') {
+        Some("an address with a user name or a password is not taken")
+    } else if !url.bytes().all(|byte| byte.is_ascii_graphic() && !b"\"<>\\^`{|}".contains(&byte)) {
+        Some("not an address: characters outside ASCII and the like are percent-encoded")
+    } else if !is_authority(authority) {
+        Some("an address has a host, and a port between 1 and 65535 where it has one")
+    } else {
+        None
+    }
+}
+
+/// Whether a text is a host, perhaps with a port.
+fn is_authority(text: &str) -> bool {
+    let (host, port) = if let Some(rest) = text.strip_prefix('[') {
+        let Some((host, port)) = rest.split_once(']') else { return false };
+        if host.parse::<std::net::Ipv6Addr>().is_err() {
+            return false;
+        }
+        (host, port)
+    } else {
+        let (host, port) = text.split_at(text.find(':').unwrap_or(text.len()));
+        if !host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._~%".contains(&byte)) {
+            return false;
+        }
+        (host, port)
+    };
+    let port_fits = match port.strip_prefix(':') {
+        None => port.is_empty(),
+        Some(port) => port.parse::<u16>().is_ok_and(|port| port > 0),
+    };
+    !host.is_empty() && host.len() <= 253 && port_fits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_addresses_that_can_be_called_are_taken() {
+        for url in [
+            "http://mes.example.com",
+            "https://mes.example.com:8443/jobs?line=4&x=%20",
+            "HTTPS://10.0.0.7/x",
+            "http://[::1]:9/",
+        ] {
+            assert_eq!(url_fault(url), None, "{url}");
+        }
+        for url in [
+            "",
+            "mes.example.com",
+            "/jobs",
+            "ftp://mes.example.com",
+            "http://",
+            "http:///x",
+            "http://:80",
+            "http://a:0",
+            "http://a:65536",
+            "http://a:x",
+            "http://user:word@a",
+            "http://a/#end",
+            "http://a/b c",
+            "http://[::1",
+            "http://[g]/",
+            "http://\u{e4}.example",
+            "http://a\nb",
+        ] {
+            assert!(url_fault(url).is_some(), "{url}");
+        }
+        assert!(url_fault(&format!("http://a/{}", "x".repeat(MAX_URL))).is_some());
+    }
 }

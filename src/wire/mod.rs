@@ -1,5 +1,7 @@
 //! The one external form of everything: serde documents, towards a client and towards the disk.
 
+mod api_key;
+mod audit;
 mod calibration;
 mod calibration_answer;
 mod calibration_history;
@@ -16,6 +18,8 @@ mod numbers;
 mod objects;
 mod one_pass;
 mod one_pass_answer;
+mod path_segment;
+mod posting;
 mod presets;
 mod query;
 mod reading;
@@ -39,6 +43,8 @@ mod wear_scallop_curves;
 mod wear_tool;
 mod wear_trend;
 
+pub use api_key::{ApiKeyDocument, ApiKeyRequest, NewApiKeyDocument, NoScope, Scope, is_slug};
+pub use audit::{AuditAction, AuditEntry, AuditOrigin};
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
     SphereAxisDoc, SphereCentreDoc, SpindleBar,
@@ -58,7 +64,7 @@ pub use compensation::{
 };
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
-pub use job::{JobDocument, JobOperation, JobState};
+pub use job::{JobDocument, JobOperation, JobRequest, JobState};
 pub use kinematics::{
     ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,
     PoseWarningKind, RotaryWords, Selection,
@@ -76,10 +82,12 @@ pub use one_pass_answer::{
     ChangesDoc, CompensationFindings, CompensationReport, ErrorBudgetDoc, LocationErrorFindings,
     NotModelledDoc,
 };
+pub use path_segment::path_segment;
+pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
-pub use residuals::ResidualRow;
+pub use residuals::{ResidualRow, fault_of_table};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
     FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,

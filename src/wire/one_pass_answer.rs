@@ -416,12 +416,14 @@ impl<W: Write> ChangeTable<W> {
     /// # Errors
     /// The output takes no more.
     pub fn into_inner(self) -> std::io::Result<W> {
-        self.0.into_inner().map_err(|fault| std::io::Error::other(fault.error().to_string()))
+        self.0
+            .into_inner()
+            .map_err(|fault| std::io::Error::new(fault.error().kind(), fault.error().to_string()))
     }
 }
 
 impl<W: Write> process::ChangeSink for ChangeTable<W> {
     fn changed(&mut self, change: &process::BlockChange) -> std::io::Result<()> {
-        self.0.serialize(ChangeRow::from(change)).map_err(std::io::Error::from)
+        self.0.serialize(ChangeRow::from(change)).map_err(super::fault_of_table)
     }
 }

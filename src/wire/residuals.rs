@@ -37,6 +37,15 @@ impl From<ResidualRow> for ResidualSample {
     }
 }
 
+/// The fault of writing below that of a table, where there is one: its kind says what became of it.
+#[must_use]
+pub fn fault_of_table(fault: csv::Error) -> std::io::Error {
+    match fault.into_kind() {
+        csv::ErrorKind::Io(fault) => fault,
+        other => std::io::Error::other(format!("{other:?}")),
+    }
+}
+
 impl ResidualRow {
     /// Writes rows under their header.
     ///

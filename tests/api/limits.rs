@@ -163,3 +163,152 @@ async fn connections_over_the_cap_are_closed_and_the_service_goes_on() {
         }
     }
 }
+
+#[tokio::test]
+async fn every_limit_is_listed_with_its_value_and_its_answer() {
+    let app = spawn_with(|settings| settings.max_json_bytes = 12_345).await;
+    let list: serde_json::Value = app.get("/v1/limits").await.json().await.unwrap();
+    let items = list["items"].as_array().unwrap();
+    let of = |name: &str| items.iter().find(|item| item["setting"] == name).unwrap();
+    assert_eq!(of("max_json_bytes")["value"], 12_345.0);
+    assert_eq!(of("max_json_bytes")["status"], 413);
+    assert_eq!(of("max_connections")["problem"], serde_json::Value::Null);
+    for (setting, environment) in trunnion::config::ENVIRONMENT {
+        let limits =
+            setting.starts_with("max_") || (setting.ends_with("timeout_s") && *setting != "drain_timeout_s");
+        let listed = items.iter().find(|item| item["setting"] == *setting);
+        assert_eq!(listed.is_some(), limits, "{setting}");
+        if let Some(item) = listed {
+            assert_eq!(item["environment"], *environment);
+            assert!(item["meaning"].as_str().unwrap().len() > 10, "{item}");
+            if let Some(page) = item["problem"].as_str() {
+                assert_eq!(app.get(page).await.status(), 200, "{page}");
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_caller_over_its_rate_waits_and_a_monitor_does_not() {
+    // One place comes back in an hour: no test waits for it.
+    let app = spawn_with(|settings| {
+        settings.max_rate_per_s = 1.0 / 3600.0;
+        settings.max_burst_requests = 5;
+    })
+    .await;
+    for _ in 0..5 {
+        assert_eq!(app.get("/v1/version").await.status(), 200);
+    }
+    for path in ["/v1/version", "/v1/machines", "/v1/nothing"] {
+        let refused = app.get(path).await;
+        let wait_s: u64 = refused.headers()["retry-after"].to_str().unwrap().parse().unwrap();
+        assert!((3000..=3600).contains(&wait_s), "{wait_s}");
+        problem(refused, "too-many-requests").await;
+    }
+    for path in ["/healthz", "/readyz", "/metrics"] {
+        for _ in 0..10 {
+            assert_eq!(app.get(path).await.status(), 200, "{path}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn no_rate_is_no_limit() {
+    let app = spawn_with(|settings| {
+        settings.max_rate_per_s = 0.0;
+        settings.max_burst_requests = 1;
+    })
+    .await;
+    for _ in 0..20 {
+        assert_eq!(app.get("/v1/version").await.status(), 200);
+    }
+}
+
+#[tokio::test]
+async fn an_address_at_the_limit_is_taken_one_byte_more_is_not_and_an_absurd_one_neither() {
+    let app = spawn_with(|settings| settings.max_url_bytes = 200).await;
+    let path = |length: usize| format!("/v1/machines?limit=1{}", "0".repeat(length - 20));
+    // Over 200 machines at a time is refused, but read.
+    problem(app.get(&path(200)).await, "invalid-request").await;
+    problem(app.get(&path(201)).await, "url-too-long").await;
+    problem(app.get(&path(20_000)).await, "url-too-long").await;
+    let absurd = format!("GET /{} HTTP/1.1\r\nHost: x\r\n\r\n", "a".repeat(10 << 20));
+    let answer = raw(&app, &absurd, false).await;
+    assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{answer}");
+    assert_eq!(app.get("/readyz").await.status(), 200);
+}
+
+#[tokio::test]
+async fn a_header_at_the_limit_is_taken_one_byte_more_is_not_and_an_absurd_one_neither() {
+    let app = spawn_with(|settings| settings.max_header_bytes = 1024).await;
+    // `Host: x` is 4 + 1 + 4 bytes, `Connection: close` 10 + 5 + 4, `X-Filler` 8 + 4 and its value.
+    let request = |filler: usize| {
+        let filler = "f".repeat(filler);
+        format!("GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\nX-Filler: {filler}\r\n\r\n")
+    };
+    let rest = 1024 - 9 - 19 - 12;
+    assert!(raw(&app, &request(rest), false).await.starts_with("HTTP/1.1 200"));
+    let refused = raw(&app, &request(rest + 1), false).await;
+    assert!(
+        refused.starts_with("HTTP/1.1 431") && refused.contains("/problems/header-too-large"),
+        "{refused}"
+    );
+    let absurd = raw(&app, &request(10 << 20), false).await;
+    assert!(absurd.is_empty() || absurd.starts_with("HTTP/1.1 4"), "{absurd}");
+    assert_eq!(app.get("/readyz").await.status(), 200);
+}
+
+#[tokio::test]
+async fn a_result_at_the_limit_is_stored_and_one_byte_more_is_not() {
+    let app = spawn_with(|settings| settings.max_result_bytes = 1000).await;
+    let program = |bytes: usize| "x".repeat(bytes - 1) + "\n";
+    assert_eq!(app.post_text(PATH, "text/plain", program(1000)).await.status(), 200);
+    let kept = app.files();
+    problem(app.post_text(PATH, "text/plain", program(1001)).await, "result-too-large").await;
+    problem(app.post_text(PATH, "text/plain", program(4 << 20)).await, "result-too-large").await;
+    assert_eq!(app.files(), kept);
+}
+
+#[tokio::test]
+async fn an_answer_at_the_limit_is_given_and_one_past_it_is_not() {
+    let path = "/v1/machines/example-ac-table/forward-kinematics";
+    let rows = |count: usize| "X,Y,Z,A,C\n".to_owned() + &"1,2,3,4,5\n".repeat(count);
+    // Six cells of at most 25 bytes in a row, and the header.
+    let app = spawn_with(|settings| settings.max_result_bytes = 12 + 10 * 150).await;
+    assert_eq!(app.post_text(path, "text/csv", rows(10)).await.status(), 200);
+    problem(app.post_text(path, "text/csv", rows(11)).await, "result-too-large").await;
+    problem(app.post_text(path, "text/csv", rows(10_000)).await, "result-too-large").await;
+    let body = json!({"joints": [{"X": 1, "Y": 2, "Z": 3, "A": 4, "C": 5}]});
+    let length = app.post_json(path, &body).await.bytes().await.unwrap().len() as u64;
+    let at = spawn_with(|settings| settings.max_result_bytes = length).await;
+    assert_eq!(at.post_json(path, &body).await.status(), 200);
+    let below = spawn_with(|settings| settings.max_result_bytes = length - 1).await;
+    problem(below.post_json(path, &body).await, "result-too-large").await;
+}
+
+#[tokio::test]
+async fn a_form_of_which_no_field_begins_is_given_up_early() {
+    let app = spawn_with(|settings| settings.max_header_bytes = 4096).await;
+    let sent = std::sync::Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let count = std::sync::Arc::clone(&sent);
+    let chunk = Bytes::from(vec![b'X'; 64 * 1024]);
+    let begin = Bytes::from_static(b"--edge\r\nContent-Disposition: form-data; name=\"");
+    let endless = futures::StreamExt::chain(
+        stream::iter([Ok::<_, std::io::Error>(begin)]),
+        stream::iter((0..1 << 14).map(move |_| {
+            count.fetch_add(chunk.len(), std::sync::atomic::Ordering::SeqCst);
+            Ok(chunk.clone())
+        })),
+    );
+    let request = app
+        .client
+        .post(app.url(PATH.split('?').next().unwrap()))
+        .header("content-type", "multipart/form-data; boundary=edge")
+        .body(Body::wrap_stream(endless));
+    if let Ok(response) = request.send().await {
+        problem(response, "malformed-request").await;
+    }
+    // A gigabyte was on its way; what both sockets hold was taken, and little more.
+    assert!(sent.load(std::sync::atomic::Ordering::SeqCst) < 64 << 20);
+    assert_eq!(app.files(), (0, 0));
+}

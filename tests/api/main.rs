@@ -2,22 +2,31 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
+mod audit;
 mod calibrations;
 mod compensation;
 mod examples;
 mod forward;
 mod inverse;
 mod jobs;
+mod keys;
+mod keys_command;
 mod limits;
 mod machines;
 mod mutations;
+mod observation;
 mod one_pass;
 mod pages;
+mod posting;
 mod process;
+mod queue;
+mod queue_downloads;
+mod queue_restart;
 mod real_programs;
 mod service;
 mod servo;
 mod support;
+mod tls;
 mod upgrade;
 mod verification;
 mod wear;

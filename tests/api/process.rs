@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use tempfile::TempDir;
 use trunnion::config::{ENVIRONMENT, Flags, Settings};
 
-fn binary(data: &TempDir) -> Command {
+pub(crate) fn binary(data: &TempDir) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
     for (_, name) in ENVIRONMENT {
         command.env_remove(name);
@@ -16,11 +16,16 @@ fn binary(data: &TempDir) -> Command {
 }
 
 /// The address that the first line names.
-fn address(child: &mut Child) -> String {
+pub(crate) fn address(child: &mut Child) -> String {
+    first_lines(child).0
+}
+
+/// The address that the first line names, and what the third says of keys.
+pub(crate) fn first_lines(child: &mut Child) -> (String, String) {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let first = lines.next().unwrap().unwrap();
     assert!(lines.next().unwrap().unwrap().contains("/docs"));
-    first.rsplit("http://").next().unwrap().to_owned()
+    (first.rsplit("://").next().unwrap().to_owned(), lines.next().unwrap().unwrap())
 }
 
 #[tokio::test]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderValue};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -14,7 +15,7 @@ use trunnion::jobs::{
     Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{Spool, Stop};
+use trunnion::process::{ProgramSource, Spool, Stop};
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
@@ -46,6 +47,15 @@ pub(crate) async fn spawn_with(change: impl FnOnce(&mut Settings)) -> App {
 /// A service in a given directory.
 pub(crate) async fn spawn_in(data: &Path, change: impl FnOnce(&mut Settings)) -> App {
     spawn_on(data, change, Arc::new(Upper)).await
+}
+
+/// The same with a compensator of the test's own.
+pub(crate) async fn spawn_real_in(
+    data: &Path,
+    change: impl FnOnce(&mut Settings),
+    compensator: Arc<dyn Compensator>,
+) -> App {
+    spawn_on(data, change, compensator).await
 }
 
 /// A service in a new directory that compensates with `compensator`.
@@ -97,6 +107,24 @@ impl App {
 
     pub(crate) async fn put_machine(&self, id: &str, profile: &Value) -> Response {
         self.client.put(self.url(&format!("/v1/machines/{id}"))).json(profile).send().await.unwrap()
+    }
+
+    /// Makes the first key, which allows everything, and sends it with every request from now on.
+    pub(crate) async fn close(&mut self) -> String {
+        let all = ["read", "compute", "machines", "calibrations", "admin"];
+        let key = self.new_key(&all, None).await;
+        let value = HeaderValue::try_from(format!("Bearer {key}")).unwrap();
+        let headers = HeaderMap::from_iter([(AUTHORIZATION, value)]);
+        self.client = Client::builder().no_proxy().default_headers(headers).build().unwrap();
+        key
+    }
+
+    /// A new key.
+    pub(crate) async fn new_key(&self, scopes: &[&str], machines: Option<&[&str]>) -> String {
+        let body = json!({"name": "a test", "scopes": scopes, "machines": machines});
+        let made = self.post_json("/v1/keys", &body).await;
+        assert_eq!(made.status(), 201);
+        made.json::<Value>().await.unwrap()["key"].as_str().unwrap().to_owned()
     }
 
     pub(crate) async fn stop(self) -> Option<TempDir> {
@@ -202,14 +230,14 @@ impl Compensator for Upper {
         _machine: &Machine,
         _parameters: &CcParameters,
         _contact: ToolAndPart,
-        source: &Path,
+        source: &dyn ProgramSource,
         output: &mut dyn Write,
         _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<CcFindings, CompensatorFault> {
         let mut text = Vec::new();
-        std::fs::File::open(source)?.read_to_end(&mut text)?;
+        source.open()?.read_to_end(&mut text)?;
         let mut lines = 0;
         for line in text.split_inclusive(|byte| *byte == b'\n') {
             lines += 1;
@@ -238,23 +266,7 @@ impl Compensator for Upper {
             }
             output.write_all(&line.to_ascii_uppercase())?;
         }
-        Ok(CcFindings {
-            dialect: Dialect::Iso,
-            interpolation: Interpolation::Machine,
-            contact: Contact::Tip,
-            blocks_in: lines,
-            blocks_out: lines,
-            blocks_inserted: 0,
-            feeds_restored: 0,
-            motions_checked: 0,
-            motions_over_tolerance: 0,
-            before: DeviationSummary::default(),
-            after: DeviationSummary::default(),
-            cc_path_length_mm: 0.0,
-            singularity: None,
-            series: DeviationSeries::default(),
-            warnings: Vec::new(),
-        })
+        Ok(findings(lines))
     }
 
     fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> String {
@@ -262,5 +274,26 @@ impl Compensator for Upper {
             "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title></svg>",
             report.findings.blocks_in
         )
+    }
+}
+
+/// What is found in a program of so many lines where nothing is wrong.
+pub(crate) fn findings(lines: u64) -> CcFindings {
+    CcFindings {
+        dialect: Dialect::Iso,
+        interpolation: Interpolation::Machine,
+        contact: Contact::Tip,
+        blocks_in: lines,
+        blocks_out: lines,
+        blocks_inserted: 0,
+        feeds_restored: 0,
+        motions_checked: 0,
+        motions_over_tolerance: 0,
+        before: DeviationSummary::default(),
+        after: DeviationSummary::default(),
+        cc_path_length_mm: 0.0,
+        singularity: None,
+        series: DeviationSeries::default(),
+        warnings: Vec::new(),
     }
 }

@@ -7,6 +7,7 @@ mod displaced;
 mod kinematics;
 mod linuxcnc;
 mod one_pass;
+mod posting;
 mod program;
 mod rotary_sphere;
 mod siemens;

@@ -63,7 +63,8 @@ fn contact(part: &Finishing, point: &Written, axis: Vector3<f64>) -> String {
     format!("U{:.10} V{:.10} W{:.10}", c.x, c.y, c.z)
 }
 
-fn heidenhain(part: &Finishing) -> (String, String) {
+/// With rotary words, or with the tool axis as a vector; and the same for the witness.
+pub(crate) fn heidenhain(part: &Finishing, vectors: bool) -> (String, String) {
     let (mut text, mut source) = ("0 BEGIN PGM PART MM\n1 L M128\n".to_owned(), String::new());
     let tables = witness(part, true);
     for (k, point) in written(part).iter().enumerate() {
@@ -71,16 +72,20 @@ fn heidenhain(part: &Finishing) -> (String, String) {
         let [a, c] = &point.angles;
         let [nx, ny, nz] = &point.normal;
         let (number, place) = (10 * k + 10, format!("X{x} Y{y} Z{z}"));
-        let (normal, turn) = (format!("NX{nx} NY{ny} NZ{nz}"), format!("A{a} C{c}"));
+        let [i, j, k_axis] = &point.axis;
+        let normal = format!("NX{nx} NY{ny} NZ{nz}");
+        let turn = if vectors { format!("TX{i} TY{j} TZ{k_axis}") } else { format!("A{a} C{c}") };
         let feed = if point.first_of_pass { "R0 FMAX" } else { "F1200" };
         writeln!(text, "{number} LN {place} {normal} {turn} {feed}").expect("text");
         let angles = point.angles.each_ref().map(|word| word.parse().expect("a number"));
-        let contact = contact(part, point, tables.forward(Vector3::zeros(), angles).1);
+        let forward = tables.forward(Vector3::zeros(), angles).1;
+        let contact = contact(part, point, if vectors { vector(&point.axis) } else { forward });
         let code = if point.first_of_pass { "G0" } else { "G94 G1" };
+        let turn = turn.replace("TX", "I").replace("TY", "J").replace("TZ", "K");
         writeln!(source, "{code} {place} {turn} {contact} F1200").expect("text");
     }
     text.push_str("99999 L M129\nEND PGM PART MM\n");
-    (text, source)
+    (text, if vectors { with_angles(&source) } else { source })
 }
 
 /// A conversational program as the witness reads it.
@@ -88,13 +93,14 @@ fn from_heidenhain(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines().filter(|line| line.contains(" X")) {
         let code = if line.contains("FMAX") { "G0" } else { "G94 G1" };
-        let words: Vec<&str> = line
+        let words: Vec<String> = line
             .split(' ')
-            .filter(|word| word.starts_with(['X', 'Y', 'Z', 'A', 'C', 'F']) && *word != "FMAX")
+            .map(|word| word.replace("TX", "I").replace("TY", "J").replace("TZ", "K"))
+            .filter(|word| word.starts_with(['X', 'Y', 'Z', 'A', 'C', 'F', 'I', 'J', 'K']) && word != "FMAX")
             .collect();
         writeln!(out, "{code} {}", words.join(" ")).expect("text");
     }
-    out
+    if text.contains(" TX") { with_angles(&out) } else { out }
 }
 
 pub(crate) fn apt(part: &Finishing) -> (String, String) {
@@ -183,7 +189,7 @@ fn parts() -> [Finishing; 2] {
 #[test]
 fn conversational_programs_keep_the_tolerance_seen_by_the_witness() {
     for part in parts() {
-        let (text, source) = heidenhain(&part);
+        let (text, source) = heidenhain(&part, false);
         for tolerance_um in [2.0, 0.5] {
             let (output, report, _) = judge(&part, tolerance_um, &text, &source, from_heidenhain);
             assert_eq!(report.dialect, Dialect::Heidenhain);
@@ -195,6 +201,25 @@ fn conversational_programs_keep_the_tolerance_seen_by_the_witness() {
                 assert!(coordinates.all(|word| word[1..].starts_with(['+', '-'])), "{line}");
             }
         }
+    }
+}
+
+#[test]
+fn conversational_programs_with_vectors_keep_the_tolerance_and_stay_vectors() {
+    for part in parts() {
+        let (text, source) = heidenhain(&part, true);
+        for tolerance_um in [2.0, 0.5] {
+            let (output, report, _) = judge(&part, tolerance_um, &text, &source, from_heidenhain);
+            assert_eq!(report.dialect, Dialect::Heidenhain);
+            for line in output.lines().filter(|line| line.contains(" X")) {
+                assert!(!line.contains(" A") && !line.contains(" C"), "{line}");
+                let k = line.split(' ').find_map(|word| word.strip_prefix("TZ"));
+                let digits = k.and_then(|k| Some(k.split_once('.')?.1.len()));
+                assert_eq!(digits, Some(8), "{line}");
+            }
+        }
+        let parameters = CcParameters { tolerance: Length::from_mm(1.0), ..parameters(&part) };
+        assert_eq!(run(&part, &parameters, &text).expect("compensated").0, text);
     }
 }
 
@@ -218,9 +243,11 @@ fn cutter_location_data_keeps_the_tolerance_seen_by_the_witness() {
 #[test]
 fn within_tolerance_both_come_back_byte_for_byte() {
     for part in parts() {
-        for text in
-            [heidenhain(&part).0, apt(&part).0, heidenhain(&part).0.replace('\n', "\r\n").replace('.', ",")]
-        {
+        for text in [
+            heidenhain(&part, false).0,
+            apt(&part).0,
+            heidenhain(&part, false).0.replace('\n', "\r\n").replace('.', ","),
+        ] {
             let parameters = CcParameters { tolerance: Length::from_mm(1.0), ..parameters(&part) };
             let (output, report) = run(&part, &parameters, &text).expect("compensated");
             assert!(report.motions_checked > 60 && output == text, "{}", report.motions_checked);
@@ -231,7 +258,7 @@ fn within_tolerance_both_come_back_byte_for_byte() {
 #[test]
 fn programs_with_decimal_commas_get_decimal_commas() {
     for part in parts() {
-        let text = heidenhain(&part).0;
+        let text = heidenhain(&part, false).0;
         let parameters = CcParameters { tolerance: Length::from_um(0.5), ..parameters(&part) };
         let (output, _) = run(&part, &parameters, &text).expect("compensated");
         let (with_commas, _) = run(&part, &parameters, &text.replace('.', ",")).expect("compensated");
@@ -248,7 +275,7 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
     for part in parts() {
         let (corner, core) = (part.tool.corner_radius().mm(), part.tool.core_radius().mm());
         for (text, back) in
-            [(heidenhain(&part).0, from_heidenhain as fn(&str) -> String), (apt(&part).0, from_apt)]
+            [(heidenhain(&part, false).0, from_heidenhain as fn(&str) -> String), (apt(&part).0, from_apt)]
         {
             let run = |cutter| {
                 let parameters = WearParameters {

@@ -479,6 +479,7 @@ fn the_stop_signal_is_heard_in_every_step() {
     for calls in 0..asked {
         let (stopped, asked) = stopped_after(calls);
         assert!(matches!(stopped, Err(Fault::Cancelled)), "{calls}: {stopped:?}");
-        assert_eq!(asked, calls + 1);
+        // Each of the two hands that work side by side may ask once more.
+        assert!((calls + 1..=calls + 3).contains(&asked), "{calls}: {asked}");
     }
 }

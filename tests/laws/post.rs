@@ -146,10 +146,18 @@ fn lines_that_cannot_be_posted_are_all_named() {
     assert!(matches!(iso, Err(Fault::NotCutterLocationData { .. })));
     let parts = trunnion::machine::Preset::by_id("ac-table").expect("a preset").parts();
     let limited = Machine::new(parts).expect("a machine");
-    let Err(Fault::Lines(faults)) =
-        run(&limited, &PostParameters::default(), "FEDRAT/100,MMPM\nGOTO/1,1,1,0,0,-1\n")
-    else {
+    // A does not reach 180 degrees. Every such point is named, also one in a window of its own.
+    let mut text = "FEDRAT/100,MMPM\nGOTO/1,1,1,0,0,-1\nGOTO/1,1,1,0,0,1\nGOTO/1,1,1,0,0.01,-1\n".to_owned();
+    for k in 0..5000 {
+        writeln!(text, "GOTO/{k},1,1,0,0,1").expect("text");
+    }
+    text.push_str("GOTO/1,1,1,0,-0.01,-1\n");
+    let Err(Fault::Lines(faults)) = run(&limited, &PostParameters::default(), &text) else {
         panic!("A does not reach 180 degrees");
     };
-    assert_eq!(faults.kept[0].line, 2);
+    let lines: Vec<u64> = faults.kept.iter().map(|fault| fault.line).collect();
+    assert_eq!(lines, [2, 4, 5005]);
+    assert!(
+        faults.kept.iter().all(|fault| matches!(fault.kind, LineFaultKind::OutOfTravel { axis: 'A', .. }))
+    );
 }

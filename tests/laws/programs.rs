@@ -2,12 +2,14 @@
 #![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use trunnion::machine::Tool;
 use trunnion::motion::Interpolation;
 use trunnion::process::{
     Budget, CcParameters, CcReport, ContactSource, Fault, LineFaultKind, OutputForm, compensate,
 };
+use trunnion::program::Dialect;
 use trunnion::units::{Feedrate, Length};
 
 use crate::models::finishing::{ac_machine, tool};
@@ -257,4 +259,90 @@ fn f_has_no_sign_where_coordinates_have_one() {
     let program = "G1 X+0.000 Y+0.000 Z+5.000 A+10.000 C+0.000 F1000\nX+20.000 A+25.000 C+60.000\nX+40.000 A+10.000 C+0.000\nM30\n";
     let (output, report) = done(program);
     assert!(report.motions_over_tolerance == 2 && !output.contains("F+"), "{output}");
+}
+
+#[test]
+fn the_number_of_a_divided_block_in_g93_is_back_before_a_cycle_or_another_mode_takes_it() {
+    let start = "G93 G1 X0.000 Y0.000 Z5.000 A10.000 C0.000 F30\n";
+    let long = "G1 X20.000 Y0.000 Z5.000 A25.000 C60.000 F6\n";
+    let last_f = |text: &str, behind: &str| {
+        let (before, _) = text.split_once(behind).unwrap_or_else(|| panic!("{text}"));
+        before.lines().rev().find_map(feed_of)
+    };
+    for (behind, restored) in [
+        ("G81 X20.000 Y1.000 Z2.000 R6.000\n", 1),
+        ("M98 P100\n", 1),
+        ("G94\nG1 X21.000\n", 1),
+        ("G94\nG81 X20.000 Y1.000 Z2.000 R6.000\n", 1),
+        ("G0 Z90.000\nG94\nX21.000\nM30\n", 0),
+        ("G94 G1 X21.000 F500\n", 0),
+        ("G94\nG1 X21.000 F500\n", 0),
+        ("G1 X21.000 Y0.000 Z5.000 A25.000 C60.000 F30\n", 0),
+    ] {
+        let (output, report) = done(&format!("{start}{long}{behind}M30\n"));
+        assert!(report.motions_over_tolerance == 1, "{output}");
+        assert_eq!(report.feeds_restored, restored, "{output}");
+        let first = behind.lines().next().unwrap_or_default();
+        if restored > 0 {
+            assert_eq!(last_f(&output, &format!("{first}\n")), Some(6.0), "{output}");
+        }
+    }
+}
+
+#[test]
+fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
+    let iso = format!("{START}{LONG}M30\n");
+    let heidenhain =
+        "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+5 A+10 C+0 R0 F1000\n2 L X+20 A+25 C+60\n3 END PGM A MM\n";
+    for (text, dialect) in [
+        (iso.as_str(), Dialect::Heidenhain),
+        (iso.as_str(), Dialect::Apt),
+        (heidenhain, Dialect::Iso),
+        (heidenhain, Dialect::Siemens),
+        (heidenhain, Dialect::Apt),
+        ("GOTO/0,0,0,0,0,1\nGOTO/10,0,0,0.1,0,0.99\nFINI\n", Dialect::Siemens),
+        ("GOTO/0,0,0,0,0,1\nGOTO/10,0,0,0.1,0,0.99\nFINI\n", Dialect::Heidenhain),
+    ] {
+        let parameters = CcParameters { dialect: Some(dialect), ..CcParameters::new(ball()) };
+        match with(&parameters, text) {
+            Err(Fault::NothingFollowed { .. } | Fault::NoMotion | Fault::Program(_)) => {}
+            other => panic!("{dialect:?} {text}{other:?}"),
+        }
+    }
+    // Read and understood, but with nothing to check: three axes, cycles, radius compensation, a called program.
+    for text in [
+        "G1 X0. Y0. Z5. F500\nX10.\nM30\n",
+        "G81 X10. Y0. Z-5. R2. F100\nX20.\nG80\nM30\n",
+        "G41 D1\nG1 X0. Y0. Z5. A0. C0. F500\nX10.\nM30\n",
+        "M98 P100\nG1 X10. F500\nM30\n",
+    ] {
+        let parameters = CcParameters { dialect: Some(Dialect::Iso), ..CcParameters::new(ball()) };
+        let (output, report) = with(&parameters, text).unwrap_or_else(|fault| panic!("{text}{fault:?}"));
+        assert!(output == text && report.motions_checked == 0);
+    }
+}
+
+#[test]
+fn whether_to_go_on_is_asked_within_a_single_dear_block() {
+    let asked = AtomicU64::new(0);
+    let turns = format!("{START}G1 X20.000 Y0.000 Z5.000 A25.000 C9000.000\nM30\n").into_bytes();
+    let parameters = CcParameters { tolerance: Length::from_um(5.0), ..CcParameters::new(ball()) };
+    let machine = ac_machine();
+    let run = |most: u64| {
+        asked.store(0, Ordering::Relaxed);
+        compensate(&machine, &parameters, &turns, &mut Vec::new(), &|| {
+            let now = asked.fetch_add(1, Ordering::Relaxed);
+            if now < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        })
+    };
+    let whole = run(u64::MAX);
+    let times = asked.load(Ordering::Relaxed);
+    assert!(times > 20, "{times}: {whole:?}");
+    for most in [times / 4, times / 2] {
+        assert!(matches!(run(most), Err(Fault::Cancelled)));
+    }
+    let parameters =
+        CcParameters { budget: Budget { max_evaluations: 20_000, ..Budget::default() }, ..parameters };
+    let dear = with(&parameters, std::str::from_utf8(&turns).expect("text"));
+    assert!(matches!(dear, Err(Fault::TooCostly { .. })));
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use trunnion::process::CcParameters;
+use trunnion::program::Dialect;
 use trunnion::units::Length;
 
 use crate::compensation::{parameters, run, witness};
@@ -37,6 +38,29 @@ fn with_vectors(part: &Finishing) -> String {
         writeln!(text, "{}", words.join(" ")).expect("text");
     }
     text
+}
+
+/// The same for a Sinumerik, with A3 B3 C3 in place of I J K.
+fn to_siemens(text: &str) -> String {
+    let words = |line: &str| {
+        line.replace("G43.5 H1", "TRAORI")
+            .replace("G21", "G71")
+            .replace(" I", " A3=")
+            .replace(" J", " B3=")
+            .replace(" K", " C3=")
+    };
+    text.lines().filter(|line| line.starts_with('N')).map(|line| words(line) + "\n").collect()
+}
+
+fn from_siemens(text: &str) -> String {
+    let words = |line: &str| {
+        line.replace("TRAORI", "G43.5 H1")
+            .replace("G71", "G21")
+            .replace(" A3=", " I")
+            .replace(" B3=", " J")
+            .replace(" C3=", " K")
+    };
+    text.lines().map(|line| words(line) + "\n").collect()
 }
 
 /// The same with A and C for the witness, by the closed form of an AC table: `t = (sin A sin C, −sin A cos C, cos A)`.
@@ -77,9 +101,15 @@ fn programs_with_vectors_keep_the_tolerance_seen_by_the_witness() {
         [blade(ac_machine(), tool(5.0, 5.0), 25, 3), impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3)]
     {
         let text = with_vectors(&part);
-        for tolerance_um in [2.0, 0.5] {
+        for (tolerance_um, dialect) in
+            [(2.0, Dialect::Iso), (0.5, Dialect::Iso), (2.0, Dialect::Siemens), (0.5, Dialect::Siemens)]
+        {
             let parameters = CcParameters { tolerance: Length::from_um(tolerance_um), ..parameters(&part) };
-            let (output, report) = run(&part, &parameters, &text).expect("compensated");
+            let is_iso = dialect == Dialect::Iso;
+            let source = if is_iso { text.clone() } else { to_siemens(&text) };
+            let (output, report) = run(&part, &parameters, &source).expect("compensated");
+            assert_eq!(report.dialect, dialect);
+            let output = if is_iso { output } else { from_siemens(&output) };
             let verdicts = witness(&part, true).judge(&with_angles(&text), &with_angles(&output), 200);
             let over =
                 verdicts.iter().filter(|verdict| verdict.before > tolerance_um / 1000.0).count() as u64;

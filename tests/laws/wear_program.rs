@@ -534,6 +534,34 @@ fn what_cannot_be_moved_and_would_have_to_is_refused_by_line() {
 }
 
 #[test]
+fn a_block_in_machine_coordinates_brings_back_only_the_axes_that_it_places() {
+    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    // The first contact moves X, the second one wants it where the source has it, and does not state it.
+    let iso = "G90 G21 G94\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\n\
+               G1 X10.000 Y6.000 Z24.000 U13.000 V6.000 W25.000 F800\n\
+               @G1 Y12.000 Z28.000 U10.000 V15.000 W29.000\nM30\n";
+    let heidenhain = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+20 A-30 C+0 R0 FMAX\n\
+                      2 LN X+10.000 Y+6.000 Z+24.000 NX+0.6 NY+0 NZ+0.8 F800\n\
+                      @4 LN Y+12.000 Z+28.000 NX+0 NY+0.6 NZ+0.8\n5 END PGM A MM\n";
+    let last = |text: &str| {
+        let (output, _) = plain(&worn, text).unwrap_or_else(|fault| panic!("{text}{fault:?}"));
+        let line = output.lines().rev().nth(1).expect("the last motion");
+        // Where it starts is not known in machine coordinates, and F need not be lowered.
+        line.split(" F").next().unwrap_or_default().to_owned()
+    };
+    for (text, blocks) in [
+        (iso, &["G53 G0 Z0.\n", "G53 G0 Z#5\n", "G53 G0 Z[#5+1]\n", "G91 G53 G0 Z5.\nG90\n"][..]),
+        (heidenhain, &["3 L Z+100 R0 FMAX M91\n", "3 L IZ+50 R0 FMAX M92\n", "3 L Z+Q5 R0 FMAX M91\n"][..]),
+    ] {
+        let stayed = last(&text.replace('@', ""));
+        assert!(stayed.contains("X10.000") || stayed.contains("X+10.000"), "{stayed}");
+        for block in blocks {
+            assert_eq!(last(&text.replace('@', block)), stayed, "{block}");
+        }
+    }
+}
+
+#[test]
 fn a_rapid_that_hands_over_to_a_cut_ends_where_the_cut_begins() {
     let text = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y6.0000 Z24.0000 F800\nG0 Z90.0000\nM30\n";
     let larger = ball_by_feed((5.0, 5.5));

@@ -1,8 +1,8 @@
 //! Deviation and repair of the contact path against closed forms and the published example.
 
 use trunnion::contact::{
-    BlockTime, Carry, Correction, CutterContact, Resolution, SourceBlock, Station, Touch, block_time_s,
-    divide, feed_word, sample_until_sure, segments,
+    BlockTime, Carry, Correction, CutterContact, Effort, Resolution, SourceBlock, Station, Touch,
+    block_time_s, divide, feed_word, sample_until_sure, segments,
 };
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
@@ -129,17 +129,18 @@ fn dividing_keeps_the_tolerance_with_hardly_more_parts_than_the_square_root_law(
     let resolution = Resolution::absolute(5, 5, 1.0);
     let before = sample_until_sure(&block, &block.whole(), 0.001);
     for tolerance_mm in [0.05, 0.01, 0.002] {
-        let mut evaluations = 0;
-        let divided =
-            divide(&block, Correction::Even, before.max_mm, tolerance_mm, &resolution, &mut evaluations)
-                .expect("reachable");
+        let mut effort = Effort::default();
+        let divided = divide(&block, Correction::Even, before.max_mm, tolerance_mm, &resolution, &mut effort)
+            .expect("reachable");
         for segment in segments(&block, &divided) {
             assert!(sample_until_sure(&block, &segment, tolerance_mm).max_mm <= tolerance_mm * (1.0 + 1e-4));
         }
         let law = (before.max_mm / tolerance_mm).sqrt().ceil();
         assert!(divided.len() as f64 <= law * 1.05 + 1.0, "{} {law}", divided.len());
     }
-    assert!(divide(&block, Correction::Even, before.max_mm, 1e-6, &resolution, &mut 0).is_err());
+    assert!(
+        divide(&block, Correction::Even, before.max_mm, 1e-6, &resolution, &mut Effort::default()).is_err()
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! How many blocks a source block becomes, and the words at each of their ends.
 
-use super::{Correction, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
+use super::{Correction, Effort, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
 use crate::geometry::Vec3;
 use crate::motion::{AxisWords, Interpolation};
 use crate::program::round_to_decimals;
@@ -81,6 +81,8 @@ pub struct Node {
 
 /// More parts than this are not tried: the block does not converge, or the program would drown.
 const MAX_PARTS: u32 = 2048;
+/// A node takes as long as so many evaluations.
+const NODE_EVALUATIONS: u64 = 4;
 /// One division is given up after so many evaluations: it samples a block that has no bound, everywhere.
 const MAX_EVALUATIONS: u64 = 1_000_000;
 /// Numbers of parts are searched to one in so many: well within the 5 % that an optimal division may save.
@@ -90,23 +92,29 @@ const CLOSE_TRIES: u32 = 6;
 /// … then the number is doubled, as long as two doublings bring the deviation down to this share.
 const STAGNATION: f64 = 0.8;
 
-/// The nodes of `parts` equal parts: rotary words rounded first, then X Y Z for the rounded ones (§2).
+/// The nodes of `parts` equal parts: rotary words rounded first, then X Y Z for the rounded ones (§2). Not all of them where
+/// the effort is over.
 #[must_use]
 pub fn nodes(
     block: &SourceBlock<'_>,
     correction: Correction,
     parts: u32,
     resolution: &Resolution,
+    effort: &mut Effort<'_>,
 ) -> Vec<Node> {
     (1..=parts)
-        .map(|index| {
+        .map_while(|index| {
+            effort.pass(NODE_EVALUATIONS);
+            if effort.is_over() {
+                return None;
+            }
             let fraction = f64::from(index) / f64::from(parts);
             if index == parts {
                 let station = block.ends[1];
                 let contact_mm = block.line.at_mm(1.0);
-                return Node { fraction, station, contact_mm, written_axis: None };
+                return Some(Node { fraction, station, contact_mm, written_axis: None });
             }
-            node(block, correction, fraction, resolution)
+            Some(node(block, correction, fraction, resolution))
         })
         .collect()
 }
@@ -146,14 +154,14 @@ pub fn segments<'n>(block: &SourceBlock<'_>, nodes: &'n [Node]) -> impl Iterator
 ///
 /// # Errors
 /// The smallest deviation that any tried division reached, where none kept the tolerance: the decimals, or the
-/// correction, cannot.
+/// correction, cannot; or that the effort is over.
 pub fn divide(
     block: &SourceBlock<'_>,
     correction: Correction,
     max_deviation_mm: f64,
     tolerance_mm: f64,
     resolution: &Resolution,
-    evaluations: &mut u64,
+    effort: &mut Effort<'_>,
 ) -> Result<Vec<Node>, f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before the cast")]
     let first = (max_deviation_mm / tolerance_mm).sqrt().ceil().clamp(2.0, f64::from(MAX_PARTS) + 1.0) as u32;
@@ -161,8 +169,8 @@ pub fn divide(
         return Err(max_deviation_mm);
     }
     let mut attempt = |parts: u32| {
-        let nodes = nodes(block, correction, parts, resolution);
-        prove(block, &nodes, tolerance_mm, evaluations).map(|()| nodes)
+        let nodes = nodes(block, correction, parts, resolution, effort);
+        prove(block, &nodes, tolerance_mm, effort).map(|()| nodes)
     };
     let mut reachable_mm = max_deviation_mm;
     let mut parts = first;
@@ -212,23 +220,26 @@ fn fewest_between(
 /// Proves that every part of a divided block keeps `tolerance_mm`.
 ///
 /// # Errors
-/// The largest deviation seen over all parts, so that it can be reported.
+/// The largest deviation seen over all parts, so that it can be reported; also where the effort is over.
 pub fn prove(
     block: &SourceBlock<'_>,
     nodes: &[Node],
     tolerance_mm: f64,
-    evaluations: &mut u64,
+    effort: &mut Effort<'_>,
 ) -> Result<(), f64> {
     let mut worst_mm: f64 = 0.0;
     let mut kept = true;
-    let before = *evaluations;
+    let before = effort.evaluations();
     for segment in segments(block, nodes) {
         let found = within_tolerance(block, &segment, tolerance_mm);
         kept &= found.is_ok();
         let (Ok(sampled) | Err(sampled)) = found;
-        *evaluations += sampled.evaluations;
+        effort.spend(sampled.evaluations);
         worst_mm = worst_mm.max(sampled.max_mm);
-        if !kept && *evaluations - before > MAX_EVALUATIONS {
+        if effort.is_over() {
+            return Err(worst_mm);
+        }
+        if !kept && effort.evaluations() - before > MAX_EVALUATIONS {
             break;
         }
     }

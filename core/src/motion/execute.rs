@@ -388,7 +388,7 @@ impl Interpreter {
                     self.position.tool_axis = [None; 3];
                 }
                 if self.modal.tool_length == Some(length) {
-                    // Another length: Z stands elsewhere, unless nothing but the mode is repeated.
+                    // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
                     self.position.axes[2] = None;
                 } else {
                     self.position.forget_linear();
@@ -503,6 +503,7 @@ impl Interpreter {
                     self.modal.tool_length = None;
                     self.position.forget_linear();
                 }
+                MCode::RotaryFeedInMm(on) => self.modal.rotary_feed_in_mm = on,
                 MCode::ShortestPath(true) => self.modal.shortest_path = true,
                 MCode::ShortestPath(false) => self.this_block.shortest_off_behind = true,
                 MCode::Feed(mode) => {

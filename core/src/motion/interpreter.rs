@@ -362,7 +362,10 @@ impl Interpreter {
         let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
         match batch.dialect() {
-            Dialect::Iso => self.count_points(),
+            Dialect::Iso => {
+                self.count_points();
+                self.take_length_word(block.flags.has(BlockFlags::DELETE));
+            }
             Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
             _ => {}
         }

@@ -35,6 +35,7 @@ mod states_tests;
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
 mod tests;
 mod tool_axis;
+mod tool_length;
 mod travel;
 mod unfollowable;
 mod words;

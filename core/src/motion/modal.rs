@@ -117,6 +117,8 @@ pub(super) struct Modal {
     pub(super) program_offset_mm: Option<[f64; 3]>,
     /// The D number of the tool's edge, where it decides the tool's length.
     pub(super) edge: Option<f64>,
+    /// The H number of the tool's length in ISO programs.
+    pub(super) length_number: Option<f64>,
     /// RNDM: every corner is rounded.
     pub(super) rounds_corners: bool,
     /// ORIMKS: tool vectors are meant in the machine.
@@ -128,6 +130,8 @@ pub(super) struct Modal {
     pub(super) datum_mm: [Option<f64>; 3],
     /// M126: rotary axes take the shorter way.
     pub(super) shortest_path: bool,
+    /// M116: F of rotary axes counts millimetres along a circle that the text does not tell.
+    pub(super) rotary_feed_in_mm: bool,
     /// How the next point of a cutter location program is reached.
     pub(super) next_motion: Option<MotionMode>,
     /// Its points are those of a cycle.
@@ -160,12 +164,14 @@ impl Modal {
         shifts: 0,
         program_offset_mm: Some([0.0; 3]),
         edge: None,
+        length_number: None,
         rounds_corners: false,
         vectors_in_machine: false,
         relative_extruder: false,
         feed: ModalFeed::NeverGiven,
         datum_mm: [Some(0.0); 3],
         shortest_path: false,
+        rotary_feed_in_mm: false,
         next_motion: None,
         in_cycle: false,
         multax: false,
@@ -187,6 +193,7 @@ impl Modal {
         self.work_offset = None;
         self.program_offset_mm = None;
         self.edge = None;
+        self.length_number = None;
         self.feed = ModalFeed::Unknown;
     }
 
@@ -258,8 +265,10 @@ impl Modal {
             axis_stated,
             program_offset_mm,
             edge,
+            length_number,
             rounds_corners,
-            vectors_in_machine
+            vectors_in_machine,
+            rotary_feed_in_mm
         )
     }
 
@@ -288,6 +297,8 @@ impl Modal {
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
             edge: same(self.edge, skipped.edge),
+            length_number: same(self.length_number, skipped.length_number),
+            rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
             rounds_corners: self.rounds_corners || skipped.rounds_corners,
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,

@@ -112,6 +112,21 @@ fn tool_centre_point_switches_lose_the_linear_axes_but_for_words_of_the_block() 
 }
 
 #[test]
+fn another_length_behind_the_first_moves_the_tip() {
+    let ends =
+        |text: &str| -> Vec<bool> { run_from_zero(text).iter().map(|motion| motion.end.is_some()).collect() };
+    // Z is another place until it is stated.
+    assert_eq!(ends("G43 H1 Z5\nH2\nX1\nX2 Z5\nX3\n"), [true, false, true, true]);
+    assert_eq!(ends("G43 H1 Z5\nX1 H2\nZ5 H3\n"), [true, false, true]);
+    assert_eq!(ends("G43 H1 Z5\nH1\nX1\nH#1\nX2\n"), [true, true, false]);
+    assert_eq!(ends("G43 H1 Z5\n/H2\nX1\nZ5\nH2\nX1\n"), [true, false, true, false]);
+    // With a tilted tool every linear axis is.
+    assert_eq!(ends("G43.4 H1 X0 Y0 Z5\nH2\nZ5\nX1 Y1\n"), [true, false, true]);
+    // Across another plane than G17 the length may count along another axis.
+    assert_eq!(ends("G18 G43 H1 X0 Y0 Z5\nH2\nZ5\n"), [true, false]);
+}
+
+#[test]
 fn plain_length_compensation_loses_z_only() {
     let motions = run_from_zero("G43 H1\nX1\nZ5\n");
     assert!(motions[0].end.is_none());

@@ -99,6 +99,8 @@ impl Interpreter {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
                 motion.unfollowable = Some(Unfollowable::ShortestPath);
+            } else if self.modal.rotary_feed_in_mm && feeds_a_turn(&motion) {
+                motion.unfollowable = Some(Unfollowable::RotaryFeed);
             }
         }
         if extra.is_some() && self.is_extruder_relative() && motion.unfollowable.is_none() {
@@ -425,6 +427,15 @@ impl Interpreter {
             self.position.forget_axes();
         }
     }
+}
+
+/// Whether F counts along a turn: rotary axes turn at feed, and no tip in W moves that it could count along.
+fn feeds_a_turn(motion: &Motion) -> bool {
+    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
+    let same = |from: &[f64], to: &[f64]| from.iter().zip(to).all(|(from, to)| (to - from).abs() <= 0.0);
+    motion.kind != MotionKind::Rapid
+        && !same(&start.rotary_deg, &end.rotary_deg)
+        && (motion.interpolation == Interpolation::Machine || same(&start.linear_mm, &end.linear_mm))
 }
 
 /// Of a block's tool vector.

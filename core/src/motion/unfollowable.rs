@@ -141,6 +141,11 @@ pub enum Unfollowable {
     /// M126 and a turn by half a turn or more.
     #[error("a rotary axis takes the shorter way around, not the one its words say")]
     ShortestPath,
+    /// M116 and a turn at feed.
+    #[error(
+        "F counts along the turn of a rotary axis in millimetres, at a radius that the text does not tell"
+    )]
+    RotaryFeed,
     /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
     #[error("a word of the block changes the motion in a way that is not followed")]
     ControlWord,

@@ -8,7 +8,9 @@ use std::io::Write;
 use std::sync::Arc;
 
 use super::compensation::{LineCursor, LineMap, line_ends};
+use super::dialect_fit::DialectFit;
 use super::emit::Emitter;
+use super::fault::go_on;
 use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
@@ -16,7 +18,7 @@ use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
 use super::verify::{Expected, Group, Meaning, Note, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
-use crate::contact::{Correction, Node, SourceBlock};
+use crate::contact::{Correction, Effort, Node, SourceBlock};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
@@ -43,7 +45,7 @@ pub fn compensate(
 /// What is written is read back with its own decimals and checked against the source's lines before this function
 /// returns; the report's `after` comes from that reading. Memory does not grow with the program.
 ///
-/// `stop` is asked between batches of a few hundred blocks and before every block that is divided.
+/// `stop` is asked every few milliseconds.
 ///
 /// # Errors
 /// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
@@ -91,10 +93,11 @@ pub(super) fn compensate_from(
         .with_setup(machine, &parameters.setup)
         .with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
-    passages.fill(&mut present)?;
+    passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
-    let mut work = Work::new(machine, &kinematics, parameters, survey, contact);
-    let mut verifier = Verifier::new(machine, parameters, dialect, options);
+    let effort = || Effort::new(stop, parameters.budget.max_evaluations);
+    let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
+    let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
     let (mut writing, mut written) = (Written::default(), Written::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {
@@ -106,13 +109,13 @@ pub(super) fn compensate_from(
         parts.run(vec![
             Box::new(|| {
                 if !is_refused {
-                    worked = work.stretch(&present, &mut writing, stop);
+                    worked = work.stretch(&present, &mut writing);
                 }
             }),
             Box::new(|| {
                 checked = verifier.take(&written.text, &mut written.expected);
                 if next.passages.is_empty() {
-                    filled = passages.fill(&mut next);
+                    filled = passages.fill(&mut next, stop);
                 }
             }),
         ]);
@@ -120,7 +123,7 @@ pub(super) fn compensate_from(
         output.write_all(&written.text)?;
         verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
         worked.and(filled)?;
-        work.check_budget(verifier.evaluations)?;
+        work.check_budget(verifier.effort.evaluations())?;
         written.clear();
         if is_refused || work.faults() {
             // A faulty program is looked at to its end, so that every fault is named, but no longer written.
@@ -139,6 +142,9 @@ pub(super) fn compensate_from(
     }
     if work.faults() {
         return Err(Fault::Lines(work.judge.faults));
+    }
+    if work.fit.is_unread(parameters.dialect, source)? {
+        return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
     work.inventory.inserted += work.emitter.feed_blocks;
     work.inventory.join(&work.emitter.numbers);
@@ -197,6 +203,7 @@ struct Work<'a> {
     largest_after_mm: f64,
     checked: u64,
     over: u64,
+    fit: DialectFit,
     inventory: Inventory,
     uses_tcp: bool,
     /// Of inserted blocks, in the lines of what is read.
@@ -210,18 +217,20 @@ impl<'a> Work<'a> {
         parameters: &'a CcParameters,
         survey: Survey,
         contact: ContactSource,
+        effort: Effort<'a>,
     ) -> Self {
         Self {
             parameters,
             machine,
             survey,
             contact,
-            judge: Judge::new(machine, kinematics, parameters, contact),
+            judge: Judge::new(machine, kinematics, parameters, contact, effort),
             emitter: Emitter::new(survey.numbering),
             at: Place::default(),
             largest_after_mm: 0.0,
             checked: 0,
             over: 0,
+            fit: DialectFit::default(),
             inventory: Inventory::default(),
             uses_tcp: false,
             lines: LineMap::default(),
@@ -237,17 +246,14 @@ impl<'a> Work<'a> {
     }
 
     /// Goes on with a stretch, to its end or until enough is written to be handed over.
-    fn stretch(&mut self, stretch: &Stretch, out: &mut Written<'a>, stop: &Stop<'_>) -> Result<(), Fault> {
+    fn stretch(&mut self, stretch: &Stretch, out: &mut Written<'a>) -> Result<(), Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
-            if stop().is_break() {
-                return Err(Fault::Cancelled);
-            }
             if self.at.motion == 0 && self.at.copied == 0 {
                 self.inventory.see(&passage.batch);
                 self.judge.prepare(&passage.motions);
                 self.settle(passage, out)?;
             }
-            if !self.passage(passage, stretch.following(self.at.passage), out, stop)? {
+            if !self.passage(passage, stretch.following(self.at.passage), out)? {
                 return Ok(());
             }
             self.at = Place { passage: self.at.passage + 1, ..Place::default() };
@@ -264,7 +270,6 @@ impl<'a> Work<'a> {
         passage: &Passage,
         following: Option<&Motion>,
         out: &mut Written<'a>,
-        stop: &Stop<'_>,
     ) -> Result<bool, Fault> {
         let Passage { batch, motions } = passage;
         while let Some(motion) = motions.get(self.at.motion) {
@@ -274,14 +279,14 @@ impl<'a> Work<'a> {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
             let verdict = self.judge.judge(motions, self.at.motion, following, text, self.largest_after_mm);
+            self.judge.effort.pass(1);
+            go_on(&self.judge.effort)?;
             self.at.motion += 1;
+            self.fit.see(batch, motion);
             self.checked += u64::from(verdict.is_some());
             let changed = match verdict {
                 Some(Verdict::Over(checked)) => {
                     self.over += 1;
-                    if stop().is_break() {
-                        return Err(Fault::Cancelled);
-                    }
                     self.divide(batch, motion, text, checked, out)?
                 }
                 verdict => {
@@ -315,8 +320,9 @@ impl<'a> Work<'a> {
         checked: Checked<'a>,
         out: &mut Written<'a>,
     ) -> Result<bool, Fault> {
-        let spent = &mut self.judge.evaluations;
-        let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, spent);
+        let effort = &mut self.judge.effort;
+        let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, effort);
+        go_on(&self.judge.effort)?;
         let division = match planned {
             Ok(division) => division,
             Err(kind) => {
@@ -339,8 +345,9 @@ impl<'a> Work<'a> {
         out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
         let written_from = out.text.len();
         self.emitter
-            .write_division(batch, &checked, motion, &division, &mut out.text)
+            .write_division(batch, &checked, motion, &division, &mut self.judge.effort, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        go_on(&self.judge.effort)?;
         let index = motion.block as usize;
         self.emitter
             .settle(batch, index, index + 1, &mut out.text)
@@ -395,7 +402,7 @@ impl<'a> Work<'a> {
     /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
     fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
         let budget = &self.parameters.budget;
-        if self.judge.evaluations + verifying > budget.max_evaluations {
+        if self.judge.effort.evaluations() + verifying > budget.max_evaluations {
             return Err(Fault::TooCostly {
                 what: "evaluations of the deviation",
                 limit: budget.max_evaluations,

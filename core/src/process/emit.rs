@@ -5,7 +5,7 @@ use super::inventory::Inventory;
 use super::judge::Checked;
 use super::numbering::Numbering;
 use super::plan::Division;
-use crate::contact::{BlockTime, Node, Resolution, Segment, feed_word, segments};
+use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed,
@@ -16,6 +16,8 @@ use crate::program::{
 const SAME_WORD: f64 = 1e-9;
 /// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
 const FEED_ROUNDING: f64 = 0.005;
+/// Writing a part takes as long as so many evaluations.
+const PART_EVALUATIONS: u64 = 8;
 /// Most decimals of an F word: the smallest one written still has three digits.
 const MAX_FEED_DECIMALS: u8 = 9;
 
@@ -93,7 +95,8 @@ impl Emitter {
         first: usize,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
-        let Some(owed) = self.owed.filter(|_| feed_at_risk(batch, first) == Some(true)) else {
+        let is_at_risk = |owed: &OwedFeed| feed_at_risk(batch, first, owed.mode) == Some(true);
+        let Some(owed) = self.owed.filter(is_at_risk) else {
             return Ok(());
         };
         crate::program::print_feed_only(batch, style, owed.raw, owed.decimals, out)?;
@@ -125,7 +128,11 @@ impl Emitter {
                 return Ok(false);
             }
             // A block that the operator may skip must not be the one that brings the feed back.
-            Linear | Arc if motion.unfollowable != Some(Unfollowable::BlockDelete) => {
+            // Nor one that had none in G93: a control may stop there, or take the number that stands.
+            Linear | Arc
+                if motion.unfollowable != Some(Unfollowable::BlockDelete)
+                    && owed.mode != Some(FeedMode::InverseTime) =>
+            {
                 let word = NewWord { address: Address::F, value: owed.raw, decimals: owed.decimals };
                 print_changed(batch, motion.block as usize, &[word], false, out)?;
                 self.count_feed(batch, &[word]);
@@ -143,13 +150,15 @@ impl Emitter {
         Ok(false)
     }
 
-    /// Writes a divided block: the source block with the first part's words, then one block for each further part.
+    /// Writes a divided block: the source block with the first part's words, then one block for each further part; not all
+    /// of them where the effort is over.
     pub(super) fn write_division(
         &mut self,
         batch: &Batch,
         checked: &Checked<'_>,
         motion: &Motion,
         division: &Division,
+        effort: &mut Effort<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
         let block = &checked.block;
@@ -164,6 +173,10 @@ impl Emitter {
         let last = division.nodes.len() - 1;
         let mut number = self.numbering.behind(batch, index, last as u64);
         for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
+            effort.pass(PART_EVALUATIONS);
+            if effort.is_over() {
+                return Ok(());
+            }
             let mut list = words.at(node, k == last, k > 0);
             if division.carries_feed
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
@@ -192,8 +205,8 @@ impl Emitter {
             }
         }
         let feed = &motion.feed;
-        let modal = feed.mode != Some(FeedMode::InverseTime) && division.carries_feed;
-        self.owed = (modal && differs(modal_feed, feed.raw)).then_some(OwedFeed {
+        // In G93 too: a cycle, or what follows G94, may run at the number that stands.
+        self.owed = (division.carries_feed && differs(modal_feed, feed.raw)).then_some(OwedFeed {
             raw: feed.raw,
             decimals: feed.decimals,
             mode: feed.mode,

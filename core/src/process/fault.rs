@@ -5,7 +5,7 @@ use std::io;
 use thiserror::Error;
 
 use super::{LeftOutReason, NotPosted, VerificationFault};
-use crate::contact::ContactFault;
+use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::Unfollowable;
 use crate::program::{Diagnostics, Dialect, ReadFault, WriteFault};
@@ -159,6 +159,20 @@ impl LineFaults {
 
 fn first_of(first: Option<(LeftOutReason, u64)>) -> String {
     first.map_or_else(String::new, |(reason, line)| format!(", the first in line {line}: {}", reason.text()))
+}
+
+/// Whether the work is to go on.
+///
+/// # Errors
+/// Nobody waits for it any more, or it took more than it may.
+pub(super) fn go_on(effort: &Effort<'_>) -> Result<(), Fault> {
+    match effort.end() {
+        None => Ok(()),
+        Some(EffortEnd::Unwanted) => Err(Fault::Cancelled),
+        Some(EffortEnd::Spent { most }) => {
+            Err(Fault::TooCostly { what: "evaluations of the deviation", limit: most })
+        }
+    }
 }
 
 /// Why a program is refused as a whole.

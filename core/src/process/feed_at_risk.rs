@@ -1,5 +1,6 @@
 //! Whether the F that divided blocks owe would meet another meaning before a motion gives it back.
 
+use crate::motion::FeedMode;
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Dialect, Keyword, Word};
 
 /// G codes by which F counts in other units or along something else, in tenths: inch and metric, G93 to G97.
@@ -7,13 +8,23 @@ fn changes_feed(tenths: u32) -> bool {
     matches!(tenths, 200 | 210 | 700 | 710 | 7000 | 7100 | 930..=979)
 }
 
-/// Looks at the blocks from `first` on: true where one changes what F means before the next motion at feed takes the owed F
-/// back, false where that motion (or an F of the source) comes first, `None` where neither is in this batch.
-pub(super) fn feed_at_risk(batch: &Batch, first: usize) -> Option<bool> {
+/// G codes behind which a block with axis words moves at feed, in tenths: G1 to G3, and canned cycles.
+fn moves_at_feed(tenths: u32) -> bool {
+    matches!(tenths, 10 | 20 | 30 | 730 | 740 | 760 | 810..=899)
+}
+
+/// Looks at the blocks from `first` on: true where one changes what F means before the next motion at feed takes the F owed
+/// in this mode back, false where that motion (or an F of the source, or the program's end) comes first, `None` where
+/// neither is in this batch.
+///
+/// The number of G93 is meant for its own block. Where the mode changes it is at risk only if something then moves
+/// without an F of its own: controls that keep the number would take it.
+pub(super) fn feed_at_risk(batch: &Batch, first: usize, owed_in: Option<FeedMode>) -> Option<bool> {
     let mut is_rapid = false;
+    let mut is_changed = false;
     for block in batch.blocks().get(first..).unwrap_or_default() {
         if block.kind == BlockKind::Call {
-            return Some(false);
+            return Some(is_changed);
         }
         let words = batch.words(block);
         // Whether a block that the operator may skip gives a feed, nobody knows.
@@ -24,21 +35,34 @@ pub(super) fn feed_at_risk(batch: &Batch, first: usize) -> Option<bool> {
             return Some(is_dwell(words));
         }
         if says_otherwise(batch, block, words) {
-            return Some(true);
+            is_changed = true;
+            if owed_in != Some(FeedMode::InverseTime) {
+                return Some(true);
+            }
+        }
+        if ends_program(words) {
+            return Some(false);
         }
         for word in words.iter().filter(|word| word.address == Address::G) {
             match word.code_tenths() {
                 Some(0) => is_rapid = true,
-                Some(10 | 20 | 30) => is_rapid = false,
+                Some(code) if moves_at_feed(code) => is_rapid = false,
                 _ => {}
             }
         }
         let here = words.iter().any(|word| matches!(word.keyword(), Some(Keyword::Fmax | Keyword::Rapid)));
         if has_coordinates(words) && !is_rapid && !here {
-            return Some(false);
+            return Some(is_changed);
         }
     }
-    None
+    // What follows the batch is not seen yet, and the number could not be given back before the change any more.
+    is_changed.then_some(true)
+}
+
+/// M2 and M30.
+fn ends_program(words: &[Word]) -> bool {
+    let codes = words.iter().filter(|word| word.address == Address::M);
+    codes.filter_map(Word::code_tenths).any(|code| matches!(code, 20 | 300))
 }
 
 /// Whether the block moves by words of its own. Axis words of offsets and frames move nothing.

@@ -4,7 +4,7 @@ use super::fault::{LineFaultKind, LineFaults};
 use super::warnings::Warnings;
 use super::{CcParameters, ContactSource, WarningKind};
 use crate::contact::{
-    Carry, CutterContact, QuickLook, Sampled, SourceBlock, Station, Touch, contact_on_surface,
+    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, contact_on_surface,
     feed_plane_normal, quick_look, rotary_rad, sample_until_sure,
 };
 use crate::geometry::{Vec3, across};
@@ -18,6 +18,8 @@ const TRAVEL_SLACK: f64 = 1e-6;
 const RESTING_MM: f64 = 1e-6;
 /// What a look leaves open below this share of the tolerance needs no closer look.
 const NEGLIGIBLE: f64 = 0.02;
+/// A contact looked for on a surface takes as long as so many evaluations.
+pub(super) const SURFACE_EVALUATIONS: u64 = 512;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
@@ -101,7 +103,7 @@ pub(super) struct Judge<'a> {
     stated_before: ContactWords,
     pub(super) warnings: Warnings,
     pub(super) faults: LineFaults,
-    pub(super) evaluations: u64,
+    pub(super) effort: Effort<'a>,
     joints: JointLanes,
     ends: PoseLanes,
     middles: PoseLanes,
@@ -113,6 +115,7 @@ impl<'a> Judge<'a> {
         kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
         contact: ContactSource,
+        effort: Effort<'a>,
     ) -> Self {
         Self {
             machine,
@@ -124,7 +127,7 @@ impl<'a> Judge<'a> {
             stated_before: ContactWords::None,
             warnings: Warnings::default(),
             faults: LineFaults::default(),
-            evaluations: 0,
+            effort,
             joints: JointLanes::default(),
             ends: PoseLanes::default(),
             middles: PoseLanes::default(),
@@ -281,7 +284,7 @@ impl<'a> Judge<'a> {
         let contacts = [start, end]
             .map(|point| point.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact));
         let contacts_mm = [start.contact_mm, end.contact_mm];
-        self.evaluations += 1;
+        self.effort.spend(1);
         let look = quick_look(self.kinematics, &tool, mode, &ends, contacts, contacts_mm, middle);
         if let Some(look) = look
             && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
@@ -300,7 +303,7 @@ impl<'a> Judge<'a> {
         let carry = Carry::between(&tool, contacts, ends.map(|end| end.pose.axis));
         let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
         let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
-        self.evaluations += before.evaluations;
+        self.effort.spend(before.evaluations);
         if before.max_mm <= tolerance_mm {
             return Verdict::Within { path_mm: block.line.length_mm, before };
         }
@@ -345,6 +348,7 @@ impl<'a> Judge<'a> {
                 Touch::from_normal(tool, &pose, Vec3::from(normal), feed_direction)
             }
             (ContactSource::Surface, _) => {
+                self.effort.pass(SURFACE_EVALUATIONS);
                 let found = contact_on_surface(self.parameters.part.as_ref()?, tool, &pose)?;
                 Touch::from_normal(tool, &pose, found.normal, feed_direction)
             }

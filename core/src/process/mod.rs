@@ -2,6 +2,7 @@
 
 mod compensate;
 mod compensation;
+mod dialect_fit;
 mod emit;
 mod fault;
 mod feed_at_risk;

@@ -5,7 +5,7 @@ use super::judge::Checked;
 use super::survey::Survey;
 use super::{CcParameters, OutputForm};
 use crate::contact::{
-    BlockTime, Correction, Node, Resolution, block_time_s, divide, feed_word, nodes, prove, segments,
+    BlockTime, Correction, Effort, Node, Resolution, block_time_s, divide, feed_word, nodes, prove, segments,
 };
 use crate::machine::Machine;
 use crate::motion::{FeedMode, Motion};
@@ -27,7 +27,7 @@ pub(super) struct Division {
     pub(super) carries_feed: bool,
 }
 
-/// Plans the division of a block over tolerance.
+/// Plans the division of a block over tolerance. Where the effort is over then, it means nothing.
 ///
 /// # Errors
 /// What is wrong with the line.
@@ -37,7 +37,7 @@ pub(super) fn plan(
     survey: Survey,
     checked: &Checked<'_>,
     motion: &Motion,
-    evaluations: &mut u64,
+    effort: &mut Effort<'_>,
 ) -> Result<Division, LineFaultKind> {
     if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
         return Err(LineFaultKind::NoInverseTime);
@@ -57,7 +57,7 @@ pub(super) fn plan(
     let mut reachable_mm = f64::INFINITY;
     let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
     for resolution in tries {
-        match divided(parameters, machine, checked, motion, resolution, evaluations)? {
+        match divided(parameters, machine, checked, motion, resolution, effort)? {
             Ok(nodes) => {
                 let carries_feed = motion.feed.value.is_some() && survey.has_feed_column;
                 if carries_feed {
@@ -81,25 +81,25 @@ fn divided(
     checked: &Checked<'_>,
     motion: &Motion,
     resolution: &Resolution,
-    evaluations: &mut u64,
+    effort: &mut Effort<'_>,
 ) -> Result<Result<Vec<Node>, f64>, LineFaultKind> {
     let (block, correction) = (&checked.block, parameters.correction);
     let within_mm = parameters.tolerance.mm() * (1.0 - RESERVE);
     Ok(match parameters.output {
         OutputForm::Minimal if correction == Correction::Seed => {
             let ratio = checked.before.max_mm / parameters.tolerance.mm();
-            Ok(nodes(block, correction, count(ratio.sqrt())?, resolution))
+            Ok(nodes(block, correction, count(ratio.sqrt())?, resolution, effort))
         }
         OutputForm::Minimal => {
-            divide(block, correction, checked.before.max_mm, within_mm, resolution, evaluations)
+            divide(block, correction, checked.before.max_mm, within_mm, resolution, effort)
         }
         OutputForm::Interpolated => {
             let parts = interpolation_steps(machine, checked, motion)?;
-            let nodes = nodes(block, correction, parts, resolution);
+            let nodes = nodes(block, correction, parts, resolution, effort);
             if correction == Correction::Seed {
                 Ok(nodes)
             } else {
-                prove(block, &nodes, within_mm, evaluations).map(|()| nodes)
+                prove(block, &nodes, within_mm, effort).map(|()| nodes)
             }
         }
     })

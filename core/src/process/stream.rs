@@ -147,9 +147,12 @@ impl<'a> Passages<'a> {
     }
 
     /// Fills a stretch with the next passages; it stays empty where there are none.
-    pub(super) fn fill(&mut self, stretch: &mut Stretch) -> Result<(), Fault> {
+    pub(super) fn fill(&mut self, stretch: &mut Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
         self.spare.append(&mut stretch.passages);
         while stretch.passages.len() < STRETCH_PASSAGES {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
             let Some((passage, following)) = self.next()? else { break };
             stretch.passages.push(passage);
             stretch.following = following;

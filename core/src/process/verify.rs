@@ -6,13 +6,15 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::fault::go_on;
 use super::inventory::Inventory;
 use super::judge::Checked;
 use super::plan::Division;
 use super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::{CcParameters, Fault};
 use crate::contact::{
-    BlockTime, Correction, Sampled, Segment, Station, block_time_s, sample_until_sure, within_tolerance,
+    BlockTime, Correction, Effort, Sampled, Segment, Station, block_time_s, sample_until_sure,
+    within_tolerance,
 };
 use crate::machine::Machine;
 use crate::motion::{
@@ -185,7 +187,7 @@ pub(super) struct Verifier<'a> {
     pub(super) found: BeforeAfter,
     /// What became of the motions read back, to be taken away.
     pub(super) judged: Vec<Judged>,
-    pub(super) evaluations: u64,
+    pub(super) effort: Effort<'a>,
 }
 
 impl<'a> Verifier<'a> {
@@ -194,6 +196,7 @@ impl<'a> Verifier<'a> {
         parameters: &'a CcParameters,
         dialect: Dialect,
         options: InterpreterOptions,
+        effort: Effort<'a>,
     ) -> Self {
         Self {
             machine,
@@ -202,7 +205,7 @@ impl<'a> Verifier<'a> {
             parts: Vec::new(),
             found: BeforeAfter::default(),
             judged: Vec::new(),
-            evaluations: 0,
+            effort,
         }
     }
 
@@ -227,6 +230,8 @@ impl<'a> Verifier<'a> {
 
     fn read(&mut self) -> Result<(), Fault> {
         while self.read_back.advance()? {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
             match self.read_back.pair() {
                 Some((read, Expected::Same { motion: source, checked })) => {
                     source.check(read)?;
@@ -289,11 +294,11 @@ impl<'a> Verifier<'a> {
                 })
                 .map_err(|_found| failed(line, "a part of a divided block exceeds the tolerance"))?
         };
-        self.evaluations += found.evaluations;
+        self.effort.spend(found.evaluations);
         // What may become the largest deviation of the report is measured, not only bounded.
         let found = if found.max_mm > NEAR_LARGEST * self.found.after.max_mm() {
             let measured = sample_until_sure(block, &segment, tolerance_mm);
-            self.evaluations += measured.evaluations;
+            self.effort.spend(measured.evaluations);
             measured
         } else {
             found

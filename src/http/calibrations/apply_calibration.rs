@@ -6,6 +6,7 @@ use axum::response::Response;
 use super::{find, measured_revision};
 use crate::http::AppState;
 use crate::http::body::{Incoming, media_type};
+use crate::http::caller::actor;
 use crate::http::conditional::{expected, machine_response, machine_tag, stale, tagged};
 use crate::http::extract::{Path, Query, is_json};
 use crate::http::idempotency::{answered, key, used};
@@ -56,7 +57,7 @@ pub(super) async fn apply_calibration(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     choose(&parts.headers, &["application/json"])?;
-    let key = key(&parts)?;
+    let (key, actor) = (key(&parts)?, actor(&parts)?);
     let text = Incoming::new(body, app.settings.body_pause_timeout_s)
         .whole(&parts.headers, app.settings.max_json_bytes)
         .await?;
@@ -109,7 +110,7 @@ pub(super) async fn apply_calibration(
         calibration_id: Some(id),
         created_at: app.sources.timestamp(),
     };
-    let put = app.store.put_machine(new, Some(this), used.as_ref()).await?;
+    let put = app.store.put_machine(new, Some(this), used.as_ref(), &actor).await?;
     match put.map_err(|reason| stale(reason, &machine_id))? {
         PutOutcome::Created(stored) | PutOutcome::Replaced(stored) => Ok(machine(stored)),
     }

@@ -7,6 +7,7 @@ use http::header::LOCATION;
 
 use super::tag;
 use crate::http::AppState;
+use crate::http::caller::actor;
 use crate::http::conditional::tagged;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query, json_response};
@@ -63,7 +64,7 @@ pub(super) async fn create_calibration(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     choose(&parts.headers, &["application/json"])?;
-    let key = key(&parts)?;
+    let (key, actor) = (key(&parts)?, actor(&parts)?);
     let current = current_machine(&app, &machine_id).await?;
     let Json(request) =
         Json::<CalibrationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
@@ -96,7 +97,7 @@ pub(super) async fn create_calibration(
             Ok::<_, Problem>(NewCalibration { document, text, document_sha256, run })
         })
         .await??;
-    if app.store.add_calibration(&new, used.as_ref()).await? {
+    if app.store.add_calibration(&new, used.as_ref(), &actor).await? {
         let NewCalibration { document, text, document_sha256, run } = new;
         return Ok(created(&CalibrationRow { text, document, document_sha256, run }));
     }

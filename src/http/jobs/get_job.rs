@@ -4,7 +4,7 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
-use super::find;
+use super::{find, job_tag};
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
@@ -41,6 +41,6 @@ pub(super) async fn get_job(
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
     let job = find(&app, &id).await?.document;
-    let tag = format!("{}-{}-{}", job.id, job.state.as_str(), job.progress);
+    let tag = job_tag(&job);
     unless_known(&headers, &tag, || Json(job))
 }

@@ -14,7 +14,7 @@ use crate::http::programs::answer::{self, PROGRAM_TYPES};
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
 
 /// Read the program of a job
 ///
@@ -27,10 +27,14 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
+        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
     ),
     responses(
         (status = 200, description = "The program", body = String, content_type = "text/plain",
             headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+        (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/plain",
+            headers(("Content-Range" = String, description = "Which bytes of how many"))),
         (status = 304, description = "It is as you know it"),
         Refusals,
     )
@@ -43,7 +47,7 @@ pub(super) async fn get_job_program(
 ) -> Result<Response, Problem> {
     let kind = choose(&headers, PROGRAM_TYPES)?;
     let job = find(&app, &id).await?;
-    let program = answer::program(&app, &job, kind).await?;
+    let program = answer::program(&app, &job, kind, &headers).await?;
     let tag = answer::program_tag(&job);
     unless_known(&headers, &tag, || program)
 }

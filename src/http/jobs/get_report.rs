@@ -6,17 +6,19 @@ use http::HeaderMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::{find, no_result};
+use super::find;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
-use crate::http::extract::{Path, Query, json_response};
+use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::answer::{self, REPORT_TYPES};
+use crate::http::programs::answer::{self, REPORT_TYPES, part_of_json};
 use crate::http::refusals::refusals;
-use crate::wire::{CcReport, NoParameters, ServoReport, VerificationReport, WearReport};
+use crate::wire::{
+    CcReport, CompensationReport, NoParameters, PostingReport, ServoReport, VerificationReport, WearReport,
+};
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
 
 /// The report of any operation.
 #[derive(Debug, Serialize, ToSchema)]
@@ -31,6 +33,10 @@ enum AnyReport {
     WearCompensation(WearReport),
     /// Of `verification`.
     Verification(VerificationReport),
+    /// Of `compensation`.
+    Compensation(Box<CompensationReport>),
+    /// Of `posting`.
+    Posting(PostingReport),
 }
 
 /// Read the report of a job
@@ -44,9 +50,13 @@ enum AnyReport {
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
+        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
     ),
     responses(
         (status = 200, description = "The report", body = AnyReport, headers(("ETag" = String, description = "Its tag"))),
+        (status = 206, description = "The bytes of the JSON text that Range asks for", body = String, content_type = "application/json",
+            headers(("Content-Range" = String, description = "Which bytes of how many"))),
         (status = 304, description = "It is as you know it"),
         Refusals,
     )
@@ -64,6 +74,6 @@ pub(super) async fn get_job_report(
         let plot = answer::plot(&app, &job).await?;
         return unless_known(&headers, &tag, || plot);
     }
-    let report = job.report.clone().ok_or_else(|| no_result(&job))?;
-    unless_known(&headers, &tag, || json_response(report))
+    let report = job.report.clone().ok_or_else(|| answer::without_result(&job, "report"))?;
+    unless_known(&headers, &tag, || part_of_json(&headers, &tag, report))
 }

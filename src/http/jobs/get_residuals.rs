@@ -4,17 +4,15 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
-use super::find;
+use super::table;
 use crate::http::AppState;
-use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
-use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::answer::{self, CSV};
+use crate::http::programs::answer::Table;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable, InvalidRequest);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
 
 /// Read the residuals of a verification
 ///
@@ -28,10 +26,14 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, NotAcceptable
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
+        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
     ),
     responses(
         (status = 200, description = "The table", body = String, content_type = "text/csv",
             headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+        (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/csv",
+            headers(("Content-Range" = String, description = "Which bytes of how many"))),
         (status = 304, description = "It is as you know it"),
         Refusals,
     )
@@ -42,9 +44,5 @@ pub(super) async fn get_job_residuals(
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    choose(&headers, &[CSV])?;
-    let job = find(&app, &id).await?;
-    let residuals = answer::residuals(&app, &job).await?;
-    let tag = answer::program_tag(&job);
-    unless_known(&headers, &tag, || residuals)
+    table(&app, &id, &headers, Table::Residuals).await
 }

@@ -5,14 +5,17 @@ use http::HeaderMap;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
+use super::with_progress;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::paging::{Listed, PageQuery};
-use crate::http::problem::Problem;
+use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
+use crate::jobs::time_bound;
 use crate::store::JobFilter;
-use crate::wire::{JobDocument, JobState};
+use crate::wire::{FaultList, JobDocument, JobOperation, JobState};
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
@@ -33,11 +36,20 @@ pub(super) struct JobQuery {
     state: Option<JobState>,
     /// Only with this id of your own.
     external_id: Option<String>,
+    /// Only that compute this.
+    #[param(inline)]
+    operation: Option<JobOperation>,
+    /// Only asked for then or later (RFC 3339).
+    #[param(format = "date-time", example = "2026-03-14T09:26:53.589Z")]
+    created_after: Option<String>,
+    /// Only asked for earlier (RFC 3339).
+    #[param(format = "date-time", example = "2026-03-15T00:00:00.000Z")]
+    created_before: Option<String>,
 }
 
 /// List jobs
 ///
-/// Newest first.
+/// Newest first; of the machines that the API key reaches.
 #[utoipa::path(
     get,
     path = "/v1/jobs",
@@ -53,11 +65,23 @@ pub(super) struct JobQuery {
 pub(super) async fn list_jobs(
     State(app): State<AppState>,
     Query(query): Query<JobQuery>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Json<Listed<JobDocument>>, Problem> {
     choose(&headers, &["application/json"])?;
-    let JobQuery { limit, cursor, machine_id, state, external_id } = query;
+    let JobQuery { limit, cursor, machine_id, state, external_id, operation, created_after, created_before } =
+        query;
+    let mut faults = FaultList::default();
+    let mut bound = |pointer, text: Option<String>| {
+        text.and_then(|text| time_bound(pointer, &text).map_err(|fault| faults.push(|| fault)).ok())
+    };
+    let created_after = bound("/created_after", created_after);
+    let created_before = bound("/created_before", created_before);
+    faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
-    let page = app.store.jobs(&JobFilter { machine_id, state, external_id }, limit, before).await?;
-    Ok(Json(Listed::new(page, |job| job.document)))
+    let machines = caller.machines.as_deref().cloned();
+    let filter =
+        JobFilter { machine_id, state, external_id, machines, operation, created_after, created_before };
+    let page = app.store.jobs(&filter, limit, before).await?;
+    Ok(Json(Listed::new(page, |job| with_progress(&app, job).document)))
 }

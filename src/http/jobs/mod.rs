@@ -1,6 +1,9 @@
-//! Jobs: everything that was computed, with its report and its program.
+//! Jobs: what waits, what runs, and everything that was computed, with its report and its program.
 
+mod cancel_job;
+mod create_job;
 mod get_changes;
+mod get_events;
 mod get_job;
 mod get_plot;
 mod get_program;
@@ -8,18 +11,25 @@ mod get_report;
 mod get_residuals;
 mod list_jobs;
 
+use axum::response::Response;
+use http::HeaderMap;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::AppState;
-use super::problem::{Problem, ProblemType};
+use super::conditional::unless_known;
+use super::negotiate::choose;
+use super::problem::Problem;
+use super::programs::answer::{self, CSV, Table};
 use crate::store::JobRow;
+use crate::wire::{JobDocument, JobState};
 
 /// The routes of this resource.
 pub(super) fn router() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
-        .routes(routes!(list_jobs::list_jobs))
-        .routes(routes!(get_job::get_job))
+        .routes(routes!(list_jobs::list_jobs, create_job::create_job))
+        .routes(routes!(get_job::get_job, cancel_job::cancel_job))
+        .routes(routes!(get_events::get_job_events))
         .routes(routes!(get_program::get_job_program))
         .routes(routes!(get_report::get_job_report))
         .routes(routes!(get_residuals::get_job_residuals))
@@ -28,10 +38,27 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
 }
 
 async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {
-    app.store.job(id).await?.ok_or_else(|| Problem::job_not_found(id))
+    let job = app.store.job(id).await?.ok_or_else(|| Problem::job_not_found(id))?;
+    Ok(with_progress(app, job))
 }
 
-fn no_result(job: &JobRow) -> Problem {
-    let detail = format!("the job is {}", job.document.state.as_str());
-    Problem::new(ProblemType::ResultNotFound, detail)
+/// A table of a job, unless the client knows it.
+async fn table(app: &AppState, id: &str, headers: &HeaderMap, table: Table) -> Result<Response, Problem> {
+    choose(headers, &[CSV])?;
+    let job = find(app, id).await?;
+    let answer = answer::table(app, &job, table, headers).await?;
+    unless_known(headers, table.sha256(&job)?, || answer)
+}
+
+/// The job with how far it is now: that is not stored.
+fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
+    if job.document.state == JobState::Running {
+        job.document.progress = app.queue.progress(&job.document.id).unwrap_or(job.document.progress);
+    }
+    job
+}
+
+/// The tag of a job as it stands.
+fn job_tag(job: &JobDocument) -> String {
+    format!("{}-{}-{}-{}", job.id, job.state.as_str(), job.attempts, job.progress)
 }

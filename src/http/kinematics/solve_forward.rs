@@ -17,7 +17,7 @@ use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoPa
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
-    UnsupportedMediaType, InvalidRequest, TooCostly, Busy
+    UnsupportedMediaType, InvalidRequest, TooCostly, ResultTooLarge, Busy
 );
 
 /// The options as query parameters, where the body is CSV.
@@ -86,9 +86,14 @@ pub(super) async fn solve_forward_kinematics(
         Ok::<_, KinematicsFault>(if csv { Err(poses) } else { Ok(print(revision, poses)) })
     });
     match answer.await?? {
-        Ok(text) => Ok(json_response(text.map_err(|fault| Problem::internal(&fault))?)),
+        Ok(text) => {
+            let text = text.map_err(|fault| Problem::internal(&fault))?;
+            table::within(&app, text.len() as u64)?;
+            Ok(json_response(text))
+        }
         Err(poses) => {
             let header = Pose::CSV_HEADER.as_bytes().to_vec();
+            table::within(&app, table::most_bytes(&header, poses.len()))?;
             Ok(table::rows(revision, header, poses, |text, _, pose| pose.write_row(text)))
         }
     }

@@ -18,7 +18,7 @@ use crate::wire::{
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
-    UnsupportedMediaType, InvalidRequest, UnreachablePose, TooCostly, Busy
+    UnsupportedMediaType, InvalidRequest, UnreachablePose, TooCostly, ResultTooLarge, Busy
 );
 
 /// Turn tool poses into axis words
@@ -63,8 +63,12 @@ pub(super) async fn solve_inverse_kinematics(
         Ok::<_, KinematicsFault>(if csv { Err((answer, columns)) } else { Ok(print(revision, answer)) })
     });
     match solved.await?? {
-        Ok(text) => Ok(json_response(text.map_err(|fault| Problem::internal(&fault))?)),
-        Err((answer, columns)) => Ok(rows(revision, answer, columns)),
+        Ok(text) => {
+            let text = text.map_err(|fault| Problem::internal(&fault))?;
+            table::within(&app, text.len() as u64)?;
+            Ok(json_response(text))
+        }
+        Err((answer, columns)) => rows(&app, revision, answer, columns),
     }
 }
 
@@ -73,10 +77,16 @@ fn print(machine_revision: i64, answer: InverseAnswer) -> Result<Vec<u8>, serde_
     SolvedPoses::new(machine_revision, joints, ends, warnings).to_json()
 }
 
-fn rows(revision: i64, answer: InverseAnswer, columns: JointColumns) -> Response {
+fn rows(
+    app: &AppState,
+    revision: i64,
+    answer: InverseAnswer,
+    columns: JointColumns,
+) -> Result<Response, Problem> {
     let mut header = Vec::new();
     columns.write_header(&mut header);
     let InverseAnswer { joints, ends, warnings } = answer;
+    table::within(app, table::most_bytes(&header, joints.len()))?;
     let mut pose = 0;
     let mut response = table::rows(revision, header, joints, move |text, row, words| {
         if let Some(ends) = &ends {
@@ -88,7 +98,7 @@ fn rows(revision: i64, answer: InverseAnswer, columns: JointColumns) -> Response
     });
     let name = HeaderName::from_static("trunnion-warnings");
     response.headers_mut().insert(name, HeaderValue::from(warnings.len()));
-    response
+    Ok(response)
 }
 
 async fn read(

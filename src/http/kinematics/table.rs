@@ -68,6 +68,25 @@ pub(super) async fn feed(
     Ok(())
 }
 
+/// Longest number in a cell with the comma behind it (bytes).
+const CELL: usize = 25;
+
+/// Refuses an answer of so many bytes over the limit.
+pub(super) fn within(app: &AppState, length: u64) -> Result<(), Problem> {
+    let limit = app.settings.max_result_bytes;
+    if length <= limit {
+        return Ok(());
+    }
+    let detail = format!("the answer can have {length} bytes, {limit} are allowed");
+    Err(Problem::new(ProblemType::ResultTooLarge, detail))
+}
+
+/// The most bytes that so many rows can have under this header.
+pub(super) fn most_bytes(header: &[u8], rows: usize) -> u64 {
+    let cells = header.iter().filter(|byte| **byte == b',').count() + 1;
+    (rows as u64).saturating_mul((cells * CELL) as u64).saturating_add(header.len() as u64)
+}
+
 /// Rows as a stream, printed when the client takes them.
 pub(super) fn rows<T: Send + 'static>(
     revision: i64,

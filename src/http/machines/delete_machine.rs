@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::{HeaderMap, StatusCode};
 
 use crate::http::AppState;
+use crate::http::caller::By;
 use crate::http::conditional::{expected, stale};
 use crate::http::extract::{Path, Query};
 use crate::http::problem::Problem;
@@ -35,9 +36,11 @@ pub(super) async fn delete_machine(
     Path(machine_id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
+    By(actor): By,
 ) -> Result<StatusCode, Problem> {
     let expected = expected(&headers)?;
-    match app.store.delete_machine(&machine_id, expected).await? {
+    let now = app.sources.timestamp();
+    match app.store.delete_machine(&machine_id, expected, &now, &actor).await? {
         Ok(()) => Ok(StatusCode::NO_CONTENT),
         Err(Stale::Missing) => Err(Problem::machine_not_found(&machine_id)),
         Err(reason) => Err(stale(reason, &machine_id)),

@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::HeaderMap;
 
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::paging::{Listed, PageQuery};
@@ -15,7 +16,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
 /// List machines
 ///
-/// At their current revisions, newest machine first.
+/// At their current revisions, newest machine first; those that the API key reaches.
 #[utoipa::path(
     get,
     path = "/v1/machines",
@@ -31,10 +32,11 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 pub(super) async fn list_machines(
     State(app): State<AppState>,
     Query(page): Query<PageQuery>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Json<Listed<MachineDocument>>, Problem> {
     choose(&headers, &["application/json"])?;
     let (limit, before) = page.read()?;
-    let page = app.store.machines(limit, before).await?;
+    let page = app.store.machines(caller.machines.as_deref(), limit, before).await?;
     Ok(Json(Listed::new(page, |machine| machine.document)))
 }

@@ -6,13 +6,14 @@ use http::header::LOCATION;
 use http::{HeaderMap, StatusCode};
 
 use crate::http::AppState;
+use crate::http::caller::By;
 use crate::http::conditional::{expected, machine_tag, stale, tagged};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{NewRevision, PutOutcome};
-use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters};
+use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters, is_slug};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, RequestTimeout, PreconditionFailed, PreconditionRequired,
@@ -56,6 +57,7 @@ pub(super) async fn put_machine(
     Path(machine_id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
+    By(actor): By,
     Json(profile): Json<MachineProfile>,
 ) -> Result<Response, Problem> {
     check_slug(&machine_id)?;
@@ -70,7 +72,7 @@ pub(super) async fn put_machine(
         calibration_id: None,
         created_at: now,
     };
-    let put = app.store.put_machine(new, expected, None).await?;
+    let put = app.store.put_machine(new, expected, None, &actor).await?;
     match put.map_err(|reason| stale(reason, &machine_id))? {
         PutOutcome::Created(stored) => {
             let location = [(LOCATION, format!("/v1/machines/{machine_id}"))];
@@ -83,11 +85,7 @@ pub(super) async fn put_machine(
 }
 
 fn check_slug(machine_id: &str) -> Result<(), Problem> {
-    let word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
-    let sound = machine_id.len() <= 64
-        && machine_id.bytes().all(|byte| word(byte) || byte == b'-')
-        && machine_id.bytes().next().is_some_and(word);
-    if sound {
+    if is_slug(machine_id) {
         return Ok(());
     }
     let detail = "a machine id has 1 to 64 characters of a-z, 0-9 and -, and does not begin with -";

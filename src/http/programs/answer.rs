@@ -2,14 +2,17 @@
 
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
-use http::HeaderValue;
-use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
+use bytes::Bytes;
+use http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, LOCATION};
+use http::{HeaderMap, HeaderValue};
+use tokio::io::{AsyncReadExt, AsyncSeekExt, SeekFrom};
 use tokio_util::io::ReaderStream;
 
 use crate::http::AppState;
 use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
+use crate::http::range::{Asked, asked, dressed};
 use crate::http::servo::program_contour_error;
 use crate::jobs::{one_pass_figure, verification_figure, wear_figure};
 use crate::store::JobRow;
@@ -31,7 +34,12 @@ pub(in crate::http) const SVG: &str = "image/svg+xml";
 const CHUNK: usize = 128 * 1024;
 
 /// The program, streamed from its file.
-pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
+pub(in crate::http) async fn program(
+    app: &AppState,
+    job: &JobRow,
+    kind: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
     let sha256 = job.document.output_sha256.as_deref();
     let sha256 = sha256.filter(|_| job.document.operation != JobOperation::Verification);
     let sha256 = sha256.ok_or_else(|| without_result(job, "program"))?;
@@ -41,22 +49,51 @@ pub(in crate::http) async fn program(app: &AppState, job: &JobRow, kind: &str) -
     } else {
         kind
     };
-    streamed(app, sha256, kind, &compensated_name(&job.file_name)).await
+    let name = match job.document.operation {
+        JobOperation::Posting => format!("{}-posted.nc", stem(&job.file_name)),
+        _ => compensated_name(&job.file_name),
+    };
+    streamed(app, sha256, kind, &name, headers).await
 }
 
-/// The residuals of a verification, streamed from their file.
-pub(in crate::http) async fn residuals(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let sha256 = residuals_sha256(job)?;
-    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
-    streamed(app, sha256, CSV, &format!("{stem}-residuals.csv")).await
+/// A table that an operation makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::http) enum Table {
+    /// What a verification found.
+    Residuals,
+    /// What a compensation in one pass did to every motion.
+    Changes,
 }
 
-/// The table of changes of a compensation in one pass, streamed from its file.
-pub(in crate::http) async fn changes(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let sha256 =
-        job.document.changes_sha256.as_deref().ok_or_else(|| without_result(job, "table of changes"))?;
-    let stem = job.file_name.rsplit_once('.').map_or(job.file_name.as_str(), |(stem, _)| stem);
-    streamed(app, sha256, CSV, &format!("{stem}-changes.csv")).await
+impl Table {
+    /// Digest of this table of a job, which is its tag.
+    pub(in crate::http) fn sha256(self, job: &JobRow) -> Result<&str, Problem> {
+        match self {
+            Self::Residuals => residuals_sha256(job),
+            Self::Changes => {
+                let sha256 = job.document.changes_sha256.as_deref();
+                sha256.ok_or_else(|| without_result(job, "table of changes"))
+            }
+        }
+    }
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Residuals => "residuals",
+            Self::Changes => "changes",
+        }
+    }
+}
+
+/// A table of a job, streamed from its file.
+pub(in crate::http) async fn table(
+    app: &AppState,
+    job: &JobRow,
+    table: Table,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let name = format!("{}-{}.csv", stem(&job.file_name), table.word());
+    streamed(app, table.sha256(job)?, CSV, &name, headers).await
 }
 
 fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
@@ -65,22 +102,50 @@ fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
     sha256.ok_or_else(|| without_result(job, "residuals"))
 }
 
-/// A kept file under a name to save it by.
-async fn streamed(app: &AppState, sha256: &str, kind: &str, name: &str) -> Result<Response, Problem> {
-    let (sha256, blobs) = (sha256.to_owned(), app.spool.blobs().clone());
-    let file = tokio::task::spawn_blocking(move || blobs.read(&sha256)).await;
-    let file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
+/// A kept file under a name to save it by, or the part of it that `headers` ask for.
+async fn streamed(
+    app: &AppState,
+    sha256: &str,
+    kind: &str,
+    name: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let (digest, blobs) = (sha256.to_owned(), app.spool.blobs().clone());
+    let file = tokio::task::spawn_blocking(move || blobs.read(&digest)).await;
+    let mut file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
     let length = file.metadata().await?.len();
-    let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
-    let headers = response.headers_mut();
-    headers.insert(CONTENT_LENGTH, HeaderValue::from(length));
-    headers
-        .insert(CONTENT_TYPE, HeaderValue::from_str(kind).unwrap_or(HeaderValue::from_static("text/plain")));
+    let asked = asked(headers, length, sha256);
+    let body = match &asked {
+        Asked::Part(part) => {
+            file.seek(SeekFrom::Start(part.start)).await?;
+            Body::from_stream(ReaderStream::with_capacity(file.take(part.end - part.start), CHUNK))
+        }
+        Asked::Whole | Asked::Outside => Body::from_stream(ReaderStream::with_capacity(file, CHUNK)),
+    };
+    let mut response = body.into_response();
+    let given = response.headers_mut();
+    given.insert(CONTENT_TYPE, HeaderValue::from_str(kind).unwrap_or(HeaderValue::from_static("text/plain")));
     let disposition = format!("attachment; filename=\"{name}\"");
     if let Ok(value) = HeaderValue::try_from(disposition) {
-        headers.insert(CONTENT_DISPOSITION, value);
+        given.insert(CONTENT_DISPOSITION, value);
     }
-    Ok(response)
+    Ok(dressed(&asked, length, response))
+}
+
+/// JSON text, or the part of it that `headers` ask for.
+pub(in crate::http) fn part_of_json(headers: &HeaderMap, tag: &str, text: String) -> Response {
+    let length = text.len() as u64;
+    let text = Bytes::from(text);
+    let asked = asked(headers, length, tag);
+    let part = match &asked {
+        Asked::Part(part) => {
+            // Both ends lie within the text.
+            let at = |place: u64| usize::try_from(place).unwrap_or(text.len());
+            text.slice(at(part.start)..at(part.end))
+        }
+        Asked::Whole | Asked::Outside => text,
+    };
+    dressed(&asked, length, json_response(part))
 }
 
 /// The plot, drawn from the stored report.
@@ -114,6 +179,7 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let drawn = app.compute.run(move |_stop| verification_figure(&report, &blobs, &sha256)).await?;
             drawn.map_err(|fault| Problem::internal(&fault))?
         }
+        JobOperation::Posting => return Err(without_result(job, "plot")),
     };
     Ok(([(CONTENT_TYPE, SVG)], figure).into_response())
 }
@@ -128,9 +194,9 @@ pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Re
         "application/json" => (report_tag(job, kind), json_response(job.report.clone().unwrap_or_default())),
         SVG => (report_tag(job, kind), plot(app, job).await?),
         CSV if job.document.operation == JobOperation::Verification => {
-            (program_tag(job), residuals(app, job).await?)
+            (program_tag(job), table(app, job, Table::Residuals, &HeaderMap::new()).await?)
         }
-        _ => (program_tag(job), program(app, job, kind).await?),
+        _ => (program_tag(job), program(app, job, kind, &HeaderMap::new()).await?),
     };
     let mut response = tagged(&tag, response);
     if let Ok(location) = HeaderValue::try_from(format!("/v1/jobs/{}", job.document.id)) {
@@ -150,12 +216,20 @@ pub(in crate::http) fn report_tag(job: &JobRow, kind: &str) -> String {
     if kind == SVG { format!("{digest}-svg") } else { digest.to_owned() }
 }
 
-fn without_result(job: &JobRow, what: &str) -> Problem {
-    let detail = match job.document.state {
-        JobState::Succeeded => format!("the operation of this job makes no {what}"),
-        state => format!("the job is {}", state.as_str()),
-    };
-    Problem::new(ProblemType::ResultNotFound, detail)
+/// The refusal of what a job has not, or not yet.
+pub(in crate::http) fn without_result(job: &JobRow, what: &str) -> Problem {
+    match job.document.state {
+        JobState::Succeeded => {
+            let detail = format!("the operation of this job makes no {what}");
+            Problem::new(ProblemType::ResultNotFound, detail)
+        }
+        state => Problem::new(ProblemType::JobNotSucceeded, format!("the job is {}", state.as_str())),
+    }
+}
+
+/// A file's name without its extension.
+fn stem(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
 /// `blade-compensated.nc` for `blade.nc`.

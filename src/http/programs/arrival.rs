@@ -6,6 +6,7 @@ use axum::response::Response;
 use super::answer;
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
+use crate::http::caller::actor;
 use crate::http::current_machine::current_machine;
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
@@ -49,6 +50,7 @@ async fn job<P: ProgramParameters>(
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
-    let job = ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used };
+    let actor = actor(&parts)?;
+    let job = ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used };
     Ok(run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?)
 }

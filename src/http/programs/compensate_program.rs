@@ -13,7 +13,8 @@ use crate::wire::{CompensationParameters, CompensationQuery, CompensationReport}
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the program first.

@@ -13,7 +13,8 @@ use crate::wire::{WearParameters, WearQuery, WearReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the program first.

@@ -103,27 +103,90 @@ async fn multipart<P: DeserializeOwned>(
     incoming: Incoming,
     part: Part,
 ) -> Result<Upload<P>, Problem> {
-    let mut request = Request::from_parts(parts.clone(), incoming.into_body());
+    let read = |text: &[u8]| Ok(read_json(text)?);
+    let Form { document, program, file_name, surface } =
+        form(app, parts, incoming, "parameters", part, read).await?;
+    let query = parts.uri.query().unwrap_or_default();
+    let parameters = match document {
+        Some(_) if !query.is_empty() => {
+            let fault =
+                Fault::new("/parameters", "parameters come in the field or in the query, not in both");
+            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+        }
+        Some(parameters) => parameters,
+        None => read_query(query)?,
+    };
+    Ok(Upload { program, file_name, surface, parameters })
+}
+
+/// A form of a document in JSON, a program and perhaps the part's surface.
+pub(in crate::http) struct Form<D> {
+    /// The document, where the form has one.
+    pub(in crate::http) document: Option<D>,
+    /// The program.
+    pub(in crate::http) program: Draft,
+    /// Its name.
+    pub(in crate::http) file_name: String,
+    /// The part's surface.
+    pub(in crate::http) surface: Option<Draft>,
+}
+
+/// Takes a form with its document in the field `name`, up to the limits on bodies and surfaces.
+pub(in crate::http) async fn take_form<D>(
+    app: &AppState,
+    parts: &Parts,
+    body: Body,
+    name: &'static str,
+    read: impl Fn(&[u8]) -> Result<D, Problem>,
+) -> Result<Form<D>, Problem> {
+    let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
+    if media_type(&parts.headers).as_deref() != Some(MULTIPART) {
+        incoming.swallow().await;
+        let detail = format!("the operation takes {MULTIPART} with the fields {name} and program");
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+    }
+    let limit = app.settings.max_body_bytes.saturating_add(app.settings.max_surface_bytes);
+    if content_length(&parts.headers)
+        .is_some_and(|length| length > limit.saturating_add(MAX_PARAMETERS_BYTES as u64))
+    {
+        return Err(incoming.refuse_length(limit).await);
+    }
+    form(app, parts, incoming, name, Part::Seen, read).await
+}
+
+async fn form<D>(
+    app: &AppState,
+    parts: &Parts,
+    incoming: Incoming,
+    document_name: &'static str,
+    part: Part,
+    read: impl Fn(&[u8]) -> Result<D, Problem>,
+) -> Result<Form<D>, Problem> {
+    let (body, between) = incoming.into_form(app.settings.max_header_bytes);
+    let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
     let mut form = Multipart::from_request(request, app)
         .await
         .map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;
-    let mut parameters: Option<P> = None;
+    let mut document: Option<D> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
     let mut surface: Option<Draft> = None;
-    while let Some(mut field) = paused(app, form.next_field()).await? {
+    loop {
+        between.enter();
+        let Some(mut field) = paused(app, form.next_field()).await? else { break };
+        between.leave();
         match field.name().unwrap_or_default() {
-            "parameters" if parameters.is_none() => {
+            name if name == document_name && document.is_none() => {
                 let mut text = Vec::new();
                 while let Some(chunk) = paused(app, field.chunk()).await? {
                     text.extend_from_slice(&chunk);
                     if text.len() > MAX_PARAMETERS_BYTES {
                         let detail =
-                            format!("the field parameters is larger than {MAX_PARAMETERS_BYTES} bytes");
+                            format!("the field {document_name} is larger than {MAX_PARAMETERS_BYTES} bytes");
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
-                parameters = Some(read_json(&text)?);
+                document = Some(read(&text)?);
             }
             "program" if program.is_none() => {
                 let name = field.file_name().and_then(clean_name);
@@ -136,9 +199,9 @@ async fn multipart<P: DeserializeOwned>(
             }
             name => {
                 let known = match name {
-                    "parameters" | "program" => true,
+                    "program" => true,
                     "surface" => part == Part::Seen,
-                    _ => false,
+                    name => name == document_name,
                 };
                 let detail =
                     if known { "the field is there more than once" } else { "there is no such field" };
@@ -151,18 +214,8 @@ async fn multipart<P: DeserializeOwned>(
         let fault = Fault::new("/program", "the file field program is missing");
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     };
-    let query = parts.uri.query().unwrap_or_default();
-    let parameters = match parameters {
-        Some(_) if !query.is_empty() => {
-            let fault =
-                Fault::new("/parameters", "parameters come in the field or in the query, not in both");
-            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
-        }
-        Some(parameters) => parameters,
-        None => read_query(query)?,
-    };
     let file_name = named(file_name, &program, media_type.as_deref());
-    Ok(Upload { program, file_name, surface, parameters })
+    Ok(Form { document, program, file_name, surface })
 }
 
 /// A field on the disk.

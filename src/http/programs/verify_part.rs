@@ -13,7 +13,8 @@ use crate::wire::{VerificationParameters, VerificationQuery, VerificationReport}
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly,
+    ResultTooLarge, Busy
 );
 
 /// What can be answered: the report first.

@@ -7,14 +7,15 @@ use http::header::CONTENT_TYPE;
 
 use crate::http::AppState;
 use crate::http::negotiate::choose;
+use crate::http::observation::{Readings, metrics_text};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
-/// Counts and times of requests
+/// How the service is doing
 ///
-/// In the text form that Prometheus reads.
+/// Requests by operation and status, computations, the store, the process, in the text form that Prometheus reads.
 #[utoipa::path(
     get,
     path = "/metrics",
@@ -22,7 +23,7 @@ refusals!(Refusals: NotAcceptable, Busy);
     operation_id = "get_metrics",
     responses(
         (status = 200, description = "Prometheus text", body = String, content_type = "text/plain",
-            example = "trunnion_requests_total{method=\"GET\",route=\"/readyz\",status=\"200\"} 1"),
+            example = "trunnion_http_requests_total{operation=\"get_readiness\",method=\"GET\",status=\"200\"} 1"),
         Refusals,
     )
 )]
@@ -32,6 +33,18 @@ pub(super) async fn get_metrics(
 ) -> Result<Response, Problem> {
     // Scrapers ask for forms of their own first, and take plain text at the end.
     choose(&headers, &["text/plain"])?;
-    let text = app.recorder.handle().render();
+    let readings = Readings {
+        abandoned: app.abandoned.get(),
+        resident_bytes: resident_bytes(),
+        uptime_s: app.began.elapsed().as_secs_f64(),
+    };
+    let text = metrics_text(&app.operations, &readings);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
+}
+
+/// Memory of this process \[bytes\], where the system has a table of it.
+fn resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10)
 }

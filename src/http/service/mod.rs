@@ -5,6 +5,7 @@ mod get_metrics;
 mod get_problem;
 mod get_readiness;
 mod get_version;
+mod list_limits;
 
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -18,6 +19,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_readiness::get_readiness))
         .routes(routes!(get_metrics::get_metrics))
         .routes(routes!(get_version::get_version))
+        .routes(routes!(list_limits::list_limits))
         .routes(routes!(get_problem::list_problems))
         .routes(routes!(get_problem::get_problem))
 }

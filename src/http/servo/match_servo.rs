@@ -5,6 +5,7 @@ use http::HeaderMap;
 
 use super::work;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -40,11 +41,12 @@ pub(super) async fn match_servo(
     State(app): State<AppState>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
+    caller: Caller,
     Json(request): Json<MatchingRequest>,
 ) -> Result<Json<MatchingAnswer>, Problem> {
     choose(&headers, &["application/json"])?;
     let (revision, work, (targets_mm, options)) =
-        work(&app, request.options(), |task, faults| request.apply(task, faults)).await?;
+        work(&app, &caller, request.options(), |task, faults| request.apply(task, faults)).await?;
     let drives = work.task.drives;
     let matching = app.compute.run(move |stop| work.match_gains(&targets_mm, &options, stop)).await??;
     Ok(Json(MatchingAnswer::of(revision, &matching, &drives)))

@@ -12,6 +12,7 @@ use utoipa_axum::routes;
 pub(super) use figures::program_contour_error;
 
 use super::AppState;
+use super::caller::Caller;
 use super::current_machine::current_machine;
 use super::problem::{Problem, ProblemType};
 use crate::jobs::ServoWork;
@@ -32,12 +33,16 @@ const OFFERS: &[&str] = &["application/json", figures::SVG];
 /// The work of a request, and the machine's revision; `more` adds what only this operation has. Every fault is named.
 async fn work<T>(
     app: &AppState,
+    caller: &Caller,
     options: ServoOptions<'_>,
     more: impl FnOnce(&mut ServoDraft<'_>, &mut FaultList) -> T,
 ) -> Result<(Option<i64>, ServoWork, T), Problem> {
     let current = match options.machine_id {
         None => None,
-        Some(id) => Some(current_machine(app, id).await?),
+        Some(id) => {
+            caller.must_reach(id)?;
+            Some(current_machine(app, id).await?)
+        }
     };
     let mut faults = FaultList::default();
     let on = current.as_ref().map(|current| (&current.machine, current.drives.as_ref()));

@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 use super::figures::{SVG, SimulationFigure, respond};
 use super::{OFFERS, work};
 use crate::http::AppState;
+use crate::http::caller::{Caller, actor, caller};
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
@@ -68,14 +69,14 @@ pub(super) async fn simulate_servo(
     request: Request,
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
-    let kind = choose(&parts.headers, OFFERS)?;
+    let (kind, caller) = (choose(&parts.headers, OFFERS)?, caller(&parts.extensions)?);
     let Json(request) =
         Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     if let ServoPathDoc::Program { .. } = &request.path {
-        return Box::pin(program(&app, &parts, &request, kind)).await;
+        return Box::pin(program(&app, &caller, &parts, &request, kind)).await;
     }
     let (revision, work, ()) =
-        work(&app, request.options(), |task, faults| request.apply(task, faults)).await?;
+        work(&app, &caller, request.options(), |task, faults| request.apply(task, faults)).await?;
     let (drives, axes, feed) = (work.task.drives, work.axes(), work.task.run.feed);
     let simulation = app.compute.run(move |stop| work.simulate(stop)).await??;
     let answer = SimulationAnswer::of(revision, &simulation, &drives, &axes);
@@ -88,6 +89,7 @@ pub(super) async fn simulate_servo(
 /// A program: simulated and kept as a job.
 async fn program(
     app: &AppState,
+    caller: &Caller,
     parts: &Parts,
     request: &SimulationRequest,
     kind: &str,
@@ -98,7 +100,10 @@ async fn program(
     let key = key(parts)?;
     let current = match &request.machine_id {
         None => None,
-        Some(machine_id) => Some((machine_id.clone(), current_machine(app, machine_id).await?)),
+        Some(machine_id) => {
+            caller.must_reach(machine_id)?;
+            Some((machine_id.clone(), current_machine(app, machine_id).await?))
+        }
     };
     let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
     let used = used(app, parts, key, &[&said]);
@@ -126,7 +131,9 @@ async fn program(
     let (program, machine_revision) = (spooling.finish().await?, on.revision);
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
-    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used };
+    let actor = actor(parts)?;
+    let job =
+        ProgramJob { actor, machine_id, machine_revision, work, program, surface: None, file_name, used };
     let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
     answer::job(app, &job, kind).await
 }

@@ -7,6 +7,7 @@ use http::HeaderMap;
 use super::figures::{SVG, SweepFigureChoice, respond};
 use super::{OFFERS, work};
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -45,11 +46,12 @@ pub(super) async fn sweep_servo(
     State(app): State<AppState>,
     Query(figure): Query<SweepFigureChoice>,
     headers: HeaderMap,
+    caller: Caller,
     Json(request): Json<SweepRequest>,
 ) -> Result<Response, Problem> {
     let kind = choose(&headers, OFFERS)?;
     let (revision, work, sets) =
-        work(&app, request.options(), |task, faults| request.rows(task, faults)).await?;
+        work(&app, &caller, request.options(), |task, faults| request.rows(task, faults)).await?;
     let columns = work.sweep(&app.compute, request.feed_mm_per_min.clone(), sets).await?;
     let answer = SweepAnswer::of(revision, request.labels(), &request.feed_mm_per_min, &columns);
     if kind == SVG {

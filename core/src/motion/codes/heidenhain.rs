@@ -15,6 +15,8 @@ pub(super) fn m_meaning(tenths: u32) -> MCode {
         910 | 920 | 1300 => MCode::MachineCoordinates,
         940 => MCode::ForgetRotary,
         990 => MCode::CycleCall,
+        1160 => MCode::RotaryFeedInMm(true),
+        1170 => MCode::RotaryFeedInMm(false),
         1140 | 1440 | 1450 => MCode::TcpOther,
         1260 => MCode::ShortestPath(true),
         1270 => MCode::ShortestPath(false),

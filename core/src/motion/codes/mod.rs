@@ -84,6 +84,8 @@ pub(super) enum MCode {
     TcpOther,
     /// Rotary axes take the shorter way; off behind the motion.
     ShortestPath(bool),
+    /// F of rotary axes counts millimetres.
+    RotaryFeedInMm(bool),
     Feed(FeedMode),
     /// Displays of rotary axes are reduced.
     ForgetRotary,

@@ -231,6 +231,20 @@ fn a_rotary_axis_that_takes_the_shorter_way_is_left_alone() {
 }
 
 #[test]
+fn a_turn_whose_feed_counts_along_a_circle_is_left_alone() {
+    let reasons =
+        |text: &str| -> Vec<_> { heidenhain(text).iter().map(|motion| motion.unfollowable).collect() };
+    let left = Some(Unfollowable::RotaryFeed);
+    // Straight motions and rapids mean what they did, and so does everything behind M117.
+    assert_eq!(
+        reasons("L M116\nL C+10 F100\nL X+5\nL X+6 C+20\nL C+30 FMAX\nL C+40 M117\nL X+7 C+50\n"),
+        [left, None, left, None, None, None]
+    );
+    // With TCP F counts along the way of the tip, if it has one.
+    assert_eq!(reasons("L M116\nL M128\nL X+5 Y+5 Z+5 C+10 F100\nL X+6 C+20\nL C+30\n"), [None, None, left]);
+}
+
+#[test]
 fn points_of_cutter_location_data_are_tips_with_the_axis_last_stated() {
     let motions = apt(
         "UNITS/MM\nFROM/0,0,50.\nGOTO/1.,2.,3.\nMULTAX/ON\nGOTO/4.,5.,6.,0,.6,.8\nGOTO/7,8,9\nGODLTA/1,0,-1\n",

@@ -29,6 +29,21 @@ pub enum NotPosted {
         /// What is wrong with it.
         why: &'static str,
     },
+    /// The rotary axes cannot point the tool that way.
+    #[error(
+        "the tool axis stands {tilt_deg:.4}° from the rotary axis next to the workpiece; the machine reaches {min_deg:.4}° to {max_deg:.4}°"
+    )]
+    OutOfReach {
+        /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
+        tilt_deg: f64,
+        /// Smallest angle within reach \[deg\].
+        min_deg: f64,
+        /// Largest angle within reach \[deg\].
+        max_deg: f64,
+    },
+    /// Points within travel, and no way to this one from those before.
+    #[error("the machine cannot go on to this point within its travel from those before it")]
+    NoWay,
     /// The machine does not get there.
     #[error("the point cannot be posted: {0}")]
     Machine(InverseError),

@@ -15,6 +15,16 @@ pub(super) enum Item {
     Point(Point),
 }
 
+impl Item {
+    /// The point that it is, if it is one.
+    pub(super) fn point(&self) -> Option<Point> {
+        match self {
+            Self::Point(point) => Some(*point),
+            Self::Note(_) => None,
+        }
+    }
+}
+
 /// A point to go to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {

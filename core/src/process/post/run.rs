@@ -168,17 +168,12 @@ impl Run<'_> {
         output: &mut dyn Write,
         stop: &(dyn Fn() -> ControlFlow<()> + Sync),
     ) -> Result<(), Fault> {
-        let point = |item: &Item| match item {
-            Item::Point(point) => Some(*point),
-            Item::Note(_) => None,
-        };
         if self.faults.total > 0 {
             // It is read to its end, so that every fault is named.
-            self.window.clear();
-            return Ok(());
+            return self.each_alone(stop);
         }
         let poses: Vec<ToolPose> =
-            self.window.iter().filter_map(|item| point(item).map(|point| point.pose)).collect();
+            self.window.iter().filter_map(Item::point).map(|point| point.pose).collect();
         let options = PathOptions {
             start_words_deg: self.start_words_deg,
             rewind_deg: self.parameters.rewind_deg,
@@ -192,10 +187,12 @@ impl Run<'_> {
                 Ok(path) => path,
                 Err(InverseError::Stopped) => return Err(Fault::Cancelled),
                 Err(fault) => {
-                    let index = pose_of(&fault);
-                    let line = self.window.iter().filter_map(point).nth(index).map_or(0, |point| point.line);
-                    self.faults.add(line, b"", LineFaultKind::NotPosted(NotPosted::Machine(fault)));
-                    self.window.clear();
+                    let at = self.window.iter().filter_map(Item::point).nth(pose_of(&fault));
+                    let line = at.map_or(0, |point| point.line);
+                    self.each_alone(stop)?;
+                    if self.faults.total == 0 {
+                        self.fault(line, fault);
+                    }
                     return Ok(());
                 }
             }
@@ -232,6 +229,47 @@ impl Run<'_> {
             }
         }
         self.flush(output)
+    }
+
+    /// Names every point gathered that the machine does not reach, whatever comes before it.
+    fn each_alone(&mut self, stop: &(dyn Fn() -> ControlFlow<()> + Sync)) -> Result<(), Fault> {
+        let options = PathOptions { rewind_deg: self.parameters.rewind_deg, ..PathOptions::default() };
+        let mut named = None;
+        for item in std::mem::take(&mut self.window) {
+            // Chords of an arc are one line.
+            let Some(point) = item.point().filter(|point| named != Some(point.line)) else { continue };
+            match self.kinematics.path(&[point.pose], &options, &|| stop()) {
+                Ok(_) => {}
+                Err(InverseError::Stopped) => return Err(Fault::Cancelled),
+                Err(fault) => {
+                    named = Some(point.line);
+                    self.fault(point.line, fault);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn fault(&mut self, line: u64, fault: InverseError) {
+        let kind = match fault {
+            InverseError::OutOfTravel { axis, commanded, min, max, .. } => {
+                let axis = match axis {
+                    crate::machine::Motion::Linear(k) => {
+                        b"XYZ".get(k).map_or('?', |&letter| char::from(letter))
+                    }
+                    crate::machine::Motion::Rotary(k) => {
+                        self.machine.rotary_axes().get(k).map_or('?', |axis| axis.letter.as_char())
+                    }
+                };
+                LineFaultKind::OutOfTravel { axis, commanded, min, max }
+            }
+            InverseError::OutOfReach { tilt_deg, min_deg, max_deg, .. } => {
+                LineFaultKind::NotPosted(NotPosted::OutOfReach { tilt_deg, min_deg, max_deg })
+            }
+            InverseError::NoWay { .. } => LineFaultKind::NotPosted(NotPosted::NoWay),
+            other => LineFaultKind::NotPosted(NotPosted::Machine(other)),
+        };
+        self.faults.add(line, b"", kind);
     }
 
     fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {

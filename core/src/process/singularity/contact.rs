@@ -1,5 +1,6 @@
 //! Where the cutter touches at the points of a region, as far as the program or the part says so.
 
+use super::super::judge::SURFACE_EVALUATIONS;
 use super::super::{CcParameters, ContactSource};
 use crate::contact::{Carry, CutterContact, SourceBlock, Station, Touch, contact_on_surface, rotary_rad};
 use crate::geometry::{Vec3, across};
@@ -40,6 +41,11 @@ impl<'a> Cutting<'a> {
             _ => return None,
         };
         found.ok().filter(|touch| !touch.side_assumed).map(|touch| touch.contact)
+    }
+
+    /// A contact looked for takes as long as so many evaluations.
+    pub(super) fn look_evaluations(&self) -> u64 {
+        if self.contact == ContactSource::Surface { SURFACE_EVALUATIONS } else { 1 }
     }
 
     /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.

@@ -10,7 +10,7 @@ use super::pending::Pending;
 use super::plan::{Divided, Planner};
 use super::taut_string::taut_string;
 use crate::contact::{
-    Node, Resolution, Segment, SourceBlock, Station, prove, rotary_rad, sample_until_sure, segments,
+    Effort, Node, Resolution, Segment, SourceBlock, Station, prove, rotary_rad, sample_until_sure, segments,
 };
 use crate::geometry::GreatCircle;
 use crate::kinematics::{Branch, TurningRoom};
@@ -47,14 +47,14 @@ impl<'a> Planner<'a> {
     pub(super) fn densify(
         &self,
         pending: &Pending,
-        evaluations: &mut u64,
+        effort: &mut Effort<'_>,
     ) -> Result<Option<Divided<'a>>, LeftReason> {
         let block = self.block(pending);
         let limits = self.limits();
         let (arc, whole) = (great_circle(&block), block.whole());
         let axis = axis_deviation(&block, &whole, &arc, limits.axis_tolerance_rad);
         let before = sample_until_sure(&block, &whole, limits.tolerance_mm);
-        *evaluations += axis.evaluations + before.evaluations;
+        effort.spend(axis.evaluations + before.evaluations);
         let step_deg = rotary_steps_deg(&whole).into_iter().fold(0.0, f64::max);
         let times = [
             (axis.sampled_rad / limits.axis_tolerance_rad).sqrt(),
@@ -85,7 +85,7 @@ impl<'a> Planner<'a> {
         let resolution = resolution(&checked, motion, linear, rotary);
         let room_rad = self.room_rad(pending)?.min(NODES_SHARE * limits.axis_tolerance_rad);
         let task = Task { planner: self, pending, block: &checked.block, arc, resolution, room_rad };
-        let nodes = task.fewest(needed, evaluations)?;
+        let nodes = task.fewest(needed, effort)?;
         let carries_feed = motion.feed.value.is_some() && self.survey.has_feed_column;
         if carries_feed && check_feeds(&checked, motion, &nodes).is_err() {
             return Err(LeftReason::FeedTooSmall);
@@ -97,7 +97,7 @@ impl<'a> Planner<'a> {
 
 impl Task<'_, '_> {
     /// The fewest equal parts that keep everything: doubled until they do, then halved between.
-    fn fewest(&self, needed: f64, evaluations: &mut u64) -> Result<Vec<Node>, LeftReason> {
+    fn fewest(&self, needed: f64, effort: &mut Effort<'_>) -> Result<Vec<Node>, LeftReason> {
         if needed > f64::from(MAX_PARTS) {
             return Err(LeftReason::TooManyParts);
         }
@@ -105,7 +105,7 @@ impl Task<'_, '_> {
         let mut holding = (needed.ceil() as u32).max(2);
         let mut failed = 1;
         let mut best = loop {
-            match self.divided(holding, evaluations) {
+            match self.divided(holding, effort) {
                 Ok(nodes) => break nodes,
                 Err(reason) if holding >= MAX_PARTS => return Err(reason),
                 Err(LeftReason::OutOfTravel) => return Err(LeftReason::OutOfTravel),
@@ -117,7 +117,7 @@ impl Task<'_, '_> {
         };
         while failed > 1 && holding - failed > 1 + failed / 32 {
             let middle = failed + (holding - failed) / 2;
-            match self.divided(middle, evaluations) {
+            match self.divided(middle, effort) {
                 Ok(nodes) => (holding, best) = (middle, nodes),
                 Err(_) => failed = middle,
             }
@@ -126,7 +126,10 @@ impl Task<'_, '_> {
     }
 
     /// So many parts.
-    fn divided(&self, parts: u32, evaluations: &mut u64) -> Result<Vec<Node>, LeftReason> {
+    fn divided(&self, parts: u32, effort: &mut Effort<'_>) -> Result<Vec<Node>, LeftReason> {
+        if effort.is_over() {
+            return Err(LeftReason::TooManyParts);
+        }
         let way = self.rotary_way(parts)?;
         let nodes = self.nodes(parts, &way);
         let planner = self.planner;
@@ -143,14 +146,14 @@ impl Task<'_, '_> {
                 return Err(LeftReason::OutOfTravel);
             }
             let found = axis_deviation(self.block, &segment, &self.arc, limits.axis_tolerance_rad);
-            *evaluations += found.evaluations;
+            effort.spend(found.evaluations);
             if found.sampled_rad + found.open_rad > limits.axis_tolerance_rad {
                 reason = Some(LeftReason::TooManyParts);
                 break;
             }
         }
         let within_mm = limits.tolerance_mm * (1.0 - RESERVE);
-        if reason.is_none() && prove(self.block, &nodes, within_mm, evaluations).is_err() {
+        if reason.is_none() && prove(self.block, &nodes, within_mm, effort).is_err() {
             reason = Some(LeftReason::DecimalsTooCoarse);
         }
         reason.map_or(Ok(nodes), Err)

@@ -1,7 +1,7 @@
 //! What one motion needs of the rotary axes, and how far contact and tool axis stray on it.
 
 use super::RegionFigures;
-use crate::contact::{BlockTime, Segment, SourceBlock, block_time_s, sample_until_sure};
+use crate::contact::{BlockTime, Effort, Segment, SourceBlock, block_time_s, sample_until_sure};
 use crate::geometry::{GreatCircle, angle_between};
 use crate::motion::Motion;
 use crate::units::{Angle, Length};
@@ -78,14 +78,14 @@ pub(super) fn figures(
     segment: &Segment,
     time_s: Option<f64>,
     limits: &Limits,
-    evaluations: &mut u64,
+    effort: &mut Effort<'_>,
 ) -> RegionFigures {
     let steps = rotary_steps_deg(segment);
     let step_deg = steps[0].max(steps[1]);
     let speed = time_s.map(|time_s| step_deg / (time_s * (segment.fraction[1] - segment.fraction[0])));
     let axis = axis_deviation(block, segment, &great_circle(block), limits.axis_tolerance_rad);
     let contact = sample_until_sure(block, segment, limits.tolerance_mm);
-    *evaluations += axis.evaluations + contact.evaluations;
+    effort.spend(axis.evaluations + contact.evaluations);
     RegionFigures {
         rotary_deg_per_s: speed,
         motions_over_speed: u64::from(speed.is_some_and(|speed| speed > limits.max_deg_per_s)),

@@ -12,6 +12,7 @@ use super::regions::RegionNumber;
 use super::report::{RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
 use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
+use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
@@ -19,6 +20,7 @@ use crate::motion::{InterpreterOptions, Motion};
 use crate::process::compensate::Upstream;
 use crate::process::compensation::{LineMap, line_ends};
 use crate::process::emit::Emitter;
+use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
 use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
@@ -80,7 +82,7 @@ pub(in crate::process) fn treat_from(
         .with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, _, dialect| {
-        let run = run.get_or_insert_with(|| Run::new(planner, dialect, options));
+        let run = run.get_or_insert_with(|| Run::new(planner, dialect, options, stop));
         run.passage(passage, output, stop)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
@@ -120,7 +122,7 @@ struct Run<'a> {
     first: u64,
     next: u64,
     out: Vec<u8>,
-    evaluations: u64,
+    effort: Effort<'a>,
     blocks_changed: u64,
     blocks_inserted: u64,
     /// Of inserted blocks, in the lines of what is read.
@@ -128,22 +130,23 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(planner: Planner<'a>, dialect: Dialect, options: InterpreterOptions) -> Self {
+    fn new(planner: Planner<'a>, dialect: Dialect, options: InterpreterOptions, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting;
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
         let zone = cutting.kinematics.singular_zone(sine);
+        let effort = || Effort::new(stop, cutting.parameters.budget.max_evaluations);
         Self {
             planner,
             collector: Collector::new(cutting, zone),
             emitter: Emitter::new(planner.survey.numbering),
-            verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options),
+            verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options, effort()),
             inventory: Inventory::default(),
             held: VecDeque::new(),
             fates: VecDeque::new(),
             first: 0,
             next: 0,
             out: Vec::new(),
-            evaluations: 0,
+            effort: effort(),
             blocks_changed: 0,
             blocks_inserted: 0,
             lines: LineMap::default(),
@@ -187,9 +190,11 @@ impl<'a> Run<'a> {
         let mut each = Vec::with_capacity(region.len());
         let mut nearest: Option<crate::kinematics::Singularity> = None;
         for pending in &region {
+            self.effort.pass(2 * self.planner.cutting.look_evaluations());
             let block = self.planner.block(pending);
             let time = time_s(&block, &pending.motion);
-            let found = figures(&block, &block.whole(), time, &limits, &mut self.evaluations);
+            let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
+            go_on(&self.effort)?;
             before.take(&found);
             each.push(found);
             for polar_rad in pending.polar_rad {
@@ -205,7 +210,7 @@ impl<'a> Run<'a> {
         let treatment = match self.planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&region, &mut courses, stop)?,
-            SingularityAction::Smooth => self.smooth(&region, &mut courses),
+            SingularityAction::Smooth => self.smooth(&region, &mut courses)?,
         };
         let number = self.verifier.regions.add(SingularRegion {
             first_line: first.motion.line,
@@ -238,7 +243,9 @@ impl<'a> Run<'a> {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
             }
-            match self.planner.densify(pending, &mut self.evaluations) {
+            let found = self.planner.densify(pending, &mut self.effort);
+            go_on(&self.effort)?;
+            match found {
                 Ok(None) => {}
                 Ok(Some(found)) => {
                     divided += 1;
@@ -259,8 +266,10 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn smooth(&self, region: &[Pending], courses: &mut [Course<'a>]) -> RegionTreatment {
-        match self.planner.smooth(region) {
+    fn smooth(&mut self, region: &[Pending], courses: &mut [Course<'a>]) -> Result<RegionTreatment, Fault> {
+        let found = self.planner.smooth(region, &mut self.effort);
+        go_on(&self.effort)?;
+        Ok(match found {
             Err(reason) => RegionTreatment::Left(reason),
             Ok(moved) => {
                 let mut changed = 0;
@@ -272,7 +281,7 @@ impl<'a> Run<'a> {
                 }
                 RegionTreatment::Smoothed { changed, axis_spent: Angle::ZERO }
             }
-        }
+        })
     }
 
     fn write_held(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
@@ -300,8 +309,16 @@ impl<'a> Run<'a> {
                     copied = motion.block as usize + 1;
                     let written_from = self.out.len();
                     self.emitter
-                        .write_division(batch, &divided.checked, motion, &divided.division, &mut self.out)
+                        .write_division(
+                            batch,
+                            &divided.checked,
+                            motion,
+                            &divided.division,
+                            &mut self.effort,
+                            &mut self.out,
+                        )
                         .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+                    go_on(&self.effort)?;
                     self.settle_behind(batch, motion, written_from)?;
                     let parts = divided.division.nodes.len();
                     self.blocks_changed += 1;
@@ -417,7 +434,7 @@ impl<'a> Run<'a> {
 
     fn check_budget(&self) -> Result<(), Fault> {
         let budget = &self.planner.cutting.parameters.budget;
-        if self.evaluations + self.verifier.evaluations > budget.max_evaluations {
+        if self.effort.evaluations() + self.verifier.effort.evaluations() > budget.max_evaluations {
             let what = "evaluations of the deviation";
             return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
         }

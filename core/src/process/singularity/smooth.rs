@@ -7,7 +7,7 @@ use super::pending::Pending;
 use super::plan::{Moved, Planner};
 use super::taut_string::taut_string;
 use super::words::{Pen, Wanted};
-use crate::contact::rotary_rad;
+use crate::contact::{Effort, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::TurningRoom;
 use crate::motion::{ContactWords, Interpolation};
@@ -43,8 +43,12 @@ impl Planner<'_> {
     /// Other ends for the motions of a region; `None` for those that keep their words.
     ///
     /// # Errors
-    /// Why the region is left as it is.
-    pub(super) fn smooth(&self, region: &[Pending]) -> Result<Vec<Option<Moved>>, LeftReason> {
+    /// Why the region is left as it is; meaningless where the effort is over.
+    pub(super) fn smooth(
+        &self,
+        region: &[Pending],
+        effort: &mut Effort<'_>,
+    ) -> Result<Vec<Option<Moved>>, LeftReason> {
         if region.len() < 2 {
             return Err(LeftReason::NothingToGain);
         }
@@ -60,7 +64,7 @@ impl Planner<'_> {
         if way.fastest() > WORTH * source.fastest() {
             return Err(LeftReason::NothingToGain);
         }
-        self.written(region, &way)
+        self.written(region, &way, effort)
     }
 
     fn source_way(&self, region: &[Pending]) -> Way {
@@ -142,7 +146,12 @@ impl Planner<'_> {
     }
 
     /// The words of all points as they are written, rotaries first.
-    fn written(&self, region: &[Pending], way: &Way) -> Result<Vec<Option<Moved>>, LeftReason> {
+    fn written(
+        &self,
+        region: &[Pending],
+        way: &Way,
+        effort: &mut Effort<'_>,
+    ) -> Result<Vec<Option<Moved>>, LeftReason> {
         let kinematics = self.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
         let Some(first) = region.first() else { return Ok(Vec::new()) };
@@ -150,6 +159,10 @@ impl Planner<'_> {
         let mut from = first.ends[0].words;
         let mut found = Vec::with_capacity(region.len());
         for (index, pending) in region.iter().enumerate() {
+            effort.pass(self.cutting.look_evaluations());
+            if effort.is_over() {
+                return Err(LeftReason::NothingToGain);
+            }
             let is_last = index + 1 == region.len();
             let unit = pending.motion.mm_per_unit;
             let [linear, rotary] = self.decimals(&pending.motion);

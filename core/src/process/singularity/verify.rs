@@ -8,11 +8,12 @@ use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, ti
 use super::plan::{Moved, Planner};
 use super::regions::{RegionNumber, Regions};
 use super::report::RegionFigures;
-use crate::contact::{Station, within_tolerance};
+use crate::contact::{Effort, Station, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, InterpreterOptions, Motion, MotionKind};
 use crate::process::Fault;
+use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
 use crate::process::read_back::{Awaited, ReadBack, failed};
 use crate::process::verify::{Group, Meaning, Verifier, same_words};
@@ -66,7 +67,7 @@ pub(super) struct SingularityVerifier<'a> {
     planner: Planner<'a>,
     read_back: ReadBack<Expected<'a>>,
     pub(super) regions: Regions,
-    pub(super) evaluations: u64,
+    pub(super) effort: Effort<'a>,
 }
 
 impl<'a> SingularityVerifier<'a> {
@@ -75,10 +76,11 @@ impl<'a> SingularityVerifier<'a> {
         planner: Planner<'a>,
         dialect: Dialect,
         options: InterpreterOptions,
+        effort: Effort<'a>,
     ) -> Self {
         let setup = &planner.cutting.parameters.setup;
         let read_back = ReadBack::new(machine, dialect, options).with_setup(machine, setup);
-        Self { planner, read_back, regions: Regions::default(), evaluations: 0 }
+        Self { planner, read_back, regions: Regions::default(), effort }
     }
 
     pub(super) fn await_next(&mut self, next: Expected<'a>) {
@@ -105,6 +107,8 @@ impl<'a> SingularityVerifier<'a> {
 
     fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
             match next {
                 Expected::Same { motion: source, inside, .. } => {
                     source.check(&motion)?;
@@ -154,7 +158,7 @@ impl<'a> SingularityVerifier<'a> {
             return Err(failed(line, "a moved block takes another time"));
         }
         let limits = self.planner.limits();
-        let found = figures(&block, &block.whole(), time, &limits, &mut self.evaluations);
+        let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
         self.regions.written(region, &found);
         self.regions.spent(region, spent_rad);
         Ok(())
@@ -197,7 +201,7 @@ impl<'a> SingularityVerifier<'a> {
         let limits = self.planner.limits();
         let found = within_tolerance(block, &segment, limits.tolerance_mm);
         let (Ok(sampled) | Err(sampled)) = found;
-        self.evaluations += sampled.evaluations;
+        self.effort.spend(sampled.evaluations);
         if found.is_err_and(|sampled| sampled.max_mm > limits.tolerance_mm * (1.0 + LAST_BIT)) {
             return Err(failed(line, "a part of a divided block exceeds the tolerance"));
         }
@@ -211,7 +215,7 @@ impl<'a> SingularityVerifier<'a> {
             return Err(failed(line, "a rotary axis turns too far in a part of a divided block"));
         }
         Verifier::time(read, group, &segment)?;
-        let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.evaluations);
+        let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.effort);
         self.regions.written(region, &found);
         Ok(())
     }

@@ -34,6 +34,8 @@ use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
+/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
+const ASK_EVERY: usize = 32;
 /// Fewest decimals of a rotary word that was turned.
 const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
@@ -102,7 +104,7 @@ pub(in crate::process) fn move_program(
     passages.work(stop, |passage, following, dialect| {
         let run = run
             .get_or_insert_with(|| Run::new(machine, &kinematics, moves, survey, contact, dialect, options));
-        run.passage(passage, following, output, note)
+        run.passage(passage, following, output, note, stop)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
     if run.faults.total > 0 {
@@ -218,6 +220,7 @@ impl<'a> Run<'a> {
         following: Option<&Motion>,
         output: &mut dyn Write,
         note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
+        stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions } = passage;
         self.inventory.see(batch);
@@ -226,6 +229,9 @@ impl<'a> Run<'a> {
         self.scanned = 0;
         let mut copied = 0;
         for (index, motion) in motions.iter().enumerate() {
+            if index % ASK_EVERY == 0 && stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
             self.scan(batch, motion.block as usize);
             self.pilot.is_its_tool = self.spindle.holds(self.pilot.parameters.tool_number);
             let resolutions = self.resolutions(motion);
@@ -312,7 +318,8 @@ impl<'a> Run<'a> {
         let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
         match motion.unfollowable {
-            Some(Unfollowable::Reference | Unfollowable::MachineCoordinates) => self.axes.meet(&stated),
+            Some(Unfollowable::Reference) => self.axes.meet(&stated),
+            Some(Unfollowable::MachineCoordinates) => self.axes.meet_in_machine(batch, motion),
             _ => self.axes.leave(&stated, motion.incremental),
         }
         let end = motion.end.map(|words| self.axes.standing(&words));

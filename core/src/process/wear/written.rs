@@ -83,6 +83,19 @@ impl<const N: usize> Written<N> {
         stated
     }
 
+    /// The axes that these words bring to a place of their own, whether its number is known or not.
+    fn placed_in(&self, words: &[Word]) -> Stated<N> {
+        let mut placed = [None; N];
+        for word in words.iter().filter(|word| word.form != WordForm::Incremental) {
+            for (address, place) in self.addresses.iter().zip(&mut placed) {
+                if word.address == *address {
+                    *place = Some(StatedWord { value: 0.0, is_absolute: word.form == WordForm::Absolute });
+                }
+            }
+        }
+        placed
+    }
+
     /// A block that is left alone, from and to where is not known: its absolute words stand in both programs.
     pub(super) fn leave(&mut self, stated: &Stated<N>, incremental: bool) {
         let values = self.offset.iter_mut().zip(&mut self.last);
@@ -189,7 +202,16 @@ impl Axes {
         self.rotary.leave(&stated.rotary, incremental);
     }
 
-    /// Axes that go to a place of the machine, all of them where none is named: both programs stand there.
+    /// A block in machine coordinates: both programs stand where it puts an axis, and elsewhere than each other in those it
+    /// does not name or moves by so much.
+    pub(super) fn meet_in_machine(&mut self, batch: &Batch, motion: &Motion) {
+        let block = batch.blocks().get(motion.block as usize);
+        let words = block.map_or(&[][..], |block| batch.words(block));
+        self.linear.leave(&self.linear.placed_in(words), motion.incremental);
+        self.rotary.leave(&self.rotary.placed_in(words), motion.incremental);
+    }
+
+    /// Axes that go to a reference position, all of them where none is named: both programs stand there.
     pub(super) fn meet(&mut self, named: &StatedAxes) {
         let all = named.linear.iter().chain(&named.rotary).all(Option::is_none);
         let everywhere = StatedWord { value: 0.0, is_absolute: true };

@@ -5,8 +5,8 @@ use axum::response::{IntoResponse, Response};
 use http::StatusCode;
 use http::header::LOCATION;
 
-use super::encoded;
 use crate::http::AppState;
+use crate::http::caller::actor;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::idempotency::{answered, key, key_reused, used};
@@ -17,7 +17,7 @@ use crate::jobs::measured_at;
 use crate::store::{AddedWear, Remembered, WearConflict};
 use crate::wire::{
     Fault, FaultList, MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, NoParameters, WearEntriesAnswer, WearEntriesRequest,
-    WearEntry, check_name, other_quantity,
+    WearEntry, check_name, other_quantity, path_segment,
 };
 
 refusals!(
@@ -66,7 +66,7 @@ pub(super) async fn create_wear_entries(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     choose(&parts.headers, &["application/json"])?;
-    let key = key(&parts)?;
+    let (key, actor) = (key(&parts)?, actor(&parts)?);
     current_machine(&app, &machine_id).await?;
     let Json(request) =
         Json::<WearEntriesRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
@@ -76,7 +76,7 @@ pub(super) async fn create_wear_entries(
         return created(&request, known);
     }
     let entries = checked_entries(&app, &machine_id, &tool_id, &request)?;
-    let added = app.store.add_wear_entries(&entries, used.as_ref()).await?;
+    let added = app.store.add_wear_entries(&entries, used.as_ref(), &actor).await?;
     if added == AddedWear::Stored {
         return created(&request, entries);
     }
@@ -187,7 +187,7 @@ fn created(request: &WearEntriesRequest, mut entries: Vec<WearEntry>) -> Result<
         return Err(Problem::internal(&"entries that were stored are not there"));
     };
     let mut location =
-        format!("/v1/machines/{}/tools/{}/wear-entries", first.machine_id, encoded(&first.tool_id));
+        format!("/v1/machines/{}/tools/{}/wear-entries", first.machine_id, path_segment(&first.tool_id));
     let answer = match request {
         WearEntriesRequest::One(_) => {
             let entry = entries.swap_remove(0);

@@ -5,6 +5,7 @@ use http::HeaderMap;
 
 use super::ever_existed;
 use crate::http::AppState;
+use crate::http::caller::By;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
@@ -38,6 +39,7 @@ pub(super) async fn withdraw_wear_entry(
     Path((machine_id, tool_id, id)): Path<(String, String, String)>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
+    By(actor): By,
     Json(request): Json<WithdrawalRequest>,
 ) -> Result<Json<WearEntry>, Problem> {
     choose(&headers, &["application/json"])?;
@@ -45,7 +47,7 @@ pub(super) async fn withdraw_wear_entry(
     request.check(&mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let new = Withdrawal { withdrawn_at: app.sources.timestamp(), reason: request.reason };
-    let Some(entry) = app.store.withdraw_wear_entry(&machine_id, &tool_id, &id, &new).await? else {
+    let Some(entry) = app.store.withdraw_wear_entry(&machine_id, &tool_id, &id, &new, &actor).await? else {
         ever_existed(&app, &machine_id).await?;
         return Err(Problem::wear_entry_not_found(&tool_id, &id));
     };

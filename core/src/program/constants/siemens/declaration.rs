@@ -1,5 +1,6 @@
 //! `DEF` of a Sinumerik program, and lists of values.
 
+use super::elements::Elements;
 use super::expression::{Names, Number, Walk, operand_name_end};
 use super::variables::{Kind, MAX_DIMENSIONS, Variable, key};
 
@@ -38,18 +39,6 @@ impl Values {
             Self::List(list) => list.len() <= room,
             Self::Repeated(_, count) => count.is_none_or(|count| count <= room),
             Self::Unknown => false,
-        }
-    }
-
-    /// Every element that gets something, from the first one meant on.
-    pub(super) fn for_each(&self, room: usize, mut take: impl FnMut(Element)) {
-        match self {
-            Self::One(value) => take(Element::Value(*value)),
-            Self::List(list) => list.iter().for_each(|element| take(*element)),
-            Self::Repeated(value, count) => {
-                (0..count.unwrap_or(room)).for_each(|_| take(Element::Value(*value)));
-            }
-            Self::Unknown => {}
         }
     }
 }
@@ -192,29 +181,17 @@ fn variable<N: Names>(walk: &mut Walk<'_, N>, text: &[u8], kind: Kind) -> Option
     let count = sizes.iter().try_fold(1_usize, |count, size| count.checked_mul(*size))?;
     let count = if count > MAX_VARIABLE { 0 } else { count };
     let zero = (kind != Kind::Other).then_some(0.0);
-    let mut variable = Variable { kind, sizes, dimensions, elements: vec![zero; count], is_declared: true };
+    let elements = Elements::new(count, zero);
+    let mut variable = Variable { kind, sizes, dimensions, elements, is_declared: true };
     if walk.take_equals() {
         let values = read_values(walk, text);
-        if dimensions == 0 && !matches!(values, Values::One(_)) || !values.fit(count) {
-            variable.elements.fill(None);
-            return Some(variable);
-        }
-        let mut at = 0;
+        let is_one = matches!(values, Values::One(_));
         // One number for an array: the manuals' example gives it to all elements only by REP.
-        if dimensions > 0 && matches!(values, Values::One(_)) {
+        if is_one == (dimensions == 0) {
+            variable.take(0, &values, false);
+        } else {
             variable.elements.fill(None);
-            return Some(variable);
         }
-        values.for_each(count, |element| {
-            let new = match element {
-                Element::Left => None,
-                Element::Value(value) => Some(value.and_then(|value| variable.stored(value))),
-            };
-            if let (Some(new), Some(slot)) = (new, variable.elements.get_mut(at)) {
-                *slot = new;
-            }
-            at += 1;
-        });
     }
     Some(variable)
 }

@@ -1,6 +1,7 @@
 //! R parameters and variables of the Sinumerik.
 
 mod declaration;
+mod elements;
 mod expression;
 mod functions;
 mod operators;

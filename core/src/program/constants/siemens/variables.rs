@@ -4,9 +4,10 @@
 //! the operator may skip makes it unknown again. What a variable is given in a block does not hold for the other
 //! words and assignments of that block: the manuals do not say in which order they are taken.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::declaration;
+use super::elements::Elements;
 use super::expression::{Names, Number, Walk, operand_name_end};
 use super::functions::rounded;
 use crate::program::{Batch, Block, BlockFlags, BlockKind, Keyword, MAX_MAGNITUDE, Word, WordForm};
@@ -39,19 +40,16 @@ pub(super) struct Variable {
     /// Elements in each direction; 1 where there is none.
     pub(super) sizes: [usize; MAX_DIMENSIONS],
     pub(super) dimensions: usize,
-    pub(super) elements: Vec<Option<f64>>,
+    pub(super) elements: Elements,
     /// Declared by the program, not only assigned.
     pub(super) is_declared: bool,
 }
 
 impl Variable {
-    const UNDECLARED: Self = Self {
-        kind: Kind::Real,
-        sizes: [1; MAX_DIMENSIONS],
-        dimensions: 0,
-        elements: Vec::new(),
-        is_declared: false,
-    };
+    fn undeclared() -> Self {
+        let elements = Elements::new(1, None);
+        Self { kind: Kind::Real, sizes: [1; MAX_DIMENSIONS], dimensions: 0, elements, is_declared: false }
+    }
 
     /// The element of these subscripts.
     fn index(&self, subscripts: &[Option<Number>]) -> Option<usize> {
@@ -81,6 +79,35 @@ impl Variable {
             Kind::Other => None,
         }
     }
+
+    /// Elements from `first` on get values; where these do not fit, none is known any more. What `may_be_skipped` is known
+    /// only if it is the same both ways.
+    pub(super) fn take(&mut self, first: usize, values: &declaration::Values, may_be_skipped: bool) {
+        use declaration::{Element, Values};
+        let room = self.elements.len().saturating_sub(first);
+        if !values.fit(room) {
+            return self.elements.fill(None);
+        }
+        match values {
+            Values::One(value) => {
+                let new = value.and_then(|value| self.stored(value));
+                self.elements.set(first, new, may_be_skipped);
+            }
+            Values::List(list) => {
+                for (at, element) in (first..).zip(list) {
+                    if let Element::Value(value) = element {
+                        let new = value.and_then(|value| self.stored(value));
+                        self.elements.set(at, new, may_be_skipped);
+                    }
+                }
+            }
+            Values::Repeated(value, count) => {
+                let new = value.and_then(|value| self.stored(value));
+                self.elements.repeat(first, count.unwrap_or(room), new, may_be_skipped);
+            }
+            Values::Unknown => {}
+        }
+    }
 }
 
 /// What the program has declared and assigned so far. R parameters stand among the names as `R12`.
@@ -88,8 +115,10 @@ impl Variable {
 pub(in crate::program::constants) struct Variables {
     known: BTreeMap<Vec<u8>, Variable>,
     elements: usize,
+    /// Names of those that may hold a known value: forgetting costs no more than assigning did.
+    live: BTreeSet<Vec<u8>>,
     /// Names assigned in the block at hand.
-    fresh: Vec<Vec<u8>>,
+    fresh: BTreeSet<Vec<u8>>,
 }
 
 /// A name as it is kept: upper case, R parameters without the mark of system variables.
@@ -123,7 +152,7 @@ impl Names for Variables {
             return None;
         }
         let variable = self.known.get(&key)?;
-        let value = variable.elements.get(variable.index(subscripts)?).copied().flatten()?;
+        let value = variable.elements.get(variable.index(subscripts)?)?;
         Some(Number { value, is_whole: matches!(variable.kind, Kind::Whole | Kind::Truth) })
     }
 }
@@ -152,8 +181,10 @@ impl Variables {
 
     /// Behind a call any variable may stand at anything; what is declared stays so.
     fn forget(&mut self) {
-        for variable in self.known.values_mut() {
-            variable.elements.fill(None);
+        for key in std::mem::take(&mut self.live) {
+            if let Some(variable) = self.known.get_mut(&key) {
+                variable.elements.fill(None);
+            }
         }
     }
 
@@ -257,7 +288,7 @@ impl Variables {
         let values = declaration::values(value_text, self);
         let known_before = self.known.get(&key).is_some_and(|variable| variable.is_declared);
         self.put(&key, &subscripts, &values, may_be_skipped);
-        self.fresh.push(key.clone());
+        self.fresh.insert(key.clone());
         if known_before || is_parameter { Keyword::Assigned } else { undeclared(&key) }
     }
 
@@ -268,7 +299,7 @@ impl Variables {
             variable.elements.fill(None);
             declared = variable.is_declared;
         }
-        self.fresh.push(key.to_owned());
+        self.fresh.insert(key.to_owned());
         if declared { Keyword::Assigned } else { undeclared(key) }
     }
 
@@ -284,9 +315,7 @@ impl Variables {
                 return;
             }
             self.elements += 1;
-            let mut variable = Variable::UNDECLARED;
-            variable.elements.push(None);
-            self.known.insert(key.to_owned(), variable);
+            self.known.insert(key.to_owned(), Variable::undeclared());
         }
         let Some(variable) = self.known.get_mut(key) else { return };
         let first = match (values, variable.dimensions) {
@@ -298,38 +327,24 @@ impl Variables {
             }
             _ => variable.index(subscripts),
         };
-        let Some(first) = first else {
-            variable.elements.fill(None);
-            return;
-        };
-        if !values.fit(variable.elements.len() - first.min(variable.elements.len())) {
-            variable.elements.fill(None);
-            return;
+        match first {
+            Some(first) => variable.take(first, values, may_be_skipped),
+            None => variable.elements.fill(None),
         }
-        let mut at = first;
-        values.for_each(variable.elements.len() - first, |value| {
-            let new = match value {
-                declaration::Element::Left => None,
-                declaration::Element::Value(value) => Some(value.and_then(|value| variable.stored(value))),
-            };
-            if let (Some(new), Some(slot)) = (new, variable.elements.get_mut(at)) {
-                // Skipped or not: known only if it is the same both ways.
-                *slot = if may_be_skipped && *slot != new { None } else { new };
-            }
-            at += 1;
-        });
+        self.live.insert(key.to_owned());
     }
 
     fn declare(&mut self, text: &[u8], may_be_skipped: bool) {
         for (key, mut variable) in declaration::read(text, self) {
             if self.elements + variable.elements.len() > MAX_ELEMENTS {
-                variable.elements.clear();
+                variable.elements = Elements::new(0, None);
             }
             if may_be_skipped {
                 variable.elements.fill(None);
             }
             let before = self.known.get(&key).map_or(0, |old| old.elements.len());
             self.elements = self.elements - before + variable.elements.len();
+            self.live.insert(key.clone());
             self.known.insert(key, variable);
         }
     }

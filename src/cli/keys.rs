@@ -1,0 +1,149 @@
+//! API keys from the command line, on the data directory itself.
+//!
+//! Where no service has the directory, the command takes its lock and brings the database to the newest form, so that a
+//! first key can be made before the first start. Where one has, the command writes beside it: one short transaction, in
+//! the form that the service keeps, and a mark that the service looks at before the next request.
+
+use std::io::Write;
+use std::path::Path;
+
+use clap::Subcommand;
+use thiserror::Error;
+
+use super::StartFault;
+use super::serve::on_a_local_disk;
+use crate::config::Settings;
+use crate::jobs::{IssueFault, IssuedKey, Sources, issue_key};
+use crate::store::{Actor, ApiKeyRow, DirectoryLock, LockFault, Store, StoreError, mark_key_change};
+use crate::wire::{ApiKeyDocument, ApiKeyRequest, AuditOrigin, Scope};
+
+/// What can be done with keys.
+#[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
+pub enum KeysCommand {
+    /// Make a key and print it, this once
+    Create {
+        /// Who or what will carry it
+        #[arg(long)]
+        name: String,
+        /// What it allows: any of read, compute, machines, calibrations, admin
+        #[arg(long, value_delimiter = ',', required = true)]
+        scopes: Vec<Scope>,
+        /// The only machines it reaches; without it, all
+        #[arg(long, value_delimiter = ',')]
+        machines: Option<Vec<String>>,
+        /// When it ends, as 2027-01-01T00:00:00Z; without it, never
+        #[arg(long)]
+        expires_at: Option<String>,
+    },
+    /// List every key ever made, without its secret
+    List,
+    /// Revoke a key
+    Revoke {
+        /// Its id, the part between trn_ and the next _
+        id: String,
+    },
+}
+
+/// Why a command about keys failed.
+#[derive(Debug, Error)]
+pub enum KeysFault {
+    /// No key was made.
+    #[error(transparent)]
+    Issue(#[from] IssueFault),
+    /// The database could not be used.
+    #[error("the database cannot be used: {0}")]
+    Store(#[from] StoreError),
+    /// The random id of the new key is that of another.
+    #[error("the new key would have had the id of another; nothing was stored, try again")]
+    SameId,
+    /// No such key.
+    #[error("there is no key {id}")]
+    NotFound {
+        /// The id given.
+        id: String,
+    },
+    /// The change is made, but a service that runs may see it a second later.
+    #[error("done, but the running service could not be told: {0}")]
+    Mark(std::io::Error),
+    /// The key could not be printed; it is revoked by its id.
+    #[error("cannot print: {0}")]
+    Print(std::io::Error),
+}
+
+/// Does what the command says.
+pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), StartFault> {
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(StartFault::Process)?;
+    runtime.block_on(async {
+        let directory = &settings.data_dir;
+        if matches!(command, KeysCommand::Create { .. }) {
+            std::fs::create_dir_all(directory)
+                .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
+        }
+        on_a_local_disk(directory)?;
+        let file = directory.join("trunnion.sqlite");
+        // Held to the end.
+        let (store, _lock) = match DirectoryLock::take(directory) {
+            Ok(lock) => (Store::open(&file, 1).await, Some(lock)),
+            Err(LockFault::Taken(_)) => (Store::open_beside(&file).await, None),
+            Err(fault) => return Err(fault.into()),
+        };
+        let store = store.map_err(KeysFault::from)?;
+        let done = work(&store, directory, command).await;
+        store.close().await;
+        Ok(done?)
+    })
+}
+
+async fn work(store: &Store, directory: &Path, command: &KeysCommand) -> Result<(), KeysFault> {
+    let (sources, actor) = (Sources::real(), Actor::without_request(AuditOrigin::CommandLine));
+    let mark = || mark_key_change(directory, &sources.ids.next().to_string()).map_err(KeysFault::Mark);
+    match command {
+        KeysCommand::Create { name, scopes, machines, expires_at } => {
+            let request = ApiKeyRequest {
+                name: name.clone(),
+                scopes: scopes.iter().copied().collect(),
+                machines: machines.as_ref().map(|machines| machines.iter().cloned().collect()),
+                expires_at: expires_at.clone(),
+            };
+            let IssuedKey { row, key } = issue_key(&request, &sources)?;
+            if !store.add_api_key(&row, None, &actor).await? {
+                return Err(KeysFault::SameId);
+            }
+            print(&format!("{key}\n"))?;
+            eprintln!("key {}: shown this once, and stored nowhere", row.document.id);
+            mark()
+        }
+        KeysCommand::List => print(&table(&store.every_api_key().await?)),
+        KeysCommand::Revoke { id } => {
+            let revoked = store.revoke_api_key(id, &sources.timestamp(), &actor).await?;
+            revoked.ok_or_else(|| KeysFault::NotFound { id: id.clone() })?;
+            mark()
+        }
+    }
+}
+
+fn print(text: &str) -> Result<(), KeysFault> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(KeysFault::Print)
+}
+
+/// One line for each key, columns parted by tabs.
+fn table(keys: &[ApiKeyRow]) -> String {
+    let mut text = "id\tscopes\tmachines\tcreated\texpires\trevoked\tlast used\tname\n".to_owned();
+    for ApiKeyRow { document: key, .. } in keys {
+        let ApiKeyDocument { id, name, scopes, machines, created_at, .. } = key;
+        let scopes: Vec<_> = scopes.iter().map(|scope| scope.as_str()).collect();
+        let machines = machines.as_ref().map_or_else(
+            || "all".to_owned(),
+            |machines| machines.iter().cloned().collect::<Vec<_>>().join(","),
+        );
+        let or_none = |time: &Option<String>| time.clone().unwrap_or_else(|| "-".to_owned());
+        let [expires, revoked, used] = [&key.expires_at, &key.revoked_at, &key.last_used_at].map(or_none);
+        let line = [id, &scopes.join(","), &machines, created_at, &expires, &revoked, &used, name]
+            .map(String::as_str)
+            .join("\t");
+        text.push_str(&line);
+        text.push('\n');
+    }
+    text
+}

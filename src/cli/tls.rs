@@ -1,0 +1,144 @@
+//! TLS: the service's certificate, and a client that trusts that one alone.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
+use rustls::crypto::{CryptoProvider, ring, verify_tls12_signature, verify_tls13_signature};
+use rustls::pki_types::pem::{Error as PemFault, PemObject};
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use rustls::{ClientConfig, DigitallySignedStruct, DistinguishedName, Error, ServerConfig, SignatureScheme};
+use thiserror::Error as ThisError;
+
+/// Why the service cannot speak TLS.
+#[derive(Debug, ThisError)]
+pub enum TlsFault {
+    /// The certificate file cannot be read.
+    #[error("the certificate {} cannot be read: {source}", path.display())]
+    Certificate {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PemFault,
+    },
+    /// The file holds no certificate.
+    #[error("{} holds no certificate", path.display())]
+    NoCertificate {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The key file cannot be read.
+    #[error("the private key {} cannot be read: {source}", path.display())]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PemFault,
+    },
+    /// The two do not fit, or are of a kind that is not taken.
+    #[error("certificate {} and key {} cannot be used: {source}", certificate.display(), key.display())]
+    Refused {
+        /// The certificate's file.
+        certificate: PathBuf,
+        /// The key's file.
+        key: PathBuf,
+        /// Why.
+        source: Error,
+    },
+}
+
+/// What the service answers a handshake with.
+///
+/// # Errors
+/// Files that cannot be read, or that do not belong together.
+pub(super) fn server(certificate: &Path, key: &Path) -> Result<Arc<ServerConfig>, TlsFault> {
+    let chain = chain(certificate)?;
+    let secret =
+        PrivateKeyDer::from_pem_file(key).map_err(|source| TlsFault::Key { path: key.to_owned(), source })?;
+    let refused =
+        |source| TlsFault::Refused { certificate: certificate.to_owned(), key: key.to_owned(), source };
+    let mut config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+        .with_safe_default_protocol_versions()
+        .map_err(refused)?
+        .with_no_client_auth()
+        .with_single_cert(chain, secret)
+        .map_err(refused)?;
+    config.alpn_protocols = vec![b"h2".to_vec(), b"http/1.1".to_vec()];
+    Ok(Arc::new(config))
+}
+
+/// A client that talks to whoever has the key of this certificate, whatever its name and its end.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(super) fn client(certificate: &Path) -> Result<Arc<ClientConfig>, TlsFault> {
+    let trusted = chain(certificate)?.swap_remove(0);
+    let provider = Arc::new(ring::default_provider());
+    let refused =
+        |source| TlsFault::Refused { certificate: certificate.to_owned(), key: PathBuf::new(), source };
+    let config = ClientConfig::builder_with_provider(Arc::clone(&provider))
+        .with_safe_default_protocol_versions()
+        .map_err(refused)?
+        .dangerous()
+        .with_custom_certificate_verifier(Arc::new(ThisOne { trusted, provider }))
+        .with_no_client_auth();
+    Ok(Arc::new(config))
+}
+
+/// The certificates of a file, at least one.
+fn chain(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsFault> {
+    let unreadable = |source| TlsFault::Certificate { path: path.to_owned(), source };
+    let read = CertificateDer::pem_file_iter(path).map_err(unreadable)?;
+    let chain = read.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
+    if chain.is_empty() { Err(TlsFault::NoCertificate { path: path.to_owned() }) } else { Ok(chain) }
+}
+
+/// Trusts one certificate: the one that the service was told to use.
+#[derive(Debug)]
+struct ThisOne {
+    trusted: CertificateDer<'static>,
+    provider: Arc<CryptoProvider>,
+}
+
+impl ServerCertVerifier for ThisOne {
+    fn verify_server_cert(
+        &self,
+        end_entity: &CertificateDer<'_>,
+        _intermediates: &[CertificateDer<'_>],
+        _server_name: &ServerName<'_>,
+        _ocsp_response: &[u8],
+        _now: UnixTime,
+    ) -> Result<ServerCertVerified, Error> {
+        if *end_entity == self.trusted {
+            Ok(ServerCertVerified::assertion())
+        } else {
+            Err(Error::General("the service has another certificate than its settings name".to_owned()))
+        }
+    }
+
+    fn verify_tls12_signature(
+        &self,
+        message: &[u8],
+        cert: &CertificateDer<'_>,
+        dss: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, Error> {
+        verify_tls12_signature(message, cert, dss, &self.provider.signature_verification_algorithms)
+    }
+
+    fn verify_tls13_signature(
+        &self,
+        message: &[u8],
+        cert: &CertificateDer<'_>,
+        dss: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, Error> {
+        verify_tls13_signature(message, cert, dss, &self.provider.signature_verification_algorithms)
+    }
+
+    fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {
+        self.provider.signature_verification_algorithms.supported_schemes()
+    }
+
+    fn root_hint_subjects(&self) -> Option<&[DistinguishedName]> {
+        None
+    }
+}

@@ -1,0 +1,57 @@
+//! Which scope each operation needs. What is not named here needs `admin`: a new operation is closed until somebody
+//! has said who may use it.
+
+use crate::wire::Scope;
+
+/// What an operation needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Need {
+    /// Nothing: it is open, keys or not.
+    Nothing,
+    /// A key with this scope.
+    Scope(Scope),
+}
+
+/// What the operation with this method and this path template needs.
+pub(super) fn needed(method: &str, route: &str) -> Need {
+    Need::Scope(match (method, route) {
+        // What a monitor, a container and a person without a key must be able to ask.
+        ("GET" | "HEAD", "/healthz" | "/readyz" | "/v1/version" | "/openapi.json") => return Need::Nothing,
+        ("GET" | "HEAD", "/problems" | "/problems/{code}") => return Need::Nothing,
+        ("GET" | "HEAD", docs) if docs == "/docs" || docs.starts_with("/docs/") => return Need::Nothing,
+
+        (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit") => Scope::Admin,
+        ("GET" | "HEAD", _) => Scope::Read,
+
+        ("PUT" | "DELETE", "/v1/machines/{machine_id}") => Scope::Machines,
+
+        (
+            "POST",
+            "/v1/machines/{machine_id}/calibrations"
+            | "/v1/machines/{machine_id}/calibrations/{id}/apply"
+            | "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries"
+            | "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}/withdraw",
+        ) => Scope::Calibrations,
+
+        (
+            "POST",
+            "/v1/machines/{machine_id}/forward-kinematics"
+            | "/v1/machines/{machine_id}/inverse-kinematics"
+            | "/v1/machines/{machine_id}/cc-compensation"
+            | "/v1/machines/{machine_id}/wear-compensation"
+            | "/v1/machines/{machine_id}/compensation"
+            | "/v1/machines/{machine_id}/verification"
+            | "/v1/machines/{machine_id}/servo-simulation"
+            | "/v1/machines/{machine_id}/posting"
+            | "/v1/servo-simulations"
+            | "/v1/servo-sweeps"
+            | "/v1/servo-matching"
+            | "/v1/scallop-height"
+            | "/v1/wear-advice"
+            | "/v1/jobs",
+        )
+        | ("DELETE", "/v1/jobs/{id}") => Scope::Compute,
+
+        _ => Scope::Admin,
+    })
+}

@@ -1,0 +1,60 @@
+//! What is refused before anything is read: an address or a header that is too long, and a caller who asks too often.
+
+use std::net::SocketAddr;
+
+use axum::extract::{ConnectInfo, MatchedPath, Request, State};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use http::HeaderValue;
+use http::header::RETRY_AFTER;
+
+use super::AppState;
+use super::caller::Caller;
+use super::problem::{Problem, ProblemType};
+use super::rates::Who;
+
+/// Asked by what watches the service, and never refused for asking often.
+const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
+
+/// Lets a request pass to its handler.
+pub(super) async fn admit(State(app): State<AppState>, request: Request, next: Next) -> Response {
+    let key_id = request.extensions().get::<Caller>().and_then(|caller| caller.key_id.clone());
+    if let Err(problem) = measured(&app, &request) {
+        return problem.into_response();
+    }
+    let path = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
+    if let Some(rates) = app.rates.as_deref()
+        && !path.is_some_and(|path| WATCHING.contains(&path))
+    {
+        let peer = request.extensions().get::<ConnectInfo<SocketAddr>>();
+        let who = key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key);
+        if let Err(wait) = rates.admit(who) {
+            let rate = app.settings.max_rate_per_s;
+            let detail = format!("more than {rate} requests a second from one caller");
+            let mut response = Problem::new(ProblemType::TooManyRequests, detail).into_response();
+            let wait_s = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
+            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(wait_s));
+            return response;
+        }
+    }
+    next.run(request).await
+}
+
+/// Length of the address, and of all header fields together, as they were sent but for the four bytes between them.
+fn measured(app: &AppState, request: &Request) -> Result<(), Problem> {
+    let uri = request.uri();
+    let length = uri.path_and_query().map_or(uri.path().len(), |whole| whole.as_str().len());
+    let limit = app.settings.max_url_bytes;
+    if length > limit {
+        let detail = format!("path and query have {length} bytes, {limit} are taken");
+        return Err(Problem::new(ProblemType::UrlTooLong, detail));
+    }
+    let length: usize =
+        request.headers().iter().map(|(name, value)| name.as_str().len() + value.len() + 4).sum();
+    let limit = app.settings.max_header_bytes;
+    if length > limit {
+        let detail = format!("the header has {length} bytes, {limit} are taken");
+        return Err(Problem::new(ProblemType::HeaderTooLarge, detail));
+    }
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! Who asks: the key that a request came with, what it allows, and the machines that it reaches.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use axum::extract::{FromRequestParts, MatchedPath};
+use http::Extensions;
+use http::request::Parts;
+
+use super::AppState;
+use super::edge::RequestId;
+use super::problem::Problem;
+use crate::jobs::HeldKey;
+use crate::store::Actor;
+use crate::wire::{AuditOrigin, Scope};
+
+/// Who asks; cheap to clone. Every request has one once it has passed the guard.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Caller {
+    /// The key's id; none where the service has no keys and is open.
+    pub key_id: Option<Arc<str>>,
+    /// What the key allows.
+    pub scopes: Arc<BTreeSet<Scope>>,
+    /// The only machines it reaches; none for all.
+    pub machines: Option<Arc<BTreeSet<String>>>,
+}
+
+impl Caller {
+    /// Anybody, at a service without keys.
+    #[must_use]
+    pub fn anybody() -> Self {
+        Self { key_id: None, scopes: Arc::new(Scope::ALL.into()), machines: None }
+    }
+
+    /// Whoever asks for what is open at a service with keys.
+    #[must_use]
+    pub fn nobody() -> Self {
+        Self { key_id: None, scopes: Arc::default(), machines: Some(Arc::default()) }
+    }
+
+    /// Who carries this key.
+    #[must_use]
+    pub fn with(key: &HeldKey) -> Self {
+        let HeldKey { id, scopes, machines, .. } = key;
+        Self { key_id: Some(Arc::clone(id)), scopes: Arc::clone(scopes), machines: machines.clone() }
+    }
+
+    /// Whether the key allows this.
+    #[must_use]
+    pub fn may(&self, scope: Scope) -> bool {
+        self.scopes.contains(&scope)
+    }
+
+    /// Whether this machine is one that the key reaches, be it there or not.
+    #[must_use]
+    pub fn reaches(&self, machine_id: &str) -> bool {
+        self.machines.as_ref().is_none_or(|machines| machines.contains(machine_id))
+    }
+
+    /// The same as a refusal: a machine that the key does not reach is, for it, not there.
+    ///
+    /// # Errors
+    /// The key does not reach it.
+    pub fn must_reach(&self, machine_id: &str) -> Result<(), Problem> {
+        if self.reaches(machine_id) { Ok(()) } else { Err(Problem::machine_not_found(machine_id)) }
+    }
+}
+
+impl FromRequestParts<AppState> for Caller {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
+        caller(&parts.extensions)
+    }
+}
+
+/// Who asks.
+///
+/// # Errors
+/// The request did not pass the guard: a fault of ours, and nobody is let in by it.
+pub(super) fn caller(extensions: &Extensions) -> Result<Caller, Problem> {
+    let found = extensions.get::<Caller>().cloned();
+    found.ok_or_else(|| Problem::internal(&"a request came by the guard"))
+}
+
+/// Who changes something, for the audit log.
+#[derive(Debug)]
+pub(super) struct By(pub(super) Actor);
+
+impl FromRequestParts<AppState> for By {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
+        actor(parts).map(Self)
+    }
+}
+
+/// Who changes something, for the audit log.
+///
+/// # Errors
+/// The request did not pass the guard.
+pub(super) fn actor(parts: &Parts) -> Result<Actor, Problem> {
+    let found = &parts.extensions;
+    Ok(Actor {
+        origin: AuditOrigin::Http,
+        key_id: caller(found)?.key_id.map(|id| id.to_string()),
+        method: Some(parts.method.to_string()),
+        route: found.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
+        request_id: found.get::<RequestId>().map(|id| id.0.clone()),
+    })
+}

@@ -1,0 +1,118 @@
+//! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
+//! not there for it, and neither is anything that belongs to one.
+
+use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request, State};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
+use http::request::Parts;
+use http::{HeaderMap, HeaderValue, Method};
+
+use super::AppState;
+use super::access::{Need, needed};
+use super::body::Incoming;
+use super::caller::Caller;
+use super::problem::{Problem, ProblemType};
+
+/// What is said beside a refusal (RFC 6750 §3).
+struct Refused {
+    problem: Problem,
+    challenge: Option<String>,
+}
+
+impl From<Problem> for Refused {
+    fn from(problem: Problem) -> Self {
+        Self { problem, challenge: None }
+    }
+}
+
+const REALM: &str = "Bearer realm=\"trunnion\"";
+
+/// Lets in whom it knows.
+pub(super) async fn guard(State(app): State<AppState>, request: Request, next: Next) -> Response {
+    let (mut parts, body) = request.into_parts();
+    let refused = match admitted(&app, &mut parts).await {
+        Ok(caller) => {
+            if let Some(id) = &caller.key_id {
+                tracing::Span::current().record("key_id", &**id);
+                app.keys.note_use(&app, id);
+            }
+            parts.extensions.insert(caller);
+            return next.run(Request::from_parts(parts, body)).await;
+        }
+        Err(refused) => refused,
+    };
+    Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
+    let mut response = refused.problem.into_response();
+    if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {
+        response.headers_mut().insert(WWW_AUTHENTICATE, value);
+    }
+    response
+}
+
+async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {
+    let ring = app.keys.current(&app.store).await.map_err(Problem::from)?;
+    if ring.is_empty() {
+        return Ok(Caller::anybody());
+    }
+    // Where there is nothing, there is nothing to guard.
+    let Some(route) = parts.extensions.get::<MatchedPath>().cloned() else { return Ok(Caller::nobody()) };
+    let route = route.as_str();
+    let Need::Scope(scope) = needed(parts.method.as_str(), route) else { return Ok(Caller::nobody()) };
+    let text = bearer(&parts.headers)?;
+    let key = ring.find(text, || app.sources.clock.now()).map_err(|refusal| Refused {
+        problem: Problem::new(ProblemType::Unauthenticated, refusal.to_string()),
+        challenge: Some(format!("{REALM}, error=\"invalid_token\"")),
+    })?;
+    let caller = Caller::with(key);
+    if !caller.may(scope) {
+        let detail = format!("the operation needs a key with the scope {scope}");
+        return Err(Refused {
+            problem: Problem::new(ProblemType::ScopeMissing, detail),
+            challenge: Some(format!("{REALM}, error=\"insufficient_scope\", scope=\"{scope}\"")),
+        });
+    }
+    if caller.machines.is_some() {
+        reaches(app, &caller, route, parts).await?;
+    }
+    Ok(caller)
+}
+
+/// The key of a request.
+fn bearer(headers: &HeaderMap) -> Result<&str, Refused> {
+    let refuse = |detail: &str| Refused {
+        problem: Problem::new(ProblemType::Unauthenticated, detail),
+        challenge: Some(REALM.to_owned()),
+    };
+    let mut values = headers.get_all(AUTHORIZATION).iter();
+    let value = values.next().ok_or_else(|| refuse("the request has no Authorization header"))?;
+    let not_one = || refuse("Authorization is not Bearer followed by one key");
+    if values.next().is_some() {
+        return Err(not_one());
+    }
+    let (scheme, key) = value.to_str().ok().and_then(|text| text.split_once(' ')).ok_or_else(not_one)?;
+    if scheme.eq_ignore_ascii_case("bearer") { Ok(key.trim()) } else { Err(not_one()) }
+}
+
+/// Whether what the path names is within the key's reach. What a body names is looked at where it is read.
+async fn reaches(app: &AppState, caller: &Caller, route: &str, parts: &mut Parts) -> Result<(), Problem> {
+    let of_machine = route.contains("{machine_id}");
+    let of_job = route.starts_with("/v1/jobs/{id}");
+    if !of_machine && !of_job {
+        return Ok(());
+    }
+    let path = RawPathParams::from_request_parts(parts, &()).await;
+    let path = path.map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;
+    let wanted = if of_machine { "machine_id" } else { "id" };
+    let named = path.iter().find(|(name, _)| *name == wanted).map_or("", |(_, value)| value);
+    if of_job {
+        let machine_id = app.store.machine_of_job(named).await?;
+        let within = machine_id.is_some_and(|machine_id| caller.reaches(&machine_id));
+        return if within { Ok(()) } else { Err(Problem::job_not_found(named)) };
+    }
+    if parts.method == Method::PUT && !caller.reaches(named) {
+        let detail = format!("the key has a list of machines, and {named:?} is not in it");
+        return Err(Problem::new(ProblemType::MachineNotAllowed, detail));
+    }
+    caller.must_reach(named)
+}

@@ -1,0 +1,167 @@
+//! Accepts a job.
+
+use axum::extract::{Request, State};
+use axum::response::{IntoResponse, Response};
+use http::header::LOCATION;
+use http::{HeaderValue, StatusCode};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::job_tag;
+use crate::http::AppState;
+use crate::http::caller::{actor, caller};
+use crate::http::conditional::tagged;
+use crate::http::current_machine::current_machine;
+use crate::http::extract::{Json, Query};
+use crate::http::idempotency::{key, remembered, used};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::programs::upload::{Form, take_form};
+use crate::http::refusals::refusals;
+use crate::jobs::{InputFile, JobFault, JobOrder, ProgramJob, Sizes};
+use crate::store::{Draft, JobRow};
+use crate::wire::{
+    CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
+    ServoProgramParameters, VerificationParameters, WearParameters,
+};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused, BodyTooLarge,
+    UnsupportedMediaType, InvalidRequest, TooCostly, QueueFull
+);
+
+/// A job with its program in one multipart body.
+#[derive(Debug, ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct JobForm {
+    /// What is asked for.
+    job: JobRequestDoc,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+    /// The part's surface as STL, for operations that look at it.
+    #[schema(value_type = Option<String>, format = Binary)]
+    surface: Option<Vec<u8>>,
+}
+
+/// What is asked for.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = JobRequest)]
+struct JobRequestDoc {
+    /// The machine; its current revision is fixed when the job is accepted.
+    #[schema(example = "example-ac-table")]
+    machine_id: String,
+    /// What is to be computed.
+    operation: JobOperation,
+    /// The same as of the operation's own endpoint.
+    parameters: AnyParameters,
+    /// Your own id.
+    #[schema(min_length = 1, max_length = 200, example = "WO-4711/20")]
+    external_id: Option<String>,
+    /// Who is told of the job's end, an `http` or `https` address.
+    #[schema(max_length = 2048, example = "https://mes.example.com/trunnion")]
+    callback_url: Option<String>,
+}
+
+/// The parameters of any operation.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "describes the request")]
+enum AnyParameters {
+    /// Of `cc-compensation`.
+    CcCompensation(CcParameters),
+    /// Of `wear-compensation`.
+    WearCompensation(WearParameters),
+    /// Of `compensation`.
+    Compensation(CompensationParameters),
+    /// Of `verification`.
+    Verification(VerificationParameters),
+    /// Of `servo-simulation`.
+    ServoSimulation(ServoProgramParameters),
+    /// Of `posting`.
+    Posting(PostingParameters),
+}
+
+/// Post a job
+///
+/// Any operation on a program, computed when its turn comes. Everything that can be checked without reading the program is
+/// checked now. What is accepted is on the disk, survives the end of the process and is finished once. The job is at
+/// `Location`; it is followed there or by its events.
+#[utoipa::path(
+    post,
+    path = "/v1/jobs",
+    tag = "jobs",
+    operation_id = "create_job",
+    params(
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request makes the job once"),
+    ),
+    request_body(
+        content(
+            (JobForm = "multipart/form-data", example = json!({
+                "job": {
+                    "machine_id": "example-ac-table", "operation": "cc-compensation",
+                    "parameters": {"tool_radius_mm": 5.0, "contact": "tip"}, "external_id": "WO-4711/20"
+                },
+                "program": "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+            })),
+        ),
+    ),
+    responses(
+        (status = 202, description = "The job, accepted", body = JobDocument,
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Its tag"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn create_job(
+    State(app): State<AppState>,
+    Query(NoParameters {}): Query<NoParameters>,
+    request: Request,
+) -> Result<Response, Problem> {
+    choose(request.headers(), &["application/json"])?;
+    let (parts, body) = request.into_parts();
+    let key = key(&parts)?;
+    let read = |text: &[u8]| Ok(JobOrder::read(text)?);
+    let Form { document, program, file_name, surface } = take_form(&app, &parts, body, "job", read).await?;
+    let invalid =
+        |pointer, detail| Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(pointer, detail)]);
+    let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
+    caller(&parts.extensions)?.must_reach(&order.machine_id)?;
+    let mut said = vec![program.sha256(), order.canonical.clone()];
+    said.extend(surface.as_ref().map(Draft::sha256));
+    let used = used(&app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());
+    if let Some(job) = remembered(&app, used.as_ref()).await? {
+        return Ok(accepted(job));
+    }
+    if surface.is_some() && !order.looks_at_part {
+        return Err(invalid("/surface", "the operation does not look at a surface"));
+    }
+    let on = current_machine(&app, &order.machine_id).await?;
+    let machine_revision = on.revision;
+    let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
+    let work = order.work(on, sizes, &app.means())?;
+    // What never has room is refused now; what has none at the moment waits.
+    if let Some(facets) = sizes.surface_facets
+        && let Err(fault) = app.compute.surface_memory(facets)
+        && fault.is_too_large()
+    {
+        return Err(JobFault::PartSurface(fault).into());
+    }
+    app.queue.check_room().await?;
+    let JobOrder { machine_id, external_id, callback_url, .. } = order;
+    let actor = actor(&parts)?;
+    let job = ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used };
+    Ok(accepted(app.queue.accept(job, external_id, callback_url).await?))
+}
+
+fn accepted(job: JobRow) -> Response {
+    let location = format!("/v1/jobs/{}", job.document.id);
+    let tag = job_tag(&job.document);
+    let mut response = tagged(&tag, (StatusCode::ACCEPTED, Json(job.document)).into_response());
+    if let Ok(location) = HeaderValue::try_from(location) {
+        response.headers_mut().insert(LOCATION, location);
+    }
+    response
+}

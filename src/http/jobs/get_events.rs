@@ -1,0 +1,159 @@
+//! Follows a job: its states and its progress as server-sent events.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use futures::stream;
+use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::RecvError;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::extract::{Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::wire::{JobDocument, JobState, NoParameters};
+
+refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest, Busy);
+
+const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
+/// Tells proxies that follow this word not to hold events back.
+const ACCEL_BUFFERING: HeaderName = HeaderName::from_static("x-accel-buffering");
+/// Time between two looks at the progress of a job that runs.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(250);
+/// Time between two comments that keep a silent connection open.
+const KEEP_ALIVE: Duration = Duration::from_secs(15);
+
+/// Follow a job
+///
+/// Server-sent events: `state` with state and progress, once for the state there is and again at every change; `progress`
+/// while the job runs. The stream ends after a final state. A client that comes back with `Last-Event-ID` is not told
+/// again what it knows; where that was a final state, the answer is 204.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}/events",
+    tag = "jobs",
+    operation_id = "get_job_events",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event that is known"),
+    ),
+    responses(
+        (status = 200, description = "The events", body = String, content_type = "text/event-stream",
+            example = "event: state\nid: running-0\ndata: {\"state\":\"running\",\"progress\":0}\n\nevent: progress\nid: running-412\ndata: {\"progress\":0.412}\n\nevent: state\nid: succeeded-1000\ndata: {\"state\":\"succeeded\",\"progress\":1}\n\n"),
+        (status = 204, description = "The job has ended, and you know it"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_job_events(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["text/event-stream"])?;
+    // Changes are heard before the job is read, so that none falls between.
+    let changes = app.queue.changes();
+    let now = Seen::of(&find(&app, &id).await?.document);
+    let known = headers.get(LAST_EVENT_ID).and_then(|value| value.to_str().ok());
+    let known = known.is_some_and(|known| known == now.id());
+    if known && now.state.is_final() {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
+    let place = Arc::clone(&app.followers).try_acquire_owned().map_err(|_none_free| {
+        let most = app.settings.max_event_streams;
+        Problem::new(ProblemType::Busy, format!("{most} clients follow jobs already"))
+    })?;
+    let first = if known { None } else { Some(now) };
+    let follower = Follower { app, id, changes, told: now, first, _place: place };
+    let events = stream::unfold(follower, |mut follower| async move {
+        let event = follower.next().await?;
+        Some((Ok::<_, Infallible>(event), follower))
+    });
+    let mut response = Sse::new(events).keep_alive(KeepAlive::new().interval(KEEP_ALIVE)).into_response();
+    response.headers_mut().insert(ACCEL_BUFFERING, HeaderValue::from_static("no"));
+    Ok(response)
+}
+
+/// What there is to tell of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Seen {
+    state: JobState,
+    /// Thousandths.
+    progress: u16,
+}
+
+impl Seen {
+    fn of(job: &JobDocument) -> Self {
+        Self { state: job.state, progress: thousandths(job.progress) }
+    }
+
+    fn id(self) -> String {
+        format!("{}-{}", self.state.as_str(), self.progress)
+    }
+
+    /// The event that tells this, all of it or the progress alone.
+    fn event(self, whole: bool) -> Event {
+        let progress = f64::from(self.progress) / 1000.0;
+        let event = Event::default().id(self.id());
+        if whole {
+            let data = format!("{{\"state\":\"{}\",\"progress\":{progress}}}", self.state.as_str());
+            event.event("state").data(data)
+        } else {
+            event.event("progress").data(format!("{{\"progress\":{progress}}}"))
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 1000")]
+fn thousandths(share: f64) -> u16 {
+    (share.clamp(0.0, 1.0) * 1000.0) as u16
+}
+
+struct Follower {
+    app: AppState,
+    id: String,
+    changes: Receiver<Arc<str>>,
+    told: Seen,
+    /// Told at once.
+    first: Option<Seen>,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Follower {
+    /// The next event; none after a final state, or when the service stops.
+    async fn next(&mut self) -> Option<Event> {
+        if let Some(first) = self.first.take() {
+            return Some(first.event(true));
+        }
+        while !self.told.state.is_final() {
+            let now = tokio::select! {
+                () = self.app.queue.stopping().cancelled() => return None,
+                changed = self.changes.recv() => match changed {
+                    Ok(id) if *id != *self.id => continue,
+                    Ok(_) | Err(RecvError::Lagged(_)) => {
+                        Seen::of(&find(&self.app, &self.id).await.ok()?.document)
+                    }
+                    Err(RecvError::Closed) => return None,
+                },
+                () = tokio::time::sleep(BETWEEN_LOOKS), if self.told.state == JobState::Running => {
+                    let progress = self.app.queue.progress(&self.id).map_or(0, thousandths);
+                    Seen { progress: progress.max(self.told.progress), ..self.told }
+                }
+            };
+            if now != self.told {
+                let whole = now.state != self.told.state;
+                self.told = now;
+                return Some(now.event(whole));
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,23 @@
+//! API keys: made, listed, revoked.
+
+mod create_key;
+mod get_key;
+mod list_keys;
+mod revoke_key;
+
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+use super::problem::{Problem, ProblemType};
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_key::create_api_key, list_keys::list_api_keys))
+        .routes(routes!(get_key::get_api_key, revoke_key::revoke_api_key))
+}
+
+fn key_not_found(id: &str) -> Problem {
+    Problem::new(ProblemType::KeyNotFound, format!("there is no key {id:?}"))
+}

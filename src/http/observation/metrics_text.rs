@@ -1,0 +1,151 @@
+//! Every count in the text form that Prometheus reads.
+
+use std::fmt::Write;
+
+use super::operations::{Operations, STATUSES};
+use crate::meter::{self, CLASSES_S, Counter, Times};
+
+/// What is asked of others at the moment of reading.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::http) struct Readings {
+    /// Requests whose client left.
+    pub(in crate::http) abandoned: u64,
+    /// Memory of the process, where the system tells \[bytes\].
+    pub(in crate::http) resident_bytes: Option<u64>,
+    /// Since the service started \[s\].
+    pub(in crate::http) uptime_s: f64,
+}
+
+/// The whole text. Series that never counted are left out.
+pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings) -> String {
+    let mut text = Text(String::with_capacity(16 << 10));
+    let build = format!("trunnion_build_info{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
+    text.family("trunnion_build_info", "gauge", "The running version.");
+    text.sample(&build, 1);
+    text.single("trunnion_uptime_seconds", "gauge", "Since the service started.", readings.uptime_s);
+    if let Some(bytes) = readings.resident_bytes {
+        text.single("process_resident_memory_bytes", "gauge", "Memory of the process.", bytes);
+    }
+    requests(&mut text, operations);
+    for (name, kind, help, value) in [
+        (
+            "trunnion_http_requests_in_flight",
+            "gauge",
+            "Requests of which the answer has not begun.",
+            meter::IN_FLIGHT.get(),
+        ),
+        (
+            "trunnion_http_requests_abandoned_total",
+            "counter",
+            "Requests whose client left before the answer.",
+            signed(readings.abandoned),
+        ),
+        ("trunnion_connections", "gauge", "Open connections.", meter::CONNECTIONS.get()),
+        (
+            "trunnion_received_bytes_total",
+            "counter",
+            "Bytes that arrived over the wire.",
+            signed(meter::BYTES_IN.get()),
+        ),
+        (
+            "trunnion_sent_bytes_total",
+            "counter",
+            "Bytes that left over the wire.",
+            signed(meter::BYTES_OUT.get()),
+        ),
+        ("trunnion_computations_running", "gauge", "Computations under way.", meter::COMPUTING.get()),
+        (
+            "trunnion_computations_waiting",
+            "gauge",
+            "Computations that wait for their turn.",
+            meter::WAITING.get(),
+        ),
+        (
+            "trunnion_poses_total",
+            "counter",
+            "Poses turned into axis words and back.",
+            signed(meter::POSES.get()),
+        ),
+        (
+            "trunnion_program_blocks_total",
+            "counter",
+            "Blocks of programs that were worked on.",
+            signed(meter::PROGRAM_BLOCKS.get()),
+        ),
+    ] {
+        text.single(name, kind, help, value);
+    }
+    for (name, help, times) in [
+        ("trunnion_store_read_duration_seconds", "Reads of the database.", &meter::STORE_READS),
+        (
+            "trunnion_store_write_duration_seconds",
+            "Write transactions of the database, with their wait.",
+            &meter::STORE_WRITES,
+        ),
+    ] {
+        text.family(name, "histogram", help);
+        text.histogram(name, "", times);
+    }
+    text.0
+}
+
+fn requests(text: &mut Text, operations: &Operations) {
+    let total = "trunnion_http_requests_total";
+    text.family(total, "counter", "Requests that were answered.");
+    for series in operations.iter() {
+        let (operation, method) = (&series.operation, series.method);
+        let statuses = STATUSES.iter().map(ToString::to_string).chain(["other".to_owned()]);
+        for (status, count) in
+            statuses.zip(series.answered.iter().map(Counter::get)).filter(|(_, count)| *count > 0)
+        {
+            let name =
+                format!("{total}{{operation=\"{operation}\",method=\"{method}\",status=\"{status}\"}}");
+            text.sample(&name, count);
+        }
+    }
+    let duration = "trunnion_http_request_duration_seconds";
+    text.family(duration, "histogram", "From the header of a request to the header of its answer.");
+    for series in operations.iter() {
+        let labels = format!("operation=\"{}\",method=\"{}\"", series.operation, series.method);
+        text.histogram(duration, &labels, &series.times);
+    }
+}
+
+fn signed(count: u64) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+struct Text(String);
+
+impl Text {
+    fn family(&mut self, name: &str, kind: &str, help: &str) {
+        // Writing into a string does not fail.
+        let _written = writeln!(self.0, "# HELP {name} {help}\n# TYPE {name} {kind}");
+    }
+
+    fn sample(&mut self, name: &str, value: impl std::fmt::Display) {
+        let _written = writeln!(self.0, "{name} {value}");
+    }
+
+    fn single(&mut self, name: &str, kind: &str, help: &str, value: impl std::fmt::Display) {
+        self.family(name, kind, help);
+        self.sample(name, value);
+    }
+
+    fn histogram(&mut self, name: &str, labels: &str, times: &Times) {
+        let (counts, sum_s) = times.read();
+        let total: u64 = counts.iter().sum();
+        if total == 0 {
+            return;
+        }
+        let comma = if labels.is_empty() { "" } else { "," };
+        let mut so_far = 0;
+        for (end_s, count) in CLASSES_S.iter().zip(counts) {
+            so_far += count;
+            let _written = writeln!(self.0, "{name}_bucket{{{labels}{comma}le=\"{end_s}\"}} {so_far}");
+        }
+        let _written = writeln!(self.0, "{name}_bucket{{{labels}{comma}le=\"+Inf\"}} {total}");
+        let braced = if labels.is_empty() { String::new() } else { format!("{{{labels}}}") };
+        let _written = writeln!(self.0, "{name}_sum{braced} {sum_s}\n{name}_count{braced} {total}");
+    }
+}

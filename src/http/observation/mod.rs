@@ -1,0 +1,14 @@
+//! What is seen of requests: a span and a log line for each, its place in a trace, counts and times.
+
+mod export;
+mod metrics_text;
+mod operations;
+mod subject;
+mod traceparent;
+mod watch;
+
+pub use export::{Exporter, FinishedSpan};
+pub(super) use metrics_text::{Readings, metrics_text};
+pub(super) use operations::Operations;
+pub use traceparent::Trace;
+pub(super) use watch::watch;

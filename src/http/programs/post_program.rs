@@ -1,0 +1,75 @@
+//! Posts cutter location data to a machine.
+
+use axum::extract::{Request, State};
+use axum::response::Response;
+
+use super::arrival::operate;
+use crate::http::AppState;
+use crate::http::extract::Path;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{PostingParameters, PostingReport};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly, Busy
+);
+
+/// What can be answered: the program first.
+const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "application/json"];
+
+/// Cutter location data with its parameters in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct PostingForm {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<PostingParameters>,
+    /// The cutter location data.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+}
+
+/// Post cutter location data to a machine
+///
+/// APT points become an ISO program for the machine by the inverse kinematics: tool tips under G43.4, or axis positions with
+/// inverse time. Ways through the rotary axes have the fewest rewinds, then the least travel. The answer is the program; with
+/// `Accept: application/json` its report. Every block is read back and put through the forward kinematics before the first
+/// byte is answered; kept as a job. Statements for the post-processor become comments.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/posting",
+    tag = "programs",
+    operation_id = "post_program",
+    params(
+        ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
+        PostingParameters,
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+    ),
+    request_body(
+        content(
+            (String = "text/plain", example = "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n"),
+            (PostingForm = "multipart/form-data", example = json!({
+                "parameters": {"interpolation": "machine", "linear_decimals": 3, "rotary_decimals": 3},
+                "program": "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n",
+            })),
+        ),
+        description = "Cutter location data as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "The posted program or its report, by Accept",
+            content((String = "text/plain"), (PostingReport = "application/json")),
+            headers(
+                ("Location" = String, description = "The job"),
+                ("ETag" = String, description = "Tag of what is answered"),
+                ("Content-Disposition" = String, description = "File name of the program"),
+            )),
+        Refusals,
+    )
+)]
+pub(super) async fn post_program(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    operate::<PostingParameters>(&app, machine_id, request, OFFERS).await
+}

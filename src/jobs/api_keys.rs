@@ -1,0 +1,260 @@
+//! API keys: how one is made, and how the one that a request brings is told from every other.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Write;
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use subtle::ConstantTimeEq;
+use thiserror::Error;
+
+use super::{Sources, time_bound};
+use crate::store::{ApiKeyRow, sha256_hex};
+use crate::wire::{ApiKeyDocument, ApiKeyRequest, Fault, FaultList, Scope};
+
+/// What every key begins with, so that people and scanners know one when they see it.
+const PREFIX: &str = "trn_";
+/// Random bytes of a key's id, which is no secret.
+const ID_BYTES: usize = 6;
+/// Random bytes of a key's secret: 256 bits.
+const SECRET_BYTES: usize = 32;
+
+/// A key just made.
+#[derive(Debug)]
+pub struct IssuedKey {
+    /// What is stored.
+    pub row: ApiKeyRow,
+    /// The whole key, for its bearer; stored nowhere.
+    pub key: String,
+}
+
+/// Why no key was made.
+#[derive(Debug, Error)]
+pub enum IssueFault {
+    /// What was asked for is no key.
+    #[error("{}", .0.iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect::<Vec<_>>().join("; "))]
+    Invalid(Vec<Fault>),
+    /// The system gives no random numbers.
+    #[error("the system gives no random numbers: {0}")]
+    NoRandomness(getrandom::Error),
+}
+
+/// Makes a key.
+///
+/// # Errors
+/// Everything that is wrong with the request, or a system without random numbers.
+pub fn issue_key(request: &ApiKeyRequest, sources: &Sources) -> Result<IssuedKey, IssueFault> {
+    let mut faults = FaultList::default();
+    request.check(&mut faults);
+    let created_at = sources.timestamp();
+    let expires_at = match request.expires_at.as_deref().map(|text| time_bound("/expires_at", text)) {
+        None => None,
+        Some(Ok(end)) => {
+            if end <= created_at {
+                faults.push(|| Fault::new("/expires_at", format!("{end} is not in the future")));
+            }
+            Some(end)
+        }
+        Some(Err(fault)) => {
+            faults.push(|| fault);
+            None
+        }
+    };
+    faults.into_result().map_err(IssueFault::Invalid)?;
+    let id = random_hex::<ID_BYTES>()?;
+    let secret = random_hex::<SECRET_BYTES>()?;
+    let document = ApiKeyDocument {
+        id,
+        name: request.name.clone(),
+        scopes: request.scopes.clone(),
+        machines: request.machines.clone(),
+        created_at,
+        expires_at,
+        revoked_at: None,
+        last_used_at: None,
+    };
+    let key = format!("{PREFIX}{}_{secret}", document.id);
+    Ok(IssuedKey { row: ApiKeyRow { document, secret_sha256: sha256_hex(secret.as_bytes()) }, key })
+}
+
+fn random_hex<const BYTES: usize>() -> Result<String, IssueFault> {
+    let mut bytes = [0; BYTES];
+    getrandom::fill(&mut bytes).map_err(IssueFault::NoRandomness)?;
+    let mut text = String::with_capacity(2 * BYTES);
+    for byte in bytes {
+        // Writing into a string does not fail.
+        let _written = write!(text, "{byte:02x}");
+    }
+    Ok(text)
+}
+
+/// Every key there is, ready to be looked up.
+#[derive(Debug, Default)]
+pub struct KeyRing {
+    keys: HashMap<String, HeldKey>,
+}
+
+/// One key as a request is checked against it.
+#[derive(Debug)]
+pub struct HeldKey {
+    /// Its id.
+    pub id: Arc<str>,
+    /// What it allows.
+    pub scopes: Arc<BTreeSet<Scope>>,
+    /// The only machines it reaches; none for all.
+    pub machines: Option<Arc<BTreeSet<String>>>,
+    secret_sha256: String,
+    expires_at: Option<String>,
+    revoked_at: Option<String>,
+}
+
+/// Why a key does not open anything.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum KeyRefusal {
+    /// It is not, and never was, a key of this service.
+    #[error("the key is not one of this service")]
+    Unknown,
+    /// It was revoked.
+    #[error("the key was revoked at {at}")]
+    Revoked {
+        /// When.
+        at: String,
+    },
+    /// It has ended.
+    #[error("the key ended at {at}")]
+    Expired {
+        /// When.
+        at: String,
+    },
+}
+
+impl KeyRing {
+    /// The ring of these keys.
+    #[must_use]
+    pub fn of(rows: Vec<ApiKeyRow>) -> Self {
+        let held = |ApiKeyRow { document, secret_sha256 }| {
+            let id: Arc<str> = document.id.as_str().into();
+            let key = HeldKey {
+                id,
+                scopes: Arc::new(document.scopes),
+                machines: document.machines.map(Arc::new),
+                secret_sha256,
+                expires_at: document.expires_at,
+                revoked_at: document.revoked_at,
+            };
+            (document.id, key)
+        };
+        Self { keys: rows.into_iter().map(held).collect() }
+    }
+
+    /// Whether no key was ever made: the service is open then. One whose keys were all revoked stays closed.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
+    /// The key with this text. Who does not have the secret learns nothing about the key, neither by the answer nor by
+    /// the time it takes.
+    ///
+    /// # Errors
+    /// No such key, or one that opens nothing any more.
+    pub fn find(&self, text: &str, now: impl FnOnce() -> Timestamp) -> Result<&HeldKey, KeyRefusal> {
+        let parts = text.strip_prefix(PREFIX).and_then(|rest| rest.split_once('_'));
+        let (id, secret) = parts.ok_or(KeyRefusal::Unknown)?;
+        let digest = sha256_hex(secret.as_bytes());
+        let held = self.keys.get(id);
+        let kept = held.map_or("", |key| key.secret_sha256.as_str());
+        if !bool::from(digest.as_bytes().ct_eq(kept.as_bytes())) {
+            return Err(KeyRefusal::Unknown);
+        }
+        let key = held.ok_or(KeyRefusal::Unknown)?;
+        if let Some(at) = key.revoked_at.clone() {
+            return Err(KeyRefusal::Revoked { at });
+        }
+        if let Some(at) = key.expires_at.clone()
+            && super::timestamp(now()) >= at
+        {
+            return Err(KeyRefusal::Expired { at });
+        }
+        Ok(key)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request() -> ApiKeyRequest {
+        ApiKeyRequest {
+            name: "MES".to_owned(),
+            scopes: [Scope::Read].into(),
+            machines: None,
+            expires_at: Some("2099-01-01T00:00:00Z".to_owned()),
+        }
+    }
+
+    fn at(text: &str) -> Timestamp {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn a_key_opens_with_its_whole_text_and_with_nothing_else() {
+        let IssuedKey { row, key } = issue_key(&request(), &Sources::real()).unwrap();
+        let (id, secret) = (row.document.id.clone(), key.rsplit('_').next().unwrap().to_owned());
+        assert_eq!((id.len(), secret.len()), (12, 64));
+        assert!(!format!("{row:?}").contains(&secret));
+        let ring = KeyRing::of(vec![row]);
+        let now = || at("2098-12-31T23:59:59.999Z");
+        assert_eq!(&*ring.find(&key, now).unwrap().id, id);
+        let other = issue_key(&request(), &Sources::real()).unwrap();
+        let other_secret = other.key.rsplit('_').next().unwrap();
+        for wrong in [
+            String::new(),
+            id.clone(),
+            secret.clone(),
+            format!("trn_{id}"),
+            format!("trn_{id}_"),
+            format!("trn_{id}_{}", &secret[1..]),
+            format!("trn_{id}_{secret}0"),
+            format!("trn_{id}_{}", secret.to_uppercase() + "A"),
+            format!("trn_{id}_{other_secret}"),
+            format!("TRN_{id}_{secret}"),
+            format!("trn__{secret}"),
+            other.key.clone(),
+        ] {
+            assert_eq!(ring.find(&wrong, now).unwrap_err(), KeyRefusal::Unknown, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_key_ends_at_its_time_and_at_its_revocation() {
+        let IssuedKey { mut row, key } = issue_key(&request(), &Sources::real()).unwrap();
+        let ring = KeyRing::of(vec![row.clone()]);
+        let end = "2099-01-01T00:00:00.000Z".to_owned();
+        assert_eq!(ring.find(&key, || at(&end)).unwrap_err(), KeyRefusal::Expired { at: end.clone() });
+        row.document.revoked_at = Some("2026-01-01T00:00:00.000Z".to_owned());
+        let ring = KeyRing::of(vec![row]);
+        assert!(!ring.is_empty());
+        assert!(matches!(ring.find(&key, || at(&end)), Err(KeyRefusal::Revoked { .. })));
+        // Who does not have the secret does not hear that it was revoked.
+        let guess = format!("{}0", &key[..key.len() - 1]);
+        assert!(guess == key || ring.find(&guess, || at(&end)).unwrap_err() == KeyRefusal::Unknown);
+    }
+
+    #[test]
+    fn everything_that_is_wrong_with_a_key_is_named_at_once() {
+        let wrong = ApiKeyRequest {
+            name: " ".to_owned(),
+            scopes: [Scope::Admin].into(),
+            machines: Some(["a".to_owned(), "A!".to_owned()].into()),
+            expires_at: Some("1999-01-01T00:00:00Z".to_owned()),
+        };
+        let Err(IssueFault::Invalid(faults)) = issue_key(&wrong, &Sources::real()) else { panic!("issued") };
+        let pointers: Vec<_> = faults.iter().map(|fault| fault.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/name", "/machines", "/machines/0", "/expires_at"]);
+        let nothing = ApiKeyRequest { scopes: BTreeSet::new(), machines: Some(BTreeSet::new()), ..request() };
+        assert!(
+            matches!(issue_key(&nothing, &Sources::real()), Err(IssueFault::Invalid(two)) if two.len() == 2)
+        );
+    }
+}

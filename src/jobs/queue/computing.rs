@@ -1,0 +1,162 @@
+//! One job from the queue: computed, its results kept, ended under its lease, or given back.
+
+use std::io;
+use std::sync::Arc;
+
+use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
+use tracing::Instrument;
+
+use super::Shared;
+use super::dispatch::RETRY;
+use super::running::UnderWay;
+use crate::jobs::compute::{QueueTurn, Threads};
+use crate::jobs::program_job::keep_all;
+use crate::jobs::{
+    CompensatorFault, ComputeFault, Finished, InputFile, JobFault, MachineUsed, PartSurfaceFault,
+    ProgramWork, Sizes, Workplace,
+};
+use crate::process::Stop;
+use crate::store::{Claimed, Ending, GivenBack, JobRow, StoreError, sha256_hex};
+
+impl Shared {
+    /// Computes a job that was taken, and settles it.
+    pub(super) async fn compute_job(self: Arc<Self>, claimed: Claimed, job: Arc<UnderWay>, turn: QueueTurn) {
+        let span = tracing::info_span!("job", job_id = %claimed.job.document.id);
+        async move {
+            let QueueTurn { share, place } = turn;
+            let result = self.result(&claimed.job, &job, place).await;
+            self.settle(&claimed, &job, result).await;
+            // Kept until now: what fails over and over does not empty the queue into waiting tasks.
+            drop(share);
+            self.more.notify_one();
+        }
+        .instrument(span)
+        .await;
+    }
+
+    /// The result of a job, its files kept but not named yet.
+    async fn result(
+        &self,
+        row: &JobRow,
+        job: &UnderWay,
+        place: OwnedSemaphorePermit,
+    ) -> Result<(Ending, OwnedRwLockReadGuard<()>), JobFault> {
+        let document = &row.document;
+        let blobs = self.spool.blobs();
+        let on = self.machine(row).await?;
+        let program = InputFile::kept(blobs, &document.input_sha256)?;
+        let surface = document.surface_sha256.as_deref();
+        let surface = surface.map(|sha256| InputFile::kept(blobs, sha256)).transpose()?;
+        let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
+        let parameters = document.parameters.to_string();
+        let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
+        let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
+        job.follow(&program, document.operation);
+        let spool = self.spool.clone();
+        let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<Finished, JobFault> {
+            let _memory = memory;
+            let place =
+                Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
+            work.run(place)
+        };
+        let Finished { report, output, changes } =
+            self.compute.run_at(place, job.stop.clone(), worked).await??;
+        let digest = |draft: &Option<crate::store::Draft>| draft.as_ref().map(crate::store::Draft::sha256);
+        let ending = Ending::Succeeded {
+            report_sha256: sha256_hex(report.as_bytes()),
+            output_sha256: digest(&output),
+            changes_sha256: digest(&changes),
+            report,
+        };
+        let naming = blobs.naming().await;
+        keep_all(blobs, [output, changes]).await?;
+        Ok((ending, naming))
+    }
+
+    /// The machine as it was when the job was accepted.
+    async fn machine(&self, row: &JobRow) -> Result<MachineUsed, JobFault> {
+        let (id, revision) = (&row.document.machine_id, row.document.machine_revision);
+        let found = self.store.machine_revision(id, revision).await?.ok_or(JobFault::MachineLost)?;
+        let drives = found.document.profile.drives.clone();
+        let (_, machine) =
+            found.document.profile.into_machine().map_err(|_stored_is_sound| JobFault::MachineLost)?;
+        Ok(MachineUsed { revision, machine, drives })
+    }
+
+    /// Stores what came of a job: its end, or that it waits again.
+    async fn settle(
+        &self,
+        claimed: &Claimed,
+        job: &UnderWay,
+        result: Result<(Ending, OwnedRwLockReadGuard<()>), JobFault>,
+    ) {
+        let (id, lease) = (claimed.job.document.id.as_str(), claimed.lease.as_str());
+        let end = |ending: Ending| async move {
+            self.persistently(|| async {
+                self.store.end_job(id, lease, &ending, &self.sources.timestamp()).await
+            })
+            .await
+        };
+        let ended = match result {
+            Ok((ending, naming)) => {
+                let ended = end(ending).await;
+                drop(naming);
+                ended
+            }
+            // Told to stop: by its client, or because the service does.
+            Err(_) if job.stop.is_cancelled() => Some(false),
+            Err(fault) if is_passing(&fault) => {
+                tracing::warn!(error = %fault, "a job is tried again later");
+                tokio::select! {
+                    () = job.stop.cancelled() => {}
+                    () = self.pause() => {}
+                }
+                Some(false)
+            }
+            Err(fault) => end(Ending::Failed { problem: (self.describe)(fault) }).await,
+        };
+        let given = if ended == Some(false) {
+            self.persistently(|| async { self.store.give_back(id, lease, &self.sources.timestamp()).await })
+                .await
+        } else {
+            None
+        };
+        self.running.end(id);
+        if ended == Some(true) || given == Some(GivenBack::Cancelled) {
+            self.on_finished(id).await;
+        } else {
+            self.changed(id);
+        }
+    }
+
+    /// Asks the store again until it answers; nothing, once the service has stopped.
+    async fn persistently<T, F>(&self, ask: impl Fn() -> F) -> Option<T>
+    where
+        F: Future<Output = Result<T, StoreError>>,
+    {
+        loop {
+            match ask().await {
+                Ok(answer) => return Some(answer),
+                Err(fault) => tracing::error!(error = %fault, "what came of a job cannot be stored"),
+            }
+            tokio::select! {
+                () = self.halted.cancelled() => return None,
+                () = tokio::time::sleep(RETRY) => {}
+            }
+        }
+    }
+}
+
+/// Whether a fault lies in the moment, not in the job.
+fn is_passing(fault: &JobFault) -> bool {
+    match fault {
+        JobFault::Compute(ComputeFault::Busy)
+        | JobFault::PartSurface(PartSurfaceFault::NoRoom { .. })
+        | JobFault::Store(StoreError::Full(_) | StoreError::Busy(_)) => true,
+        JobFault::Blob(fault) => fault.is_full(),
+        JobFault::Compensator(CompensatorFault::Io(fault)) => {
+            matches!(fault.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+        }
+        _ => false,
+    }
+}

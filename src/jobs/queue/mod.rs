@@ -1,0 +1,271 @@
+//! The queue of jobs: accepted, computed in the pool one after the other, ended once, whatever happens to the process in
+//! between. What is durable stands in `store::queue`; here is what only lives as long as the process.
+
+mod computing;
+mod dispatch;
+mod order;
+mod retention;
+mod running;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::Value;
+use tokio::sync::{Mutex, Notify, broadcast};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+pub use self::order::JobOrder;
+use self::running::Running;
+use super::program_job::{job_of_key, keep_all};
+use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
+use crate::store::{Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, Store, StoreError};
+use crate::wire::{JobDocument, JobState};
+
+/// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
+pub type Describe = fn(JobFault) -> Value;
+
+/// How much the queue may hold, and for how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QueueLimits {
+    /// Jobs that may wait.
+    pub max_queued: usize,
+    /// How long a job is kept after its end \[s\]; 0 for ever.
+    pub job_retention_s: f64,
+    /// How long an idempotency key is remembered \[s\].
+    pub key_retention_s: f64,
+}
+
+/// The queue; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Queue(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    store: Store,
+    spool: Spool,
+    compute: Compute,
+    sources: Sources,
+    means: Means,
+    limits: QueueLimits,
+    describe: Describe,
+    /// What is being computed.
+    running: Running,
+    /// Held from the database's word on a job to ours, so that no cancel falls between the two.
+    gate: Mutex<()>,
+    /// The id of every job that has changed.
+    changes: broadcast::Sender<Arc<str>>,
+    /// There may be something in the queue.
+    more: Notify,
+    /// Nothing new is begun.
+    stopping: CancellationToken,
+    /// The database is about to close.
+    halted: CancellationToken,
+    tasks: TaskTracker,
+}
+
+/// Changes that a slow follower may fall behind before it has to look for itself.
+const CHANGES_KEPT: usize = 1024;
+/// How long work that was told to stop gets to do so when the service stops.
+const GRACE: Duration = Duration::from_millis(300);
+
+impl Queue {
+    /// Takes up what an earlier process left, and begins to compute.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn open(
+        store: Store,
+        spool: Spool,
+        compute: Compute,
+        sources: Sources,
+        means: Means,
+        limits: QueueLimits,
+        describe: Describe,
+    ) -> Result<Self, StoreError> {
+        let died = describe(JobFault::ProcessDied);
+        let recovered = store.recover_jobs(&died, &sources.timestamp()).await?;
+        let shared = Arc::new(Shared {
+            store,
+            spool,
+            compute,
+            sources,
+            means,
+            limits,
+            describe,
+            running: Running::default(),
+            gate: Mutex::new(()),
+            changes: broadcast::Sender::new(CHANGES_KEPT),
+            more: Notify::new(),
+            stopping: CancellationToken::new(),
+            halted: CancellationToken::new(),
+            tasks: TaskTracker::new(),
+        });
+        if recovered.queued > 0 {
+            tracing::warn!(jobs = recovered.queued, "jobs of a process that died are queued again");
+        }
+        for id in recovered.parked.iter().chain(&recovered.cancelled) {
+            tracing::warn!(job_id = id, parked = recovered.parked.contains(id), "a job ended at the start");
+            shared.on_finished(id).await;
+        }
+        shared.tasks.spawn(Arc::clone(&shared).dispatch());
+        if limits.job_retention_s > 0.0 {
+            shared.tasks.spawn(Arc::clone(&shared).forget_old_jobs());
+        }
+        Ok(Self(shared))
+    }
+
+    /// Whether another job may wait, for a look before its files are taken.
+    ///
+    /// # Errors
+    /// As many wait as may, or the database failed.
+    pub async fn check_room(&self) -> Result<(), JobFault> {
+        let waiting = usize::try_from(self.0.store.queue_depth().await?.queued).unwrap_or(0);
+        if waiting >= self.0.limits.max_queued { Err(JobFault::QueueFull { waiting }) } else { Ok(()) }
+    }
+
+    /// Accepts a job: its files are kept, then one transaction names them, and it will be computed. The machine's
+    /// revision is fixed now.
+    ///
+    /// # Errors
+    /// The queue is full, the key stands for another request, nothing can be kept.
+    pub async fn accept(
+        &self,
+        job: ProgramJob,
+        external_id: Option<String>,
+        callback_url: Option<String>,
+    ) -> Result<JobRow, JobFault> {
+        let shared = &*self.0;
+        let ProgramJob { actor, machine_id, machine_revision, work, program, surface, file_name, used } = job;
+        let sources = &shared.sources;
+        let document = JobDocument {
+            id: sources.ids.next().to_string(),
+            machine_id,
+            machine_revision,
+            operation: work.operation,
+            parameters: work.parameters,
+            state: JobState::Queued,
+            progress: 0.0,
+            input_sha256: InputFile::from(&program).sha256,
+            surface_sha256: surface.as_ref().map(|surface| InputFile::from(surface).sha256),
+            output_sha256: None,
+            changes_sha256: None,
+            external_id,
+            callback_url,
+            attempts: 0,
+            problem: None,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            created_at: sources.timestamp(),
+            started_at: None,
+            finished_at: None,
+        };
+        let row = JobRow { document, file_name, report: None, report_sha256: None };
+        let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &actor).await;
+        if !matches!(enqueued, Ok(Enqueued::Added)) {
+            // What was refused leaves nothing behind, whatever it was refused for.
+            let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
+            if let Err(fault) = shared.remove_unnamed(kept.into_iter().flatten().collect()).await {
+                tracing::warn!(error = %fault, "the files of a refused job stay until the next start");
+            }
+        }
+        match enqueued? {
+            Enqueued::Added => {
+                shared.more.notify_one();
+                Ok(row)
+            }
+            Enqueued::Full => Err(JobFault::QueueFull { waiting: shared.limits.max_queued }),
+            Enqueued::KeyTaken => job_of_key(&shared.store, used.as_ref()).await,
+        }
+    }
+
+    /// Cancels a job that waits, and tells one that runs to stop.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn cancel(&self, id: &str, actor: &Actor) -> Result<Cancelling, StoreError> {
+        let shared = &*self.0;
+        let gate = shared.gate.lock().await;
+        let done = shared.store.cancel_job(id, &shared.sources.timestamp(), actor).await?;
+        if done == Cancelling::Requested {
+            shared.running.stop(id);
+        }
+        drop(gate);
+        match done {
+            Cancelling::Cancelled => shared.on_finished(id).await,
+            Cancelling::Requested => shared.changed(id),
+            Cancelling::Unknown | Cancelling::Already | Cancelling::Ended(_) => {}
+        }
+        Ok(done)
+    }
+
+    /// How far a job is that is being computed, 0 to 1, never less than before.
+    #[must_use]
+    pub fn progress(&self, id: &str) -> Option<f64> {
+        self.0.running.progress(id)
+    }
+
+    /// The ids of jobs that change from now on.
+    #[must_use]
+    pub fn changes(&self) -> broadcast::Receiver<Arc<str>> {
+        self.0.changes.subscribe()
+    }
+
+    /// Cancelled once the service stops.
+    #[must_use]
+    pub fn stopping(&self) -> &CancellationToken {
+        &self.0.stopping
+    }
+
+    /// Begins nothing new, lets what runs end within `drain`, and gives the rest back to the queue, whether it has
+    /// stopped or not.
+    pub async fn stop(&self, drain: Duration) {
+        let shared = &*self.0;
+        shared.stopping.cancel();
+        shared.tasks.close();
+        if tokio::time::timeout(drain, shared.tasks.wait()).await.is_err() {
+            shared.running.stop_all();
+            if tokio::time::timeout(GRACE, shared.tasks.wait()).await.is_err() {
+                for (id, lease) in shared.running.leases() {
+                    let given = shared.store.give_back(&id, &lease, &shared.sources.timestamp()).await;
+                    tracing::warn!(job_id = id, ?given, "a job that does not stop is given back");
+                }
+            }
+        }
+        shared.halted.cancel();
+    }
+}
+
+impl Shared {
+    /// Keeps the files of a job, then names them.
+    async fn enqueue(
+        &self,
+        row: &JobRow,
+        files: [Option<Draft>; 2],
+        used: Option<&KeyUse>,
+        actor: &Actor,
+    ) -> Result<Enqueued, JobFault> {
+        let blobs = self.spool.blobs();
+        let _naming = blobs.naming().await;
+        keep_all(blobs, files).await?;
+        Ok(self.store.enqueue(row, used, self.limits.max_queued, actor).await?)
+    }
+
+    /// Tells those who follow jobs that one has changed.
+    fn changed(&self, id: &str) {
+        // Nobody may be listening.
+        let _followers = self.changes.send(id.into());
+    }
+
+    /// Called once after every end of a job, when it is stored: whoever is to be told of ends is told from here.
+    async fn on_finished(&self, id: &str) {
+        self.changed(id);
+        match self.store.job(id).await {
+            Ok(Some(job)) => {
+                let state = job.document.state.as_str();
+                tracing::info!(job_id = id, state, attempts = job.document.attempts, "a job ended");
+            }
+            Ok(None) => {}
+            Err(fault) => tracing::error!(job_id = id, error = %fault, "an ended job cannot be read"),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The jobs that are being computed in this process.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use tokio_util::sync::CancellationToken;
+
+use crate::jobs::InputFile;
+use crate::wire::JobOperation;
+
+/// One job that is being computed.
+#[derive(Debug)]
+pub(super) struct UnderWay {
+    /// What its ending is signed with.
+    pub(super) lease: String,
+    /// Cancelled when it is to stop.
+    pub(super) stop: CancellationToken,
+    /// The bytes read of its program, and how many there will be.
+    reading: OnceLock<(Arc<AtomicU64>, f64)>,
+}
+
+impl UnderWay {
+    /// From now on the reading of this program tells how far the job is.
+    pub(super) fn follow(&self, program: &InputFile, operation: JobOperation) {
+        let all = program.length as f64 * passes(operation);
+        // A job has one program.
+        let _first = self.reading.set((program.counted(), all));
+    }
+
+    fn progress(&self) -> f64 {
+        let Some((read, all)) = self.reading.get() else { return 0.0 };
+        (read.load(Ordering::Relaxed) as f64 / all.max(1.0)).min(ALMOST_DONE)
+    }
+}
+
+/// What is read to its end is not yet stored.
+const ALMOST_DONE: f64 = 0.99;
+
+/// How often an operation reads its program, counted on programs of the tests, where every step finds something to do. A
+/// program that needs fewer readings jumps to the end of its progress, one that needs more waits there.
+const fn passes(operation: JobOperation) -> f64 {
+    match operation {
+        JobOperation::CcCompensation | JobOperation::Compensation => 4.0,
+        JobOperation::WearCompensation
+        | JobOperation::Verification
+        | JobOperation::ServoSimulation
+        | JobOperation::Posting => 2.0,
+    }
+}
+
+/// All of them.
+#[derive(Debug, Default)]
+pub(super) struct Running(Mutex<HashMap<String, Arc<UnderWay>>>);
+
+impl Running {
+    /// A job is begun.
+    pub(super) fn begin(&self, id: &str, lease: &str) -> Arc<UnderWay> {
+        let (stop, reading) = (CancellationToken::new(), OnceLock::new());
+        let under_way = Arc::new(UnderWay { lease: lease.to_owned(), stop, reading });
+        self.jobs().insert(id.to_owned(), Arc::clone(&under_way));
+        under_way
+    }
+
+    /// It is settled.
+    pub(super) fn end(&self, id: &str) {
+        self.jobs().remove(id);
+    }
+
+    /// Tells a job to stop.
+    pub(super) fn stop(&self, id: &str) {
+        if let Some(job) = self.jobs().get(id) {
+            job.stop.cancel();
+        }
+    }
+
+    /// Tells every job to stop.
+    pub(super) fn stop_all(&self) {
+        self.jobs().values().for_each(|job| job.stop.cancel());
+    }
+
+    /// How far a job is.
+    pub(super) fn progress(&self, id: &str) -> Option<f64> {
+        self.jobs().get(id).map(|job| job.progress())
+    }
+
+    /// Every job with its lease.
+    pub(super) fn leases(&self) -> Vec<(String, String)> {
+        self.jobs().iter().map(|(id, job)| (id.clone(), job.lease.clone())).collect()
+    }
+
+    fn jobs(&self) -> MutexGuard<'_, HashMap<String, Arc<UnderWay>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,148 @@
+//! The audit log: a row for every change, written in the transaction that makes the change.
+
+use sqlx::sqlite::SqliteConnection;
+
+use super::error::Doing;
+use super::{Cursor, Page, Store, StoreError};
+use crate::wire::{AuditAction, AuditEntry, AuditOrigin};
+
+/// Who changes something, and by what.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Actor {
+    /// Where the change comes from.
+    pub origin: AuditOrigin,
+    /// The key of the request.
+    pub key_id: Option<String>,
+    /// Method of the request.
+    pub method: Option<String>,
+    /// Path template of the request.
+    pub route: Option<String>,
+    /// Id of the request.
+    pub request_id: Option<String>,
+}
+
+impl Actor {
+    /// One that is no request.
+    #[must_use]
+    pub fn without_request(origin: AuditOrigin) -> Self {
+        Self { origin, key_id: None, method: None, route: None, request_id: None }
+    }
+}
+
+/// What was changed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Change<'a> {
+    /// When.
+    pub(super) at: &'a str,
+    /// What was done.
+    pub(super) action: AuditAction,
+    /// The machine that it is about.
+    pub(super) machine_id: Option<&'a str>,
+    /// Address of what was changed.
+    pub(super) resource: String,
+    /// Revisions of the machine before and after, where it has any.
+    pub(super) revisions: (Option<i64>, Option<i64>),
+}
+
+impl<'a> Change<'a> {
+    /// Of a job.
+    pub(super) fn of_job(id: &str, at: &'a str, machine_id: &'a str, action: AuditAction) -> Self {
+        let resource = format!("/v1/jobs/{id}");
+        Self { at, action, machine_id: Some(machine_id), resource, revisions: (None, None) }
+    }
+}
+
+/// Which entries are wanted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct AuditFilter {
+    /// About this machine.
+    pub machine_id: Option<String>,
+    /// By this key.
+    pub key_id: Option<String>,
+    /// Of this action.
+    pub action: Option<AuditAction>,
+}
+
+/// Writes a change into the log, inside the transaction that makes it.
+pub(super) async fn audit(
+    connection: &mut SqliteConnection,
+    actor: &Actor,
+    change: Change<'_>,
+) -> Result<(), sqlx::Error> {
+    let Actor { origin, key_id, method, route, request_id } = actor;
+    let Change { at, action, machine_id, resource, revisions: (before, after) } = change;
+    let (origin, action) = (origin.as_str(), action.as_str());
+    sqlx::query!(
+        "INSERT INTO audit (at, origin, key_id, action, method, route, request_id, machine_id, resource,
+             revision_before, revision_after)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        at,
+        origin,
+        key_id,
+        action,
+        method,
+        route,
+        request_id,
+        machine_id,
+        resource,
+        before,
+        after
+    )
+    .execute(&mut *connection)
+    .await?;
+    Ok(())
+}
+
+impl Store {
+    /// A page of the audit log, newest first.
+    ///
+    /// # Errors
+    /// The database failed, or holds a word that this version does not know.
+    pub async fn audit_entries(
+        &self,
+        filter: &AuditFilter,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<AuditEntry>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let AuditFilter { machine_id, key_id, action } = filter;
+        let action = action.map(AuditAction::as_str);
+        let rows = sqlx::query!(
+            "SELECT * FROM audit
+             WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR key_id = ?3)
+               AND (?4 IS NULL OR action = ?4)
+             ORDER BY seq DESC LIMIT ?5",
+            before,
+            machine_id,
+            key_id,
+            action,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading the audit log")?;
+        let read = rows.into_iter().map(|row| {
+            let word = |text: String| serde_json::Value::String(text);
+            let unreadable = |source| {
+                let key = row.seq.to_string();
+                StoreError::Unreadable { what: "audit entry", key, source }
+            };
+            let entry = AuditEntry {
+                seq: row.seq,
+                at: row.at,
+                origin: serde_json::from_value(word(row.origin)).map_err(unreadable)?,
+                key_id: row.key_id,
+                action: serde_json::from_value(word(row.action)).map_err(unreadable)?,
+                method: row.method,
+                route: row.route,
+                request_id: row.request_id,
+                machine_id: row.machine_id,
+                resource: row.resource,
+                revision_before: row.revision_before,
+                revision_after: row.revision_after,
+            };
+            Ok((row.seq, entry))
+        });
+        Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
+    }
+}

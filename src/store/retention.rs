@@ -1,0 +1,44 @@
+//! Jobs that ended long ago go, and the files that only they named.
+
+use super::{Sha256Hex, Store, StoreError};
+
+/// Jobs removed in one transaction: others write in between.
+const REMOVED_AT_ONCE: i64 = 200;
+
+impl Store {
+    /// Removes some of the jobs that ended before `ended_before` and whose key, where they had one, was used before
+    /// `keys_since`. Gives the digests that the removed ones named, and none once there is nothing left to remove.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn forget_jobs(
+        &self,
+        ended_before: &str,
+        keys_since: &str,
+    ) -> Result<Vec<Sha256Hex>, StoreError> {
+        let (ended_before, keys_since) = (ended_before.to_owned(), keys_since.to_owned());
+        self.write("forgetting jobs", |connection| {
+            Box::pin(async move {
+                sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", keys_since)
+                    .execute(&mut *connection)
+                    .await?;
+                let removed = sqlx::query!(
+                    "DELETE FROM jobs WHERE seq IN (
+                         SELECT seq FROM jobs j WHERE finished_at < ?
+                             AND NOT EXISTS (SELECT 1 FROM idempotency_keys k WHERE k.job_id = j.id)
+                         ORDER BY finished_at LIMIT ?)
+                     RETURNING input_sha256, surface_sha256, output_sha256, changes_sha256",
+                    ended_before,
+                    REMOVED_AT_ONCE
+                )
+                .fetch_all(&mut *connection)
+                .await?;
+                let named = removed.into_iter().flat_map(|row| {
+                    [Some(row.input_sha256), row.surface_sha256, row.output_sha256, row.changes_sha256]
+                });
+                Ok(named.flatten().collect())
+            })
+        })
+        .await
+    }
+}

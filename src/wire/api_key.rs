@@ -1,0 +1,162 @@
+//! API keys: what each may do, for which machines, and until when.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use utoipa::ToSchema;
+
+use super::{Fault, FaultList};
+
+/// What a key allows. None includes another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// Reading everything but keys and the audit log.
+    Read,
+    /// Computing, and with it making and cancelling jobs.
+    Compute,
+    /// Storing and deleting machines.
+    Machines,
+    /// Storing what was measured of machines and tools, and applying it.
+    Calibrations,
+    /// Making, listing and revoking keys; reading the audit log.
+    Admin,
+}
+
+impl Scope {
+    /// Every scope.
+    pub const ALL: [Self; 5] = [Self::Read, Self::Compute, Self::Machines, Self::Calibrations, Self::Admin];
+
+    /// The word on the wire.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Compute => "compute",
+            Self::Machines => "machines",
+            Self::Calibrations => "calibrations",
+            Self::Admin => "admin",
+        }
+    }
+}
+
+impl fmt::Display for Scope {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// A word that is no scope.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the scopes are read, compute, machines, calibrations and admin")]
+pub struct NoScope;
+
+impl FromStr for Scope {
+    type Err = NoScope;
+
+    fn from_str(word: &str) -> Result<Self, NoScope> {
+        Self::ALL.into_iter().find(|scope| scope.as_str() == word).ok_or(NoScope)
+    }
+}
+
+/// A key to be made.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ApiKeyRequest {
+    /// Who or what will carry it, for people.
+    #[schema(min_length = 1, max_length = 200, example = "MES of hall 3")]
+    pub name: String,
+    /// What it allows; at least one.
+    #[schema(min_items = 1, example = json!(["read", "compute"]))]
+    pub scopes: BTreeSet<Scope>,
+    /// The only machines it reaches; absent for all. Not with `admin`, which is over every machine.
+    #[serde(default)]
+    #[schema(required = false, min_items = 1, max_items = 1000, example = json!(["example-ac-table"]))]
+    pub machines: Option<BTreeSet<String>>,
+    /// When it ends, RFC 3339; absent for never.
+    #[serde(default)]
+    #[schema(required = false, format = DateTime, example = "2099-01-01T00:00:00Z")]
+    pub expires_at: Option<String>,
+}
+
+/// Most characters of a key's name.
+const MAX_NAME: usize = 200;
+/// Most machines of a key.
+const MAX_MACHINES: usize = 1000;
+
+impl ApiKeyRequest {
+    /// Everything that is wrong with it but its end, which needs the time.
+    pub fn check(&self, faults: &mut FaultList) {
+        let length = self.name.chars().count();
+        if self.name.trim().is_empty() || length > MAX_NAME || self.name.chars().any(char::is_control) {
+            let detail = format!("a name has 1 to {MAX_NAME} characters and no control characters");
+            faults.push(|| Fault::new("/name", detail));
+        }
+        if self.scopes.is_empty() {
+            faults.push(|| Fault::new("/scopes", "a key without a scope allows nothing"));
+        }
+        let Some(machines) = &self.machines else { return };
+        if machines.is_empty() || machines.len() > MAX_MACHINES {
+            let detail = format!("name 1 to {MAX_MACHINES} machines, or leave the list out to reach all");
+            faults.push(|| Fault::new("/machines", detail));
+        }
+        if self.scopes.contains(&Scope::Admin) {
+            let detail = "admin makes keys for every machine, so a key with this scope has no list";
+            faults.push(|| Fault::new("/machines", detail));
+        }
+        for (index, machine_id) in machines.iter().enumerate() {
+            if !is_slug(machine_id) {
+                let detail = format!("{machine_id:?} is no machine id");
+                faults.push(|| Fault::new(format!("/machines/{index}"), detail));
+            }
+        }
+    }
+}
+
+/// Whether a machine can have this id.
+#[must_use]
+pub fn is_slug(machine_id: &str) -> bool {
+    let word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
+    machine_id.len() <= 64
+        && machine_id.bytes().all(|byte| word(byte) || byte == b'-')
+        && machine_id.bytes().next().is_some_and(word)
+}
+
+/// A key as it is listed. Its secret is stored nowhere.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ApiKey)]
+pub struct ApiKeyDocument {
+    /// The part of the key that is no secret.
+    #[schema(example = "5f1c2d4e9a07")]
+    pub id: String,
+    /// Who or what carries it.
+    #[schema(example = "MES of hall 3")]
+    pub name: String,
+    /// What it allows.
+    pub scopes: BTreeSet<Scope>,
+    /// The only machines it reaches; null for all.
+    pub machines: Option<BTreeSet<String>>,
+    /// When it was made.
+    pub created_at: String,
+    /// When it ends; null for never.
+    pub expires_at: Option<String>,
+    /// When it was revoked.
+    pub revoked_at: Option<String>,
+    /// When it was last used, to a few minutes.
+    pub last_used_at: Option<String>,
+}
+
+/// A key just made.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = NewApiKey)]
+pub struct NewApiKeyDocument {
+    /// What to send as `Authorization: Bearer …`. Shown this once: null when the same request is answered again.
+    #[schema(example = "trn_5f1c2d4e9a07_…")]
+    pub key: Option<String>,
+    /// The key as it will be listed.
+    #[serde(flatten)]
+    pub document: ApiKeyDocument,
+}

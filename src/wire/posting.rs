@@ -1,0 +1,277 @@
+//! Posting of cutter location data to a machine: parameters and report.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::{
+    Dialect, Fault, FaultList, Fixed, Interpolation, KinematicsOptions, LocationErrors, Provenance,
+    RotaryWords, Warning,
+};
+use crate::machine::Machine;
+use crate::process::{PostForm, PostParameters, PostReport};
+use crate::program;
+use crate::units::{Angle, Length};
+
+/// Most digits behind the point.
+const MAX_DECIMALS: u8 = 6;
+/// Tolerances of arcs that are taken for real (µm).
+const ARC_TOLERANCE_RANGE_UM: [f64; 2] = [0.1, 1000.0];
+/// Largest number of a length offset.
+const MAX_LENGTH_NUMBER: u32 = 9999;
+
+/// What a posting is asked to do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[serde(deny_unknown_fields, default)]
+#[into_params(parameter_in = Query)]
+pub struct PostingParameters {
+    /// What X Y Z of the program are: tool tips under G43.4 with the tip's feed (`tcp`), or axis positions with inverse time
+    /// (`machine`).
+    #[schema(default = "tcp")]
+    #[param(inline, default = "tcp")]
+    pub interpolation: Interpolation,
+    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
+    pub work_offset_mm: Fixed<3>,
+    /// Tool length; matters to head axes only.
+    pub tool_length_mm: f64,
+    /// Whether measured errors of the machine count.
+    #[param(inline)]
+    pub location_errors: LocationErrors,
+    /// Rotary words before the first point, one parameter for each: `start.A`, `start.C`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[param(inline)]
+    pub start: Option<RotaryWords>,
+    /// H of G43.4.
+    #[schema(default = 1, minimum = 0, maximum = 9999)]
+    #[param(default = 1, minimum = 0, maximum = 9999)]
+    pub length_offset_number: u32,
+    /// Digits behind the point of X Y Z.
+    #[schema(default = 4, minimum = 1, maximum = 6)]
+    #[param(default = 4, minimum = 1, maximum = 6)]
+    pub linear_decimals: u8,
+    /// Digits behind the point of the rotary words.
+    #[schema(default = 4, minimum = 1, maximum = 6)]
+    #[param(default = 4, minimum = 1, maximum = 6)]
+    pub rotary_decimals: u8,
+    /// How far lines in place of an arc may stand off it.
+    #[schema(default = 5.0)]
+    #[param(default = 5.0)]
+    pub arc_tolerance_um: f64,
+    /// The form of the program text: cutter location data, so `auto` or `apt`.
+    #[param(inline)]
+    pub dialect: Dialect,
+}
+
+impl Default for PostingParameters {
+    fn default() -> Self {
+        let core = PostParameters::default();
+        Self {
+            interpolation: Interpolation::Tcp,
+            work_offset_mm: Fixed::default(),
+            tool_length_mm: 0.0,
+            location_errors: LocationErrors::default(),
+            start: None,
+            length_offset_number: core.length_number,
+            linear_decimals: core.linear_decimals,
+            rotary_decimals: core.rotary_decimals,
+            arc_tolerance_um: core.arc_tolerance.um(),
+            dialect: Dialect::default(),
+        }
+    }
+}
+
+impl PostingParameters {
+    /// The parameters in the core's terms.
+    ///
+    /// # Errors
+    /// Every bad value, with its pointer.
+    pub fn to_core(&self, machine: &Machine) -> Result<PostParameters, Vec<Fault>> {
+        let mut faults = FaultList::default();
+        for (name, decimals) in
+            [("linear_decimals", self.linear_decimals), ("rotary_decimals", self.rotary_decimals)]
+        {
+            faults.check_range(|| format!("/{name}"), f64::from(decimals), 1.0, f64::from(MAX_DECIMALS));
+        }
+        let [min, max] = ARC_TOLERANCE_RANGE_UM;
+        faults.check_range(|| "/arc_tolerance_um".to_owned(), self.arc_tolerance_um, min, max);
+        let number = f64::from(self.length_offset_number);
+        faults.check_range(|| "/length_offset_number".to_owned(), number, 0.0, f64::from(MAX_LENGTH_NUMBER));
+        if !matches!(self.dialect, Dialect::Auto | Dialect::Apt) {
+            faults.push(|| Fault::new("/dialect", "only cutter location data is posted: auto or apt"));
+        }
+        let options = KinematicsOptions {
+            work_offset_mm: self.work_offset_mm,
+            tool_length_mm: self.tool_length_mm,
+            selection: None,
+            start: self.start,
+            location_errors: self.location_errors,
+        };
+        let (setup, start_words_deg) = options.to_setup(machine).unwrap_or_else(|found| {
+            for fault in found {
+                faults.push(|| fault);
+            }
+            Default::default()
+        });
+        for (axis, word) in machine.rotary_axes().iter().zip(start_words_deg.into_iter().flatten()) {
+            if let Some(travel) = axis.travel_deg {
+                let at = || format!("/start/{}", axis.letter.as_char());
+                faults.check_range(at, word, travel.min, travel.max);
+            }
+        }
+        faults.into_result()?;
+        Ok(PostParameters {
+            setup,
+            form: match self.interpolation {
+                Interpolation::Tcp => PostForm::Tcp,
+                Interpolation::Machine => PostForm::Machine,
+            },
+            length_number: self.length_offset_number,
+            start_words_deg,
+            linear_decimals: self.linear_decimals,
+            rotary_decimals: self.rotary_decimals,
+            arc_tolerance: Length::from_um(self.arc_tolerance_um),
+            dialect: self.dialect.to_core(),
+            ..PostParameters::default()
+        })
+    }
+}
+
+/// The written program, read back as a control would and put through the forward kinematics: largest distances from the
+/// source's points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PostingReadBack {
+    /// Of a tool tip.
+    pub max_tip_um: f64,
+    /// Of a tool axis.
+    pub max_axis_urad: f64,
+}
+
+/// What lies between two points and no post can mend: largest distances half way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PostingBetweenPoints {
+    /// Of the tool axis from the great circle.
+    pub max_axis_urad: f64,
+    /// Line of the upload.
+    pub max_axis_line: Option<u64>,
+    /// Of the tip from the straight line; 0 with `tcp`, where the control keeps it straight.
+    pub max_tip_um: f64,
+    /// Line of the upload.
+    pub max_tip_line: Option<u64>,
+}
+
+/// What was made of cutter location data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PostingFindings {
+    /// Form the upload was read in.
+    pub dialect: Dialect,
+    /// Form of the program.
+    pub output_dialect: Dialect,
+    /// What X Y Z of the program are.
+    pub interpolation: Interpolation,
+    /// Digits behind the point of X Y Z.
+    pub linear_decimals: u8,
+    /// Digits behind the point of the rotary words.
+    pub rotary_decimals: u8,
+    /// Blocks of the upload.
+    pub blocks_in: u64,
+    /// Blocks of the program.
+    pub blocks_out: u64,
+    /// Points of the program.
+    pub points: u64,
+    /// Arcs that became lines.
+    pub arcs: u64,
+    /// Statements for the post-processor that stand in the program as comments.
+    pub comments: u64,
+    /// Stretches of points over which ways were chosen, each knowing at least the next 1024 points.
+    pub windows: u64,
+    /// Points at which a rotary axis turns by more than 120°.
+    pub rewinds: u64,
+    /// Points inside the pole cone, where the rotary axis next to the workpiece was held.
+    pub pole_holds: u64,
+    /// The program read back.
+    pub read_back: PostingReadBack,
+    /// What lies between its points.
+    pub between_points: PostingBetweenPoints,
+    /// What the caller should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl PostingFindings {
+    /// Those of a report of the core.
+    #[must_use]
+    pub fn of(parameters: &PostingParameters, core: &PostReport) -> Self {
+        Self {
+            dialect: program::Dialect::Apt.into(),
+            output_dialect: program::Dialect::Iso.into(),
+            interpolation: parameters.interpolation,
+            linear_decimals: parameters.linear_decimals,
+            rotary_decimals: parameters.rotary_decimals,
+            blocks_in: core.blocks_in,
+            blocks_out: core.blocks_out,
+            points: core.points,
+            arcs: core.arcs,
+            comments: core.notes,
+            windows: core.windows,
+            rewinds: core.rewinds,
+            pole_holds: core.pole_holds,
+            read_back: PostingReadBack {
+                max_tip_um: Length::from_mm(core.largest_tip_error_mm).um(),
+                max_axis_urad: Angle::from_deg(core.largest_axis_error_deg).urad(),
+            },
+            between_points: PostingBetweenPoints {
+                max_axis_urad: Angle::from_deg(core.largest_axis_swing_deg).urad(),
+                max_axis_line: core.axis_swing_line,
+                max_tip_um: Length::from_mm(core.largest_tip_swing_mm).um(),
+                max_tip_line: core.tip_swing_line,
+            },
+            warnings: warnings(core, parameters.rotary_decimals),
+        }
+    }
+}
+
+fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
+    // A program with an upright tool is held at the pole all along, and misses nothing.
+    let missed = core.largest_axis_error_deg > 10_f64.powi(-i32::from(rotary_decimals));
+    [
+        (
+            "post_words_as_comments",
+            "statements for the post-processor are comments: spindle, coolant and tools are for whoever frames the program",
+            core.notes,
+            None,
+        ),
+        (
+            "rewind",
+            "a rotary axis turns by more than 120° on the way to a point",
+            core.rewinds,
+            core.first_rewind_line,
+        ),
+        (
+            "pole_hold",
+            "within the pole's cone the rotary axis next to the workpiece is held and the tool axis misses its direction",
+            if missed { core.pole_holds } else { 0 },
+            None,
+        ),
+    ]
+    .into_iter()
+    .filter(|(_, _, count, _)| *count > 0)
+    .map(|(kind, detail, count, line)| Warning {
+        kind: kind.to_owned(),
+        detail: detail.to_owned(),
+        count,
+        line,
+        worst_line: None,
+        max_distance_um: None,
+    })
+    .collect()
+}
+
+/// The report of a posting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PostingReport {
+    /// What it was computed from.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+    /// What was made.
+    #[serde(flatten)]
+    pub findings: PostingFindings,
+}

@@ -1,0 +1,183 @@
+//! The audit log: every change with who made it, by which request, from which revision to which; written with the change
+//! and never changed itself.
+
+use serde_json::{Value, json};
+
+use crate::support::{App, ac_table, problem, spawn};
+
+/// Action, revision before, revision after of every entry, oldest first.
+async fn log(app: &App, query: &str) -> Vec<(String, Value, Value)> {
+    let page: Value = app.get(&format!("/v1/audit?limit=200{query}")).await.json().await.unwrap();
+    let items = page["items"].as_array().unwrap().iter().rev();
+    items
+        .map(|entry| {
+            let action = entry["action"].as_str().unwrap().to_owned();
+            (action, entry["revision_before"].clone(), entry["revision_after"].clone())
+        })
+        .collect()
+}
+
+fn row(action: &str, before: Option<i64>, after: Option<i64>) -> (String, Value, Value) {
+    (action.to_owned(), json!(before), json!(after))
+}
+
+async fn tag(app: &App, id: &str) -> String {
+    app.get(&format!("/v1/machines/{id}")).await.headers()["etag"].to_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn the_life_of_a_machine_is_in_the_log_and_what_changed_nothing_is_not() {
+    let app = spawn().await;
+    let mut profile = ac_table();
+    assert_eq!(app.put_machine("mine", &profile).await.status(), 201);
+    let url = app.url("/v1/machines/mine");
+    let put = async |profile: &Value| {
+        let put = app.client.put(&url).header("if-match", tag(&app, "mine").await).json(profile);
+        put.send().await.unwrap()
+    };
+    // The same profile is the same revision.
+    assert_eq!(put(&profile).await.status(), 200);
+    profile["name"] = json!("another");
+    assert_eq!(put(&profile).await.status(), 200);
+    // Refused: without a condition, with a stale one, with a profile that is none.
+    problem(app.put_machine("mine", &ac_table()).await, "precondition-required").await;
+    let stale = app.client.delete(&url).header("if-match", "\"r1-0000000000000000\"").send().await.unwrap();
+    problem(stale, "precondition-failed").await;
+    problem(put(&json!({"name": "x"})).await, "invalid-request").await;
+    let gone = app.client.delete(&url).header("if-match", tag(&app, "mine").await).send().await.unwrap();
+    assert_eq!(gone.status(), 204);
+    assert_eq!(app.put_machine("mine", &profile).await.status(), 201);
+    let expected = [
+        row("machine-created", None, Some(1)),
+        row("machine-replaced", Some(1), Some(2)),
+        row("machine-deleted", Some(2), None),
+        row("machine-created", None, Some(3)),
+    ];
+    assert_eq!(log(&app, "&machine_id=mine").await, expected);
+    // The example came with the service.
+    let page: Value = app.get("/v1/audit?machine_id=example-ac-table").await.json().await.unwrap();
+    assert_eq!(page["items"][0]["origin"], "service");
+    assert!(page["items"][0]["request_id"].is_null());
+}
+
+#[tokio::test]
+async fn measurements_are_in_the_log() {
+    let app = spawn().await;
+    let run = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/examples/ballbar.json"));
+    let run: Value = serde_json::from_str(&run.unwrap()).unwrap();
+    let machine = "/v1/machines/example-ac-table";
+    let stored = app.post_json(&format!("{machine}/calibrations"), &run).await;
+    let place = stored.headers()["location"].to_str().unwrap().to_owned();
+    for _twice in 0..2 {
+        let apply = app.client.post(app.url(&format!("{place}/apply"))).header("if-match", "*");
+        let applied = apply.json(&json!({"confirm": true})).send().await.unwrap();
+        assert_eq!(applied.status(), 200);
+    }
+    let wear = json!([
+        {"measured_at": "2026-01-10T08:00:00Z", "parts_cut": 20, "radius_wear_um": 24.5},
+        {"measured_at": "2026-01-11T08:00:00Z", "parts_cut": 40, "radius_wear_um": 27.6}
+    ]);
+    let entries = app.post_json(&format!("{machine}/tools/T%2012/wear-entries"), &wear).await;
+    assert_eq!(entries.status(), 201);
+    let entries: Value = entries.json().await.unwrap();
+    let entry = format!("{machine}/tools/T%2012/wear-entries/{}", entries[0]["id"].as_str().unwrap());
+    for _twice in 0..2 {
+        let withdrawn = app.post_json(&format!("{entry}/withdraw"), &json!({"reason": "wrong"})).await;
+        assert_eq!(withdrawn.status(), 200);
+    }
+    let expected = [
+        row("machine-created", None, Some(1)),
+        row("calibration-created", None, None),
+        row("calibration-applied", Some(1), Some(2)),
+        row("wear-entries-created", None, None),
+        row("wear-entry-withdrawn", None, None),
+    ];
+    assert_eq!(log(&app, "&machine_id=example-ac-table").await, expected);
+    let page: Value = app.get("/v1/audit").await.json().await.unwrap();
+    assert_eq!(page["items"][0]["resource"], entry);
+    assert_eq!(page["items"][1]["resource"], entry);
+    assert_eq!(page["items"][2]["resource"], place);
+    // What the resource names can be asked for.
+    assert_eq!(app.get(page["items"][0]["resource"].as_str().unwrap()).await.status(), 200);
+}
+
+#[tokio::test]
+async fn an_entry_names_key_request_and_route() {
+    let mut app = spawn().await;
+    let first = app.close().await;
+    let id = first.split('_').nth(1).unwrap();
+    let put =
+        app.client.put(app.url("/v1/machines/mine")).header("x-request-id", "shift-7").json(&ac_table());
+    assert_eq!(put.send().await.unwrap().status(), 201);
+    let page: Value = app.get(&format!("/v1/audit?key_id={id}")).await.json().await.unwrap();
+    assert_eq!(page["items"].as_array().unwrap().len(), 1);
+    let entry = &page["items"][0];
+    assert_eq!(entry["origin"], "http");
+    assert_eq!(entry["key_id"], id);
+    assert_eq!(entry["method"], "PUT");
+    assert_eq!(entry["route"], "/v1/machines/{machine_id}");
+    assert_eq!(entry["request_id"], "shift-7");
+    assert_eq!(entry["resource"], "/v1/machines/mine");
+    assert_eq!(entry["at"].as_str().unwrap().len(), 24);
+    // Keys are changes too; the first was made while the service was open.
+    let other = app.new_key(&["read"], None).await;
+    let other = other.split('_').nth(1).unwrap();
+    for _twice in 0..2 {
+        app.client.delete(app.url(&format!("/v1/keys/{other}"))).send().await.unwrap();
+    }
+    assert_eq!(log(&app, "&action=key-created").await.len(), 2);
+    assert_eq!(log(&app, "&action=key-revoked").await.len(), 1);
+    let made: Value = app.get("/v1/audit?action=key-created").await.json().await.unwrap();
+    assert!(made["items"][1]["key_id"].is_null());
+    assert_eq!(made["items"][0]["key_id"], id);
+    assert_eq!(made["items"][0]["resource"], format!("/v1/keys/{other}"));
+    assert!(!made.to_string().contains(first.rsplit('_').next().unwrap()));
+}
+
+#[tokio::test]
+async fn pages_of_the_log_follow_each_other() {
+    let app = spawn().await;
+    for id in ["a", "b", "c"] {
+        app.put_machine(id, &ac_table()).await;
+    }
+    let mut seen = Vec::new();
+    let mut path = "/v1/audit?limit=2".to_owned();
+    loop {
+        let page: Value = app.get(&path).await.json().await.unwrap();
+        seen.extend(page["items"].as_array().unwrap().iter().map(|entry| entry["machine_id"].clone()));
+        match page["next_cursor"].as_str() {
+            Some(next) => path = format!("/v1/audit?limit=2&cursor={next}"),
+            None => break,
+        }
+    }
+    assert_eq!(seen, ["c", "b", "a", "example-ac-table"]);
+    problem(app.get("/v1/audit?action=anything").await, "invalid-request").await;
+}
+
+#[tokio::test]
+async fn neither_the_log_nor_a_key_can_be_changed_behind_its_back() {
+    use sqlx::Connection;
+    let mut app = spawn().await;
+    app.close().await;
+    let key = app.new_key(&["read"], None).await;
+    let place = format!("/v1/keys/{}", key.split('_').nth(1).unwrap());
+    app.client.delete(app.url(&place)).send().await.unwrap();
+    let file = format!("sqlite://{}", app.data.join("trunnion.sqlite").display());
+    let directory = app.stop().await;
+    let mut connection = sqlx::SqliteConnection::connect(&file).await.unwrap();
+    let rows: i64 =
+        sqlx::query_scalar("SELECT COUNT(*) FROM audit").fetch_one(&mut connection).await.unwrap();
+    assert_eq!(rows, 4);
+    for statement in [
+        "DELETE FROM audit",
+        "UPDATE audit SET key_id = 'somebody'",
+        "DELETE FROM api_keys",
+        "UPDATE api_keys SET revoked_at = NULL WHERE revoked_at IS NOT NULL",
+        "UPDATE api_keys SET scopes = '[\"admin\"]'",
+        "UPDATE api_keys SET expires_at = '2099-01-01T00:00:00.000Z'",
+    ] {
+        let refused = sqlx::query(statement).execute(&mut connection).await;
+        assert!(refused.is_err(), "{statement}");
+    }
+    drop(directory);
+}

@@ -1,0 +1,169 @@
+//! Posting of cutter location data over HTTP.
+
+use serde_json::{Value, json};
+
+use crate::support::{App, pointers, problem, spawn, spawn_with};
+
+const PATH: &str = "/v1/machines/example-ac-table/posting";
+
+/// A pass along a flank whose tool axis leans and turns: 60 points.
+const FLANK: &str = include_str!("../../docs/examples/flank.apt");
+/// Tip and axis of every GOTO.
+fn points(text: &str) -> Vec<[f64; 6]> {
+    let rows = text.lines().filter_map(|line| line.strip_prefix("GOTO/"));
+    rows.map(|row| {
+        let numbers: Vec<f64> = row.split(',').map(|number| number.parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    })
+    .collect()
+}
+
+/// X Y Z A C of every motion of a posted program.
+fn words(program: &str) -> Vec<Value> {
+    let motions = program.lines().filter(|line| line.contains('X'));
+    motions
+        .map(|line| {
+            let mut joint = serde_json::Map::new();
+            for letter in ["X", "Y", "Z", "A", "C"] {
+                let rest = line.split_once(letter).unwrap().1;
+                let end =
+                    rest.find(|c: char| !c.is_ascii_digit() && !"+-.".contains(c)).unwrap_or(rest.len());
+                joint.insert(letter.to_owned(), rest[..end].parse::<f64>().unwrap().into());
+            }
+            Value::Object(joint)
+        })
+        .collect()
+}
+
+async fn posted(app: &App, query: &str, program: &str) -> reqwest::Response {
+    app.post_text(&format!("{PATH}?{query}"), "text/plain", program.to_owned()).await
+}
+
+#[tokio::test]
+async fn points_become_a_program_whose_words_reach_them() {
+    let app = spawn().await;
+    let source = FLANK;
+    let response = posted(&app, "interpolation=machine&work_offset_mm=12,-7,35", source).await;
+    assert_eq!(response.status(), 200);
+    let location = response.headers()["location"].to_str().unwrap().to_owned();
+    let disposition = response.headers()["content-disposition"].to_str().unwrap().to_owned();
+    assert!(disposition.ends_with("-posted.nc\""), "{disposition}");
+    let program = response.text().await.unwrap();
+    assert!(program.contains("G93") && program.contains("(SPINDL/RPM,8000,CLW)"), "{program}");
+    // The words, put through the forward kinematics, give the points back to the rounding of four decimals.
+    let joints = words(&program);
+    let body = json!({"joints": joints, "work_offset_mm": [12, -7, 35]});
+    let forward: Value =
+        app.post_json("/v1/machines/example-ac-table/forward-kinematics", &body).await.json().await.unwrap();
+    let wanted = points(source);
+    let reached = forward["poses"].as_array().unwrap();
+    assert_eq!(reached.len(), wanted.len());
+    for (pose, point) in reached.iter().zip(&wanted) {
+        let off = |names: [&str; 3], from: usize| {
+            let parts =
+                names.iter().enumerate().map(|(k, name)| pose[name].as_f64().unwrap() - point[from + k]);
+            parts.map(|part| part * part).sum::<f64>().sqrt()
+        };
+        assert!(off(["x", "y", "z"], 0) < 1e-4, "{pose} {point:?}");
+        assert!(off(["i", "j", "k"], 3) < 3e-6, "{pose} {point:?}");
+    }
+    let job: Value = app.get(&location).await.json().await.unwrap();
+    assert_eq!((&job["operation"], &job["state"]), (&json!("posting"), &json!("succeeded")), "{job}");
+    assert_eq!(job["parameters"]["linear_decimals"], 4);
+    let report: Value = app.get(&format!("{location}/report")).await.json().await.unwrap();
+    for member in ["machine_revision", "software_version", "input_sha256", "output_sha256"] {
+        assert_eq!(report[member], job[member], "{member}");
+    }
+    assert_eq!((&report["dialect"], &report["output_dialect"]), (&json!("apt"), &json!("iso")));
+    assert_eq!((&report["points"], &report["comments"]), (&json!(60), &json!(2)), "{report}");
+    assert!(report["read_back"]["max_tip_um"].as_f64().unwrap() < 0.1, "{report}");
+    assert!(report["between_points"]["max_tip_um"].as_f64().unwrap() > 1.0, "{report}");
+    assert_eq!(report["warnings"][0]["kind"], "post_words_as_comments", "{report}");
+    assert_eq!(app.get(&format!("{location}/program")).await.text().await.unwrap(), program);
+    problem(app.get(&format!("{location}/plot")).await, "result-not-found").await;
+    let drawing = app.client.post(app.url(PATH)).header("accept", "image/svg+xml").body(source);
+    problem(drawing.send().await.unwrap(), "not-acceptable").await;
+}
+
+#[tokio::test]
+async fn under_tcp_the_tips_stay_and_the_program_goes_on_into_compensation() {
+    let app = spawn().await;
+    let source = FLANK;
+    let program =
+        posted(&app, "length_offset_number=7&linear_decimals=3", source).await.text().await.unwrap();
+    assert!(program.contains("G43.4 H7"), "{program}");
+    for (joint, point) in words(&program).iter().zip(points(source)) {
+        for (k, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+            assert!(
+                (joint[letter].as_f64().unwrap() - point[k]).abs() <= 0.000_5 + 1e-9,
+                "{joint} {point:?}"
+            );
+        }
+    }
+    let path = "/v1/machines/example-ac-table/compensation?location_errors=true";
+    let request = app.client.post(app.url(path)).header("accept", "application/json").body(program);
+    let report: Value = request.send().await.unwrap().json().await.unwrap();
+    assert_eq!((&report["dialect"], &report["interpolation"]), (&json!("iso"), &json!("tcp")), "{report}");
+}
+
+#[tokio::test]
+async fn a_form_asks_the_same_and_a_key_gives_the_same_job() {
+    let app = spawn().await;
+    let by_query = posted(&app, "rotary_decimals=5&start.A=0&start.C=360", FLANK).await;
+    let by_query = by_query.text().await.unwrap();
+    let mut jobs = Vec::new();
+    for _ in 0..2 {
+        let parameters = json!({"rotary_decimals": 5, "start": {"A": 0, "C": 360}});
+        let form = reqwest::multipart::Form::new()
+            .text("parameters", parameters.to_string())
+            .part("program", reqwest::multipart::Part::text(FLANK).file_name("flank.apt"));
+        let request = app.client.post(app.url(PATH)).header("idempotency-key", "once").multipart(form);
+        let response = request.send().await.unwrap();
+        let disposition = response.headers()["content-disposition"].to_str().unwrap();
+        assert!(disposition.contains("\"flank-posted.nc\""), "{disposition}");
+        jobs.push(response.headers()["location"].clone());
+        assert_eq!(response.text().await.unwrap(), by_query);
+    }
+    assert_eq!(jobs[0], jobs[1]);
+    let other = app.client.post(app.url(PATH)).header("idempotency-key", "once").body("GOTO/1,2,3\n");
+    problem(other.send().await.unwrap(), "idempotency-key-reused").await;
+}
+
+#[tokio::test]
+async fn what_does_not_fit_is_named_and_nothing_is_stored() {
+    let app = spawn().await;
+    for (query, expected) in [
+        ("linear_decimals=0&rotary_decimals=7", &["/linear_decimals", "/rotary_decimals"][..]),
+        ("arc_tolerance_um=0&dialect=iso", &["/arc_tolerance_um", "/dialect"]),
+        ("start.A=0&start.B=0", &["/start/B", "/start/C"]),
+        ("start.A=130&start.C=0", &["/start/A"]),
+        (
+            "work_offset_mm=0,1e9,0&length_offset_number=10000",
+            &["/length_offset_number", "/work_offset_mm/1"],
+        ),
+        ("interpolation=joints", &["/interpolation"]),
+        ("surface=1", &["/surface"]),
+    ] {
+        let found = problem(posted(&app, query, FLANK).await, "invalid-request").await;
+        assert_eq!(pointers(&found), expected, "{query}: {found}");
+    }
+    let no_feed = "MULTAX/ON\nGOTO/1,1,1\nCYCLE/DRILL,5\nGOTO/3,1,1\nCYCLE/OFF\n";
+    let found = problem(posted(&app, "", no_feed).await, "program-fault").await;
+    assert_eq!(pointers(&found), ["/program/2", "/program/4"], "{found}");
+    assert_eq!((&found["line"], &found["block"]), (&json!(2), &json!("GOTO/1,1,1")), "{found}");
+    let iso = problem(posted(&app, "", "G1 X1 Y1 Z1 A0 C0 F100\n").await, "program-fault").await;
+    assert!(iso["detail"].as_str().unwrap().contains("cutter location data"), "{iso}");
+    let upside_down = "FEDRAT/100,MMPM\nGOTO/1,1,1,0,0,1\nGOTO/1,1,1,0,0.1,-1\n";
+    let found = problem(posted(&app, "", upside_down).await, "out-of-travel").await;
+    assert_eq!((&found["line"], &found["block"]), (&json!(3), &Value::Null), "{found}");
+    assert_eq!(app.files(), (0, 0));
+    let jobs: Value = app.get("/v1/jobs").await.json().await.unwrap();
+    assert_eq!(jobs["items"], json!([]));
+}
+
+#[tokio::test]
+async fn a_posting_that_would_cost_too_much_is_refused_before_it_begins() {
+    let app = spawn_with(|settings| settings.max_cost_s = 1e-4).await;
+    let found = problem(posted(&app, "", FLANK).await, "too-costly").await;
+    assert!(found["detail"].as_str().unwrap().contains("0.0001"), "{found}");
+}
