@@ -42,7 +42,7 @@ struct Control {
 
 impl Control {
     /// F at each block, and its text without block delete.
-    fn run<'t>(&self, text: &'t str) -> Vec<(f64, &'t str)> {
+    fn run(self, text: &str) -> Vec<(f64, &str)> {
         let mut modal = 0.0;
         let mut blocks = Vec::new();
         for line in text.lines() {
@@ -59,7 +59,7 @@ impl Control {
         blocks
     }
 
-    fn feed_at(&self, text: &str, block: &str) -> f64 {
+    fn feed_at(self, text: &str, block: &str) -> f64 {
         let found = self.run(text).into_iter().find(|(_, line)| line.starts_with(block));
         found.unwrap_or_else(|| panic!("{block}: {text}")).0
     }
@@ -156,7 +156,7 @@ fn lines_that_were_put_in_twice_lead_to_those_of_the_upload() {
     let lines: Vec<u64> = changes.iter().map(|change| change.line).collect();
     assert!(lines.is_sorted() && lines.last() == Some(&11), "{lines:?}");
     for (line, wanted) in
-        text.lines().zip(1_u64..).filter(|(line, _)| line.contains("X") && !line.contains("G0"))
+        text.lines().zip(1_u64..).filter(|(line, _)| line.contains('X') && !line.contains("G0"))
     {
         assert!(lines.contains(&wanted), "{line}: {lines:?}");
     }

@@ -39,9 +39,6 @@ const MIRRORS: [u32; 2] = [501, 511];
 const CYLINDER_OF_AN_AXIS: u32 = 1070;
 /// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
 const LENGTH_ALONG_THE_TOOL: u32 = 431;
-/// G54.2 and G54.4: modes of their own, not work offsets.
-const FIXTURE_OFFSET: u32 = 542;
-const SETUP_ERROR: u32 = 544;
 /// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
 const SETTLING: [u32; 5] = [434, 2340, 435, 490, 491];
 
@@ -352,17 +349,6 @@ impl Interpreter {
         (action, machine_coordinates)
     }
 
-    /// G10: L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are tool offsets: the
-    /// length may be the active one.
-    fn write_offsets(&mut self) {
-        let table = self.block.value(Address::L);
-        if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
-            self.shift_offsets();
-        } else {
-            self.position.forget_linear();
-        }
-    }
-
     /// Whether axis words beside this code may be something else than a motion.
     fn may_name_axes(&self, code: u32) -> bool {
         let moves = self.block.g_codes().iter().any(|code| matches!(code, 0 | 10 | 20 | 30));
@@ -484,67 +470,6 @@ impl Interpreter {
         } else {
             meaning(self.dialect, tenths)
         }
-    }
-
-    fn change_work_offset(&mut self, code: u32) {
-        let mode = match code {
-            FIXTURE_OFFSET => Some(Transformation::FixtureOffset),
-            SETUP_ERROR => Some(Transformation::SetupError),
-            _ => None,
-        };
-        if let Some(mode) = mode.filter(|_| self.dialect != Dialect::Siemens) {
-            // P0 ends it.
-            let on = self.block.value(Address::P).map(|p| p.abs() > 0.0);
-            return self.set_transformation(mode, on);
-        }
-        let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
-        let offset = if has_p { self.numbered(code, Address::P) } else { Some(code << 16) };
-        self.set_work_offset(offset);
-    }
-
-    /// A work offset that this word tells apart from others of its code; none where it cannot be read.
-    fn numbered(&self, code: u32, address: Address) -> Option<u32> {
-        let number = self.block.value(address).filter(|number| (0.0..60_000.0).contains(number))?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-        Some((code << 16) + 1 + number as u32)
-    }
-
-    /// G51.1 mirrors the axes it names, G50.1 takes it back for those it names; without any, for all.
-    fn mirror(&mut self, on: bool) {
-        let named = match self.block.present & AXES {
-            0 => u32::MAX,
-            named => named,
-        };
-        let mirrored = self.modal.mirrored_axes;
-        self.modal.mirrored_axes = if on { mirrored | named } else { mirrored & !named };
-        self.transform(Transformation::Mirror, self.modal.mirrored_axes != 0);
-    }
-
-    pub(super) fn set_work_offset(&mut self, offset: Option<u32>) {
-        if offset.is_none() || offset != self.modal.work_offset {
-            self.position.forget_axes();
-        }
-        self.modal.work_offset = offset;
-    }
-
-    pub(super) fn transform(&mut self, which: Transformation, on: bool) {
-        if which == Transformation::Rotation && !on && self.dialect == Dialect::Iso {
-            self.transform(Transformation::Tilt, false);
-        }
-        self.set_transformation(which, Some(on));
-    }
-
-    fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
-        if let Some(state) = self.modal.transformations.get_mut(which as usize)
-            && *state != on
-        {
-            *state = on;
-            self.position.forget_axes();
-        }
-    }
-
-    fn is_cylinder_end(&self) -> bool {
-        [Address::A, Address::B, Address::C].into_iter().any(|axis| self.block.value(axis) == Some(0.0))
     }
 
     /// Whether the program ends here, and whether something is called.

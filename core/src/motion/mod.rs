@@ -18,6 +18,7 @@ mod feed;
 mod interpreter;
 mod modal;
 mod motions;
+mod offsets;
 mod position;
 mod sections;
 mod sinumerik;
@@ -28,6 +29,7 @@ mod statements;
     clippy::items_after_statements,
     reason = "values as they stand in the text, exact"
 )]
+#[path = "states/tests.rs"]
 mod states_tests;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]

@@ -129,22 +129,7 @@ impl Interpreter {
             }
             Statement::DatumReset => self.set_datum([Some(0.0); 3]),
             Statement::DatumTable => self.set_datum([None; 3]),
-            Statement::Preset => {
-                // Preset numbers and codes of ISO work offsets share a word: these have the cycle's number.
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-                let preset = self
-                    .block
-                    .value(Address::P)
-                    .filter(|p| (0.0..60_000.0).contains(p))
-                    .map(|p| (247 << 16) + p as u32);
-                self.set_work_offset(preset);
-                // Newer controls take a datum shift back here (mirror, rotation and scaling, too: as long as one of
-                // them is on nothing is followed).
-                if self.modal.datum_mm != [Some(0.0); 3] {
-                    self.set_datum([None; 3]);
-                }
-                self.position.forget_axes();
-            }
+            Statement::Preset => self.take_preset(),
             Statement::TiltOff => {
                 self.transform(Transformation::Tilt, false);
                 self.position.forget_axes();
@@ -184,23 +169,44 @@ impl Interpreter {
                 self.this_block.states_position = true;
                 self.take_tool_axis();
             }
-            Statement::CoordinateSystem => {
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
-                let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);
-                if system.is_none() || system != self.modal.work_offset {
-                    self.position.axes = [None; 5];
-                    if self.modal.axis_stated || !self.is_upright() {
-                        self.position.tool_axis = [None; 3];
-                    }
-                }
-                self.modal.work_offset = system;
-            }
+            Statement::CoordinateSystem => self.enter_system(),
             Statement::GoHome => {
                 self.this_block.forgets_linear = true;
                 return Some(Action::Odd(Unfollowable::Reference));
             }
         }
         None
+    }
+
+    /// Cycle 247: another preset.
+    fn take_preset(&mut self) {
+        // Preset numbers and codes of ISO work offsets share a word: these have the cycle's number.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
+        let preset = self
+            .block
+            .value(Address::P)
+            .filter(|p| (0.0..60_000.0).contains(p))
+            .map(|p| (247 << 16) + p as u32);
+        self.set_work_offset(preset);
+        // Newer controls take a datum shift back here (mirror, rotation and scaling, too: as long as one of
+        // them is on nothing is followed).
+        if self.modal.datum_mm != [Some(0.0); 3] {
+            self.set_datum([None; 3]);
+        }
+        self.position.forget_axes();
+    }
+
+    /// `CSYS/`, `MSYS/`: points behind it are those of another set-up, unless it is the same again.
+    fn enter_system(&mut self) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
+        let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);
+        if system.is_none() || system != self.modal.work_offset {
+            self.position.axes = [None; 5];
+            if self.modal.axis_stated || !self.is_upright() {
+                self.position.tool_axis = [None; 3];
+            }
+        }
+        self.modal.work_offset = system;
     }
 
     /// A feed in a unit of its own; where that is not the program's, its number is not taken.

@@ -5,7 +5,8 @@
 //! toward the tool). Words of post-processors that are not known are left alone: they do not move the points.
 
 use super::LineRead;
-use super::scan::{Scan, Spelling, extent, number};
+use super::scan::{Number, Scan, Spelling, extent, fingerprint, number};
+use crate::program::line::{line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode, Keyword, WordForm};
 
 const POINT: [Address; 9] = [
@@ -57,13 +58,18 @@ pub(in crate::program) fn read_line(
     batch: &mut Batch,
 ) -> Option<LineRead> {
     let whole = extent(text, start, last, |line, _| Some(runs_on(line)))?;
+    let matrix = matrix_end(text, start, last)?;
     let mut scan = Scan::new(text, start, whole, shift, line, batch);
     if line == 1 && text.get(start..).unwrap_or_default().starts_with(b"\xef\xbb\xbf") {
         scan.at += 3;
     }
     skip_blanks(&mut scan);
     let from = scan.at;
-    let kind = if from >= whole.body_end {
+    let kind = if matrix > start {
+        let rows = text.get(start..matrix).unwrap_or_default();
+        scan.flags.set(BlockFlags::COMMENT);
+        apart(&mut scan, Keyword::CoordinateSystem, start, rows)
+    } else if from >= whole.body_end {
         BlockKind::Blank
     } else if scan.slice(from, from + 2) == b"$$" {
         scan.flags.set(BlockFlags::COMMENT);
@@ -96,9 +102,8 @@ fn skip_blanks(scan: &mut Scan<'_>) {
     while scan.at < scan.extent.body_end && matches!(scan.byte(scan.at), b' ' | b'\t' | b'$' | b'\r' | b'\n')
     {
         if scan.slice(scan.at, scan.at + 2) == b"$$" {
-            let line_end = crate::program::line::line_end(scan.text, scan.at);
             scan.flags.set(BlockFlags::COMMENT);
-            scan.at = line_end.min(scan.extent.body_end);
+            scan.at = line_end(scan.text, scan.at).min(scan.extent.body_end);
             continue;
         }
         scan.at += 1;
@@ -298,17 +303,8 @@ fn slash(scan: &mut Scan<'_>) -> bool {
 }
 
 /// The numbers between commas from the present position on, each with its start. Gives up at anything else.
-fn numbers(scan: &mut Scan<'_>) -> Option<([(usize, super::scan::Number); 9], usize)> {
-    let none = super::scan::Number {
-        value: 0.0,
-        decimals: 0,
-        has_point: false,
-        has_whole: true,
-        has_comma: false,
-        has_plus: false,
-        end: 0,
-    };
-    let mut list = [(0, none); 9];
+fn numbers(scan: &mut Scan<'_>) -> Option<([(usize, Number); 9], usize)> {
+    let mut list = [(0, Number::standing_for(0.0, 0)); 9];
     let mut count = 0;
     let body = scan.text.get(..scan.extent.body_end).unwrap_or_default();
     loop {
@@ -368,7 +364,7 @@ fn point(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
 /// Adds the first numbers of a list as words of these addresses.
 fn words(
     scan: &mut Scan<'_>,
-    list: &[(usize, super::scan::Number); 9],
+    list: &[(usize, Number); 9],
     count: usize,
     addresses: &[Address],
     form: WordForm,
@@ -495,29 +491,47 @@ fn tool(scan: &mut Scan<'_>, start: usize) -> BlockKind {
 
 /// A statement that is told apart from others of its kind by its P word: equal texts have equal ones.
 fn told_apart(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
-    // FNV-1a of all but blanks, cut to what a number word holds.
-    let hash = rest(scan, scan.at)
-        .iter()
-        .filter(|byte| !byte.is_ascii_whitespace() && **byte != b'$')
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+    let text = rest(scan, scan.at);
+    apart(scan, keyword, start, text)
+}
+
+/// The same for a text that stands elsewhere. Blanks do not count.
+fn apart(scan: &mut Scan<'_>, keyword: Keyword, start: usize, text: &[u8]) -> BlockKind {
+    let value = fingerprint(text.iter().copied().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'$'));
     let end = scan.extent.body_end;
-    #[expect(clippy::cast_precision_loss, reason = "23 bits")]
-    let value = (hash >> 41) as f64;
     scan.keyword(keyword, start, end);
-    let system = super::scan::Number {
-        value,
-        decimals: 0,
-        has_point: false,
-        has_whole: true,
-        has_comma: false,
-        has_plus: false,
-        end,
-    };
-    scan.number_word(Address::P, WordForm::Number, end, 0, system);
+    scan.number_word(Address::P, WordForm::Number, end, 0, Number::standing_for(value, end));
     scan.skip_all();
     BlockKind::Words
+}
+
+/// Rows of the matrix that some systems state the machining axes with, in comments: `$$ 1.0 0.0 0.0 25.0`.
+const MATRIX_ROWS: usize = 3;
+
+/// One past the matrix in comments that starts at `start`, `start` itself where there is none; `None` where that is not to
+/// be seen yet.
+fn matrix_end(text: &[u8], start: usize, last: bool) -> Option<usize> {
+    let mut at = start;
+    for _ in 0..MATRIX_ROWS {
+        let end = line_end(text, at);
+        if end >= text.len() && !last {
+            return None;
+        }
+        if !is_matrix_row(text.get(at..end).unwrap_or_default()) {
+            return Some(start);
+        }
+        at = next_line(text, end);
+    }
+    Some(at)
+}
+
+/// A comment of four numbers and nothing else.
+fn is_matrix_row(line: &[u8]) -> bool {
+    let Some(rest) = line.trim_ascii_start().strip_prefix(b"$$") else { return false };
+    let mut items = rest.split(u8::is_ascii_whitespace).filter(|item| !item.is_empty());
+    let is_number =
+        |item: &[u8]| number(item, 0, Spelling::Exponent).is_some_and(|number| number.end == item.len());
+    (0..4).all(|_| items.next().is_some_and(is_number)) && items.next().is_none()
 }
 
 /// `ROTABL/ 1.570796,AAXIS,TABLE,CCLW`: by nothing it is harmless, otherwise the points behind it are turned.

@@ -68,6 +68,23 @@ pub(super) struct Number {
     pub(super) end: usize,
 }
 
+impl Number {
+    /// A value that stands for text ending at `end`.
+    pub(super) const fn standing_for(value: f64, end: usize) -> Self {
+        Self { value, decimals: 0, has_point: false, has_whole: true, has_comma: false, has_plus: false, end }
+    }
+}
+
+/// A number below 2²³ that tells texts apart: FNV-1a, cut to what a number word holds.
+pub(super) fn fingerprint(text: impl Iterator<Item = u8>) -> f64 {
+    let hash = text.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
+    #[expect(clippy::cast_precision_loss, reason = "23 bits")]
+    let number = (hash >> 41) as f64;
+    number
+}
+
 /// What may stand in a number besides digits, sign and point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Spelling {

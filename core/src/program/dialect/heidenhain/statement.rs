@@ -3,7 +3,7 @@
 use super::cycle;
 use super::path;
 use super::{Value, value};
-use crate::program::dialect::scan::Scan;
+use crate::program::dialect::scan::{Number, Scan, fingerprint};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Statements that change nothing the path depends on.
@@ -118,12 +118,8 @@ fn label_name(scan: &mut Scan<'_>) -> Option<(f64, usize)> {
         let rest = scan.slice(from + 1, scan.extent.body_end);
         let length = memchr::memchr3(b'"', b'\n', b'\r', rest)?;
         let name = rest.get(..length)?;
-        // FNV-1a, cut to what an f64 holds; two names that met would only be taken for one label.
-        let hash = name.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
-        #[expect(clippy::cast_precision_loss, reason = "23 bits and an offset behind all label numbers")]
-        let number = 1e6 + (hash >> 41) as f64;
+        // Behind all label numbers; two names that met would only be taken for one label.
+        let number = 1e6 + fingerprint(name.iter().copied());
         return Some((number, from + length + 2));
     }
     match value(scan, from) {
@@ -137,15 +133,7 @@ fn name_word(scan: &mut Scan<'_>, name: Option<(f64, usize)>) {
     let start = scan.at;
     match name {
         Some((value, end)) => {
-            let number = crate::program::dialect::scan::Number {
-                value,
-                decimals: 0,
-                has_point: false,
-                has_whole: true,
-                has_comma: false,
-                has_plus: false,
-                end,
-            };
+            let number = Number::standing_for(value, end);
             scan.number_word(Address::P, WordForm::Number, start, 0, number);
         }
         None => scan.expression(Address::P, start, 0, start),

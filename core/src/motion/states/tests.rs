@@ -248,6 +248,16 @@ fn every_system_of_an_operation_is_a_set_up_of_its_own() {
     let text = format!("{first}GOTO/1,1,1\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
+    // The machining axes of some systems stand in comments.
+    let matrix = |z: &str| {
+        format!(
+            "$$*CATIA0\n$$ Operation.1\n$$  1.0 0.0 0.0 0.0\n$$  0.0 1.0 0.0 0.0\n$$  0.0 0.0 1.0 {z}\nPARTNO A\n"
+        )
+    };
+    let [first_axes, second_axes] = ["0.0", "25.0"].map(matrix);
+    let text = format!("{first_axes}GOTO/1,1,1\n{first_axes}GOTO/2,1,1\n{second_axes}GOTO/3,1,1\n$$ 1 2 3\n");
+    let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, false, true]);
     // An axis stated in one system says nothing in another.
     let text = format!("{first}MULTAX/ON\nGOTO/1,1,1,0,.6,.8\n{second}GOTO/3,1,1\n");
     assert_eq!(apt(&text)[1].tool_axis, None);
