@@ -40,7 +40,7 @@ impl Level {
 
     /// One more, until what is returned goes.
     #[must_use]
-    pub fn enter<'a>(&'a self) -> Entered<'a> {
+    pub fn enter(&self) -> Entered<'_> {
         self.0.fetch_add(1, Ordering::Relaxed);
         Entered(self)
     }

@@ -89,7 +89,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         let compute = Compute::new(settings.computations(), 0, settings.max_surface_memory_bytes);
         let memory = sizes.surface_facets.map(|facets| compute.surface_memory(facets)).transpose();
         let memory = memory.map_err(|fault| CommandFault::Work(fault.into()))?;
-        let spool = Spool::new(blobs.clone(), u64::MAX);
+        let spool = Spool::new(blobs.clone(), u64::MAX).with_results_within(settings.max_result_bytes);
         let worked = compute.run_in_parts(move |threads, stop| {
             let _memory = memory;
             let surface = surface.as_ref();

@@ -132,7 +132,7 @@ impl HttpClient for Background {
             match &answer {
                 Ok(answer) if answer.status().is_success() => {}
                 Ok(answer) => {
-                    tracing::warn!(status = answer.status().as_u16(), "the collector refuses spans")
+                    tracing::warn!(status = answer.status().as_u16(), "the collector refuses spans");
                 }
                 Err(fault) => tracing::warn!(error = %fault, "the collector cannot be reached"),
             }

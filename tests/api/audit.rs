@@ -1,9 +1,10 @@
 //! The audit log: every change with who made it, by which request, from which revision to which; written with the change
 //! and never changed itself.
 
+use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 
-use crate::support::{App, ac_table, problem, spawn};
+use crate::support::{App, ac_table, problem, spawn, spawn_with};
 
 /// Action, revision before, revision after of every entry, oldest first.
 async fn log(app: &App, query: &str) -> Vec<(String, Value, Value)> {
@@ -99,6 +100,54 @@ async fn measurements_are_in_the_log() {
     assert_eq!(page["items"][2]["resource"], place);
     // What the resource names can be asked for.
     assert_eq!(app.get(page["items"][0]["resource"].as_str().unwrap()).await.status(), 200);
+}
+
+#[tokio::test]
+async fn jobs_are_in_the_log_once_however_often_they_are_asked_for() {
+    let app = spawn_with(|settings| settings.max_computations = 1).await;
+    let machine = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
+    let mut places = Vec::new();
+    for _twice in 0..2 {
+        let request = app.client.post(app.url(machine)).header("idempotency-key", "one").body("g1 x1\n");
+        let answer = request.header("content-type", "text/plain").send().await.unwrap();
+        places.push(answer.headers()["location"].to_str().unwrap().to_owned());
+    }
+    problem(app.post_text(machine, "text/plain", "REFUSE\n").await, "program-fault").await;
+    let mut post = async |program: &str| {
+        let job = json!({"machine_id": "example-ac-table", "operation": "cc-compensation",
+            "parameters": {"tool_radius_mm": 5, "contact": "tip"}});
+        let form = Form::new().text("job", job.to_string());
+        let form = form.part("program", Part::text(program.to_owned()).file_name("a.nc"));
+        let posted = app.client.post(app.url("/v1/jobs")).multipart(form).send().await.unwrap();
+        assert_eq!(posted.status(), 202);
+        places.push(posted.headers()["location"].to_str().unwrap().to_owned());
+        app.url(places.last().unwrap())
+    };
+    // One that works until it is stopped, and one that waits behind it.
+    let [works, waits] = [post("WAIT\n").await, post("g1\n").await];
+    let statuses =
+        [app.client.delete(&waits).send().await.unwrap(), app.client.delete(&waits).send().await.unwrap()];
+    assert_eq!(statuses.map(|answer| answer.status().as_u16()), [200, 200]);
+    for _twice in 0..2 {
+        assert!(app.client.delete(&works).send().await.unwrap().status().is_success());
+    }
+    let page: Value = app.get("/v1/audit?machine_id=example-ac-table").await.json().await.unwrap();
+    let said: Vec<(&str, &str)> = page["items"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|entry| (entry["action"].as_str().unwrap(), entry["resource"].as_str().unwrap()))
+        .collect();
+    let expected = [
+        ("job-cancelled", places[2].as_str()),
+        ("job-cancelled", &places[3]),
+        ("job-created", &places[3]),
+        ("job-created", &places[2]),
+        ("job-created", &places[0]),
+        ("machine-created", "/v1/machines/example-ac-table"),
+    ];
+    assert_eq!(said, expected);
+    assert_eq!(places[0], places[1]);
 }
 
 #[tokio::test]

@@ -62,6 +62,8 @@ async fn the_metrics_are_of_the_form_that_prometheus_reads() {
         ("trunnion_http_requests_in_flight", 1.0),
         ("trunnion_store_read_duration_seconds_count", 1.0),
         ("trunnion_store_write_duration_seconds_count", 1.0),
+        ("trunnion_jobs_queued", 0.0),
+        ("trunnion_jobs_oldest_queued_seconds", 0.0),
         ("process_resident_memory_bytes", 1e6),
         ("trunnion_build_info{version=\"0.1.0\"}", 1.0),
     ] {
