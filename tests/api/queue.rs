@@ -151,12 +151,11 @@ pub(crate) async fn ended(app: &App, place: &str) -> Value {
 
 /// Waits until a job is being computed.
 pub(crate) async fn running(app: &App, place: &str) {
-    for _ in 0..10_000 {
-        if document(app, place).await["state"] == "running" {
-            return;
-        }
+    let mut looks = 0;
+    while document(app, place).await["state"] != "running" {
+        looks += 1;
+        assert!(looks < 10_000, "{place} never ran");
     }
-    panic!("{place} never ran");
 }
 
 const PROGRAM: &str = "G90 G21 G94
