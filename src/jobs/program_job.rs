@@ -64,7 +64,7 @@ const GATHERED: usize = 1 << 18;
 impl Workplace<'_> {
     /// A new result.
     pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
-        Ok(BufWriter::with_capacity(GATHERED, self.spool.blobs().draft()?))
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
     }
 }
 
