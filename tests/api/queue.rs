@@ -455,3 +455,45 @@ async fn events_tell_every_state_and_end_with_the_job() {
     let json = app.client.get(app.url(&path)).header("accept", "application/json").send().await.unwrap();
     problem(json, "not-acceptable").await;
 }
+
+#[tokio::test]
+async fn a_key_posts_jobs_for_its_machines_alone_and_the_audit_log_names_it() {
+    let held = Arc::<Held>::default();
+    let mut app = spawn_held(&held, |_| {}).await;
+    app.close().await;
+    for machine in ["mine", "theirs"] {
+        assert_eq!(app.put_machine(machine, &ac_table()).await.status(), 201);
+    }
+    let key = app.new_key(&["read", "compute"], Some(&["mine"])).await;
+    let stranger = reqwest::Client::builder().no_proxy().build().unwrap();
+    let post = |machine: &str| {
+        let form = form(&cc(machine), "HOLD\n");
+        stranger.post(app.url("/v1/jobs")).bearer_auth(&key).multipart(form).send()
+    };
+    let [theirs, nowhere] = [post("theirs").await.unwrap(), post("nowhere").await.unwrap()];
+    problem(theirs, "machine-not-found").await;
+    problem(nowhere, "machine-not-found").await;
+    assert_eq!(app.files(), (0, 0));
+    let mine = post("mine").await.unwrap();
+    assert_eq!(mine.status(), 202);
+    let place = mine.headers()["location"].to_str().unwrap().to_owned();
+    running(&app, &place).await;
+    for _twice in 0..2 {
+        stranger.delete(app.url(&place)).bearer_auth(&key).send().await.unwrap();
+    }
+    assert_eq!(ended(&app, &place).await["state"], "cancelled");
+    let log: Value = app.get("/v1/audit?machine_id=mine").await.json().await.unwrap();
+    let entries = log["items"].as_array().unwrap();
+    let about = |entry: &&Value| entry["resource"] == place.as_str();
+    let done: Vec<_> = entries.iter().filter(about).map(|entry| entry["action"].as_str().unwrap()).collect();
+    assert_eq!(done, ["job-cancelled", "job-created"], "{log}");
+    assert!(
+        entries.iter().filter(about).all(|entry| key.contains(entry["key_id"].as_str().unwrap())),
+        "{log}"
+    );
+    let text = app.get("/metrics").await.text().await.unwrap();
+    for line in ["trunnion_jobs_queued 0", "trunnion_jobs_running 0", "trunnion_jobs_oldest_queued_seconds 0"]
+    {
+        assert!(text.lines().any(|found| found == line), "{text}");
+    }
+}

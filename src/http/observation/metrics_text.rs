@@ -3,21 +3,20 @@
 use std::fmt::Write;
 
 use super::operations::{Operations, STATUSES};
+use crate::jobs::QueueReading;
 use crate::meter::{self, CLASSES_S, Counter, Times};
 
 /// What is asked of others at the moment of reading.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::http) struct Readings {
-    /// Jobs that wait and jobs that run, where the store says.
-    pub(in crate::http) queue: Option<[i64; 2]>,
-    /// How long the oldest job that waits has waited \[s\]; 0 where none does.
-    pub(in crate::http) oldest_s: f64,
     /// Requests whose client left.
     pub(in crate::http) abandoned: u64,
     /// Memory of the process, where the system tells \[bytes\].
     pub(in crate::http) resident_bytes: Option<u64>,
     /// Since the service started \[s\].
     pub(in crate::http) uptime_s: f64,
+    /// What waits and runs of posted jobs, where the store tells.
+    pub(in crate::http) queue: Option<QueueReading>,
 }
 
 /// The whole text. Series that never counted are left out.
@@ -30,11 +29,11 @@ pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings
     if let Some(bytes) = readings.resident_bytes {
         text.single("process_resident_memory_bytes", "gauge", "Memory of the process.", bytes);
     }
-    if let Some([queued, running]) = readings.queue {
-        text.single("trunnion_jobs_queued", "gauge", "Jobs that wait for their turn.", queued);
-        text.single("trunnion_jobs_running", "gauge", "Jobs under way.", running);
-        let help = "How long the oldest job that waits has waited.";
-        text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, readings.oldest_s);
+    if let Some(QueueReading { queued, running, oldest_s }) = readings.queue {
+        text.single("trunnion_jobs_queued", "gauge", "Posted jobs that wait.", queued);
+        text.single("trunnion_jobs_running", "gauge", "Posted jobs that are computed.", running);
+        let help = "Since when the oldest of the jobs that wait does.";
+        text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
     }
     requests(&mut text, operations);
     for (name, kind, help, value) in [

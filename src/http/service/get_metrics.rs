@@ -33,19 +33,12 @@ pub(super) async fn get_metrics(
 ) -> Result<Response, Problem> {
     // Scrapers ask for forms of their own first, and take plain text at the end.
     choose(&headers, &["text/plain"])?;
-    // What the store cannot say is left out: the rest is wanted most when it fails.
-    let queue = app.store.queue_depth().await.ok();
-    let now = app.sources.clock.now();
-    let oldest_s = queue.as_ref().and_then(|queue| {
-        let since: jiff::Timestamp = queue.oldest.as_deref()?.parse().ok()?;
-        Some(now.duration_since(since).as_secs_f64().max(0.0))
-    });
     let readings = Readings {
-        queue: queue.map(|queue| [queue.queued, queue.running]),
-        oldest_s: oldest_s.unwrap_or(0.0),
         abandoned: app.abandoned.get(),
         resident_bytes: resident_bytes(),
         uptime_s: app.began.elapsed().as_secs_f64(),
+        // A store that does not answer shows by what is missing.
+        queue: app.queue.reading().await.ok(),
     };
     let text = metrics_text(&app.operations, &readings);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())

@@ -10,6 +10,7 @@ mod running;
 use std::sync::Arc;
 use std::time::Duration;
 
+use jiff::Timestamp;
 use serde_json::Value;
 use tokio::sync::{Mutex, Notify, broadcast};
 use tokio_util::sync::CancellationToken;
@@ -19,7 +20,7 @@ pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
 use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
-use crate::store::{Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, Store, StoreError};
+use crate::store::{Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Store, StoreError};
 use crate::wire::{JobDocument, JobState};
 
 /// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
@@ -34,6 +35,17 @@ pub struct QueueLimits {
     pub job_retention_s: f64,
     /// How long an idempotency key is remembered \[s\].
     pub key_retention_s: f64,
+}
+
+/// How much waits and runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QueueReading {
+    /// Jobs that wait.
+    pub queued: i64,
+    /// Jobs that run.
+    pub running: i64,
+    /// How long the oldest of those that wait does \[s\]; 0 where none does.
+    pub oldest_s: f64,
 }
 
 /// The queue; cheap to clone.
@@ -113,6 +125,17 @@ impl Queue {
             shared.tasks.spawn(Arc::clone(&shared).forget_old_jobs());
         }
         Ok(Self(shared))
+    }
+
+    /// How much waits and runs now.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn reading(&self) -> Result<QueueReading, StoreError> {
+        let QueueDepth { queued, running, oldest } = self.0.store.queue_depth().await?;
+        let since = oldest.and_then(|oldest| oldest.parse::<Timestamp>().ok());
+        let waited = since.map(|since| self.0.sources.clock.now().duration_since(since).as_secs_f64());
+        Ok(QueueReading { queued, running, oldest_s: waited.unwrap_or(0.0).max(0.0) })
     }
 
     /// Whether another job may wait, for a look before its files are taken.
