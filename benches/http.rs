@@ -142,11 +142,11 @@ async fn steady(
         times_s.extend(client.await??);
     }
     times_s.sort_by(f64::total_cmp);
-    let at = |part: f64| {
-        let place = (times_s.len() as f64 * part) as usize;
+    let at = |of_hundred: usize| {
+        let place = times_s.len() * of_hundred / 100;
         times_s.get(place.min(times_s.len().saturating_sub(1))).map_or(f64::NAN, |time_s| time_s * 1e3)
     };
-    Ok([at(0.5), at(0.99)])
+    Ok([at(50), at(99)])
 }
 
 fn middle(mut values: Vec<f64>) -> f64 {

@@ -1,6 +1,7 @@
 //! What is seen of requests: metrics, traces, log lines, and what is left when a client leaves.
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 use std::io::Read;
 use std::process::Stdio;
 use std::time::Duration;
@@ -162,7 +163,7 @@ async fn a_client_that_takes_nothing_of_its_answer_is_left() {
     // An answer of some ten megabytes, more than the sockets of both sides hold.
     let mut body = String::from("x,y,z,i,j,k\n");
     for k in 0..200_000 {
-        body.push_str(&format!("{k}.125,20.25,30.5,0.1,-0.2,0.97\n"));
+        writeln!(body, "{k}.125,20.25,30.5,0.1,-0.2,0.97").unwrap();
     }
     let address = app.base.trim_start_matches("http://").to_owned();
     let mut socket = TcpStream::connect(&address).await.unwrap();
@@ -173,7 +174,7 @@ async fn a_client_that_takes_nothing_of_its_answer_is_left() {
     socket.write_all(head.as_bytes()).await.unwrap();
     socket.write_all(body.as_bytes()).await.unwrap();
     // The only place for a connection is free again although this one is still open.
-    let limit = Duration::from_secs(60);
+    let limit = Duration::from_mins(1);
     let again = tokio::time::timeout(limit, async {
         loop {
             if let Ok(answer) = app.client.get(app.url("/healthz")).send().await {
