@@ -225,16 +225,29 @@ fn g107_is_on_with_an_axis_and_off_without() {
 #[test]
 fn statements_of_a_post_that_move_leave_nothing_known() {
     let first = "GOTO/0,0,0,0,0,1\n";
-    for moves in
-        ["RETRCT", "RETRCT/ON", "PREFUN/28", "INSERT G0 Z100", "INSERT/G55", "INSERT M98 P7", "OPSKIP/ON"]
-    {
+    for moves in [
+        "RETRCT",
+        "RETRCT/ON",
+        "PREFUN/28",
+        "INSERT G0 Z100",
+        "INSERT/G55",
+        "INSERT M98 P7",
+        "INSERT SUPA G0 Z0",
+        "OPSKIP/ON",
+    ] {
         let motions = apt(&format!("{first}{moves}\nGOTO/80,0,0,0.5,0,0.866\n"));
         assert_eq!(motions.len(), 3, "{moves}");
         assert!(motions[1].kind == MotionKind::Opaque && motions[2].vector_start.is_none(), "{moves}");
     }
-    for harmless in
-        ["INSERT M8", "INSERT (X5 TO GO)", "PREFUN/64", "INSERT G64 P0.01", "PPRINT X5", "COOLNT/ON"]
-    {
+    for harmless in [
+        "INSERT M8",
+        "INSERT/Stock Size X95. Y150. Z120.",
+        "INSERT (X5 TO GO)",
+        "PREFUN/64",
+        "INSERT G64 P0.01",
+        "PPRINT X5",
+        "COOLNT/ON",
+    ] {
         let motions = apt(&format!("{first}{harmless}\nGOTO/80,0,0,0.5,0,0.866\n"));
         assert_eq!(motions.len(), 2, "{harmless}");
         assert!(motions[1].vector_start.is_some() && !motions[1].offset_changed, "{harmless}");

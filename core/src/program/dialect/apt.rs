@@ -209,9 +209,19 @@ fn is_harmless_number(text: &[u8]) -> bool {
     code.is_some_and(|code| HARMLESS_CODES.iter().any(|known| (code - known).abs() < 1e-9))
 }
 
+/// Whether the text is words for people, as `Stock Size X95. Y150. Z120.`: two of letters alone, which no block of a program
+/// for a control has beside axis words.
+fn is_prose(text: &[u8]) -> bool {
+    let words = text.split(|byte| !byte.is_ascii_alphanumeric());
+    words.filter(|word| word.len() > 1 && word.iter().all(u8::is_ascii_alphabetic)).nth(1).is_some()
+}
+
 /// Whether code that goes into the posted program as it stands moves no axis and calls nothing. Comments between round
 /// brackets do not count.
 fn is_harmless_code(text: &[u8]) -> bool {
+    if is_prose(text) {
+        return true;
+    }
     let mut depth = 0_u32;
     for (at, byte) in text.iter().enumerate() {
         match byte {
