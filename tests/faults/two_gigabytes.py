@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 
-PORT = 8919
+PORT = 8920
 # The contract's bound on memory above that of the idle service.
 LIMIT_MIB = 128
 
