@@ -65,6 +65,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     if operation != JobOperation::Compensation && arguments.changes.is_some() {
         return nothing("table of changes");
     }
+    check_places(&[&arguments.output, &arguments.report, &arguments.changes])?;
     let on = machine(&arguments.machine)?;
     let given = arguments.parameters.trim_start();
     let parameters = if given.starts_with('{') {
@@ -118,6 +119,34 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     }
 }
 
+/// Looks at where results go before anything is done: each to a place of its own, in a folder that is there, and none over
+/// what is no plain file.
+fn check_places(places: &[&Option<PathBuf>]) -> Result<(), CommandFault> {
+    let mut taken = Vec::new();
+    for path in places.iter().filter_map(|path| path.as_deref()) {
+        let folder = folder_of(path);
+        let folder = folder.canonicalize().map_err(at("looking for", folder))?;
+        let Some(name) = path.file_name() else { return Err(CommandFault::NoPlainFile(path.to_owned())) };
+        let place = folder.join(name);
+        match fs::symlink_metadata(&place) {
+            Ok(found) if !found.is_file() => return Err(CommandFault::NoPlainFile(path.to_owned())),
+            _ => {}
+        }
+        if taken.contains(&place) {
+            return Err(CommandFault::SamePlace(path.to_owned()));
+        }
+        taken.push(place);
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
 fn machine(path: &Path) -> Result<MachineUsed, CommandFault> {
     let text = fs::read(path).map_err(at("reading", path))?;
     let (text, revision) = profile_alone(text);
@@ -152,10 +181,7 @@ fn taken(blobs: &Blobs, path: &Path) -> Result<Draft, CommandFault> {
 
 /// Writes a file whole or not at all: beside its place first, on disk, then under its name.
 fn write_whole(path: &Path, source: &mut dyn io::Read) -> Result<(), CommandFault> {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     // The rights of any new file, not those of a temporary one.
     let mut file = tempfile::Builder::new()
         .prefix(".trunnion-")

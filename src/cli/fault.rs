@@ -58,6 +58,12 @@ pub enum CommandFault {
         /// What was to be written.
         what: &'static str,
     },
+    /// What is there is no plain file: a device, a link or a folder is not replaced.
+    #[error("{} is no plain file and is not replaced", .0.display())]
+    NoPlainFile(PathBuf),
+    /// Two results are to be written to one place.
+    #[error("{} is named for two results", .0.display())]
+    SamePlace(PathBuf),
     /// The work gave no result.
     #[error("{}", told(.0))]
     Work(JobFault),

@@ -2,9 +2,36 @@
 
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
-use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use super::{
+    CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Refusal, RefusalClass, Sizes,
+};
 use crate::process;
 use crate::wire::{Fault, JobOperation, PostingFindings, PostingParameters, PostingReport};
+
+/// Longest distance of the tip from the straight line half way between two points \[mm\] that is still posted: beyond it
+/// the points are too far apart for machine coordinates, and what lies between them is no finishing any more.
+const MAX_TIP_SWING_MM: f64 = 1.0;
+
+/// A cut along which the table winds, or the tip leaves its line, is refused: between its points no post can mend it.
+fn unless_it_leaves_its_path(report: &process::PostReport) -> Result<(), CompensatorFault> {
+    let (detail, line) = if let Some(line) = report.cutting_rewind_line {
+        let detail = format!(
+            "at line {line} a rotary axis has to wind back in a cut: retract there, or give the axis more travel"
+        );
+        (detail, Some(line))
+    } else if report.largest_tip_swing_mm > MAX_TIP_SWING_MM {
+        let (off_mm, line) = (report.largest_tip_swing_mm, report.tip_swing_line);
+        let detail = format!(
+            "half way to a point the tip is {off_mm:.3} mm off the straight line, over {MAX_TIP_SWING_MM} mm: state more \
+             points, or post with interpolation tcp"
+        );
+        (detail, line)
+    } else {
+        return Ok(());
+    };
+    let class = RefusalClass::Program;
+    Err(CompensatorFault::Refused(Box::new(Refusal { class, detail, line, block: None, errors: Vec::new() })))
+}
 
 impl ProgramParameters for PostingParameters {
     const OPERATION: JobOperation = JobOperation::Posting;
@@ -18,6 +45,7 @@ impl ProgramParameters for PostingParameters {
             let mut output = place.output()?;
             let report = process::post(&on.machine, &core, program, &mut output, stop)
                 .map_err(in_words_of_the_wire)?;
+            unless_it_leaves_its_path(&report)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let findings = PostingFindings::of(&self, &report);

@@ -40,6 +40,9 @@ pub enum BackupFault {
     /// There is something where the backup or the data is to go.
     #[error("{} is there already; nothing was touched", .0.display())]
     Occupied(PathBuf),
+    /// The backup is to go into the data directory itself.
+    #[error("{} lies in the data directory, which may not hold its own backup", .0.display())]
+    Within(PathBuf),
     /// The directory has no database.
     #[error("there is no database in {}", .0.display())]
     NoDatabase(PathBuf),
@@ -140,6 +143,9 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
     if !database.is_file() {
         return Err(BackupFault::NoDatabase(data_dir.to_owned()));
     }
+    if lies_within(target, data_dir)? {
+        return Err(BackupFault::Within(target.to_owned()));
+    }
     for _ in 0..ATTEMPTS {
         let staging = staging_beside(target)?;
         let copy = staging.path().join(DATABASE_NAME);
@@ -161,6 +167,17 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
         }
     }
     Err(BackupFault::Unquiet)
+}
+
+/// Whether a place that is not there yet is in this directory.
+fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
+    let data_dir = data_dir.canonicalize().map_err(at("looking for", data_dir))?;
+    let there = target.ancestors().skip(1).map(|folder| {
+        // The last ancestor of a relative path is the working directory.
+        if folder == Path::new("") { Path::new(".") } else { folder }
+    });
+    let nearest = there.filter_map(|folder| folder.canonicalize().ok()).next();
+    Ok(nearest.is_some_and(|folder| folder.starts_with(&data_dir)))
 }
 
 /// Restores a backup into a data directory that is empty or not there. Everything is verified before the first byte is in

@@ -72,6 +72,11 @@ async fn a_backup_made_while_the_service_runs_is_restored_with_every_byte() {
     );
     // The database, the upload and the program.
     assert_eq!(manifest["files"].as_object().unwrap().len(), 3, "{manifest}");
+    for inside in ["spool/one", "deeper/one"] {
+        let refused = trunnion(&data, &["backup", path(&data.join(inside))]);
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert!(said(&refused).contains("lies in the data directory"), "{}", said(&refused));
+    }
     let again = trunnion(&data, &["backup", path(&backup)]);
     assert_eq!(again.status.code(), Some(2), "{}", said(&again));
     let occupied = trunnion(&data, &["restore", path(&backup)]);
@@ -307,6 +312,27 @@ async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
     let report: Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(report["machine_revision"], 1, "{report}");
     assert!(report["after"]["max_um"].as_f64().unwrap() <= 4.0);
+}
+
+#[test]
+fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
+    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let given = ["--parameters", "{\"location_errors\": true}"];
+    let output = bench.at("out.nc");
+    for (places, part) in [
+        (["--report", path(&output)], "two results"),
+        (["--changes", path(&output)], "two results"),
+        (["--report", "/dev/null"], "no plain file"),
+        (["--report", "no/such/folder/r.json"], "no/such"),
+    ] {
+        let done = bench.compensate(&[&given[..], &places].concat());
+        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
+        assert!(said(&done).contains(part), "{}", said(&done));
+        assert!(!output.exists());
+    }
+    std::os::unix::fs::symlink(bench.at("elsewhere.nc"), &output).unwrap();
+    let done = bench.compensate(&given);
+    assert!(said(&done).contains("no plain file") && !bench.at("elsewhere.nc").exists(), "{}", said(&done));
 }
 
 #[test]

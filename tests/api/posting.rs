@@ -167,3 +167,15 @@ async fn a_posting_that_would_cost_too_much_is_refused_before_it_begins() {
     let found = problem(posted(&app, "", FLANK).await, "too-costly").await;
     assert!(found["detail"].as_str().unwrap().contains("0.0001"), "{found}");
 }
+
+#[tokio::test]
+async fn a_cut_that_leaves_its_path_between_two_points_is_refused_with_its_line() {
+    let app = spawn().await;
+    // One millimetre apart, but the table has to turn by 90°: in machine coordinates the tip swings centimetres off.
+    let text =
+        "UNITS/MM\nMULTAX/ON\nFEDRAT/1200,MMPM\nGOTO/100,0,0,0.3,0,0.9539392\nGOTO/101,0,0,0,0.3,0.9539392\n";
+    let refusal = problem(posted(&app, "interpolation=machine", text).await, "program-fault").await;
+    assert_eq!(refusal["line"], 5);
+    // The control keeps the tip on its line.
+    assert_eq!(posted(&app, "interpolation=tcp", text).await.status(), 200);
+}

@@ -42,6 +42,8 @@ pub struct PostReport {
     pub rewinds: u64,
     /// Line of the first rewind.
     pub first_rewind_line: Option<u64>,
+    /// Line of the first of them at feed: the table winds while the cutter is in the part.
+    pub cutting_rewind_line: Option<u64>,
     /// Points inside the pole cone, where the rotary axis next to the workpiece was held.
     pub pole_holds: u64,
     /// Largest distance of a tip, read back, from the source's \[mm\].
@@ -218,6 +220,9 @@ impl Run<'_> {
                 if warning.kind == WarningKind::Rewind {
                     self.report.rewinds += 1;
                     self.report.first_rewind_line.get_or_insert(point.line);
+                    if !point.rapid {
+                        self.report.cutting_rewind_line.get_or_insert(point.line);
+                    }
                 }
             }
             index += 1;
