@@ -172,11 +172,11 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
 /// Whether a place that is not there yet is in this directory.
 fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
     let data_dir = data_dir.canonicalize().map_err(at("looking for", data_dir))?;
-    let there = target.ancestors().skip(1).map(|folder| {
+    let mut there = target.ancestors().skip(1).map(|folder| {
         // The last ancestor of a relative path is the working directory.
         if folder == Path::new("") { Path::new(".") } else { folder }
     });
-    let nearest = there.filter_map(|folder| folder.canonicalize().ok()).next();
+    let nearest = there.find_map(|folder| folder.canonicalize().ok());
     Ok(nearest.is_some_and(|folder| folder.starts_with(&data_dir)))
 }
 
