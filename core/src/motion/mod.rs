@@ -20,6 +20,7 @@ mod modal;
 mod motions;
 mod offsets;
 mod position;
+mod repetition;
 mod sections;
 mod sinumerik;
 mod statements;
