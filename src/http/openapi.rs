@@ -8,6 +8,7 @@ use utoipa::openapi::{OpenApi as Document, PathItem};
 use super::access::{Need, needed};
 use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
+use super::webhooks::describe;
 
 /// What no route says.
 #[derive(OpenApi)]
@@ -38,6 +39,7 @@ pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
+    describe(&mut document);
     document
 }
 
