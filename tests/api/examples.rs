@@ -9,7 +9,7 @@ use reqwest::{Method, RequestBuilder, Response};
 use serde_json::Value;
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::queue::{Held, accepted, cc, running, spawn_held};
+use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
 use crate::support::{App, spawn_real};
 
 /// One way to send an operation's request.
@@ -102,6 +102,7 @@ impl Described {
                 let makes = match path.rsplit('/').next() {
                     Some("residuals") => "verification",
                     Some("changes") => "compensation",
+                    Some("deliveries") => return told(app).await,
                     _ => "cc-compensation",
                 };
                 let path = format!("/v1/machines/{{machine_id}}/{makes}");
@@ -178,6 +179,15 @@ impl Described {
         let inner = schema.get("items")?;
         items.into_iter().find_map(|(index, item)| self.misfit(inner, item, &format!("{at}/{index}")))
     }
+}
+
+/// The id of a job whose end is told to nobody who can be found.
+async fn told(app: &App) -> String {
+    let mut order = cc("example-ac-table");
+    order["callback_url"] = "http://mes.invalid/".into();
+    let place = accepted(app, &order, "g1\n").await;
+    ended(app, &place).await;
+    place.rsplit('/').next().unwrap().to_owned()
 }
 
 /// Media types of the answers that are no refusals; one empty one where there is no body.
