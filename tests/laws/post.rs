@@ -240,6 +240,7 @@ fn another_tool_behind_a_cut_is_refused_and_the_one_before_it_is_not() {
         ("TURRET/2\nCUTTER/8\nGOTO/2,0,0\n", vec![5, 6], &change),
         ("UNLOAD/1\nLOADTL/2\n", vec![6], &change),
         ("CUTTER/8\nGOTO/2,0,0\n", vec![5], &cutter),
+        ("LOADTL/2\nGOTO/2,0,0\nLOADTL/1\nGOTO/3,0,0\n", vec![5, 7], &change),
     ] {
         let (found, why) = refused(&format!("{head}{behind}"));
         assert_eq!((&found, &why), (&lines, kind), "{behind}");
