@@ -19,7 +19,9 @@ mod page;
 mod queue;
 mod readers;
 mod retention;
+mod storage_fault;
 mod wear_entries;
+mod writable;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
@@ -38,4 +40,5 @@ pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};
 pub use page::{Cursor, CursorFault, Page};
 pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
+pub use storage_fault::StorageFault;
 pub use wear_entries::{AddedWear, WearConflict};
