@@ -24,6 +24,7 @@ mod queue;
 mod queue_downloads;
 mod queue_restart;
 mod real_programs;
+mod recorded;
 mod service;
 mod servo;
 mod support;
