@@ -64,6 +64,8 @@ settings! {
     max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
+    /// Largest document beside a program, the form field `parameters` or `job` (bytes)
+    max_parameters_bytes: u64 = 1 << 20, "TRUNNION_MAX_PARAMETERS_BYTES";
     /// Most poses, joints or samples in one request
     max_poses: usize = 2_000_000, "TRUNNION_MAX_POSES";
     /// Largest estimated cost of one computation (s of one core)
@@ -246,6 +248,7 @@ impl Settings {
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;
         in_range("max_json_bytes", self.max_json_bytes as f64, 1.0, 1e9)?;
+        in_range("max_parameters_bytes", self.max_parameters_bytes as f64, 1.0, 1e9)?;
         in_range("max_poses", self.max_poses as f64, 1.0, 1e8)?;
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;

@@ -109,12 +109,14 @@ pub enum StartFault {
 }
 
 impl StartFault {
-    /// Status that the process ends with.
+    /// Status that the process ends with: 1 where it looked and says no, 2 where it could not do its work.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Command(fault) => fault.exit_code(),
-            _ => 1,
+            Self::Keys(fault) if fault.is_refusal() => 1,
+            Self::NotReady { .. } => 1,
+            _ => 2,
         }
     }
 }

@@ -21,6 +21,10 @@ const TIME: &str = "2026-03-14T09:26:53.589Z";
 /// Stands for every API key and its id.
 const KEY: (&str, &str) = ("trn_5f1c2d4e9a07_…", "5f1c2d4e9a07");
 
+/// What the secret that signs webhooks begins with.
+const SECRET: &str = "whsec_";
+/// Stands for every one of them.
+const SECRET_INSTEAD: &str = "whsec_…";
 /// Characters of a key: `trn_`, its id of 12, `_`, its secret of 64.
 const KEY_LENGTH: usize = 81;
 
@@ -83,6 +87,9 @@ fn lasting(text: &str) -> String {
     while let Some(first) = rest.chars().next() {
         let (instead, length) = if is_key(rest) {
             (KEY.0, KEY_LENGTH)
+        } else if let Some(secret) = rest.strip_prefix(SECRET) {
+            let end = secret.find(|letter: char| !letter.is_ascii_alphanumeric() && !"+/=".contains(letter));
+            (SECRET_INSTEAD, SECRET.len() + end.unwrap_or(secret.len()))
         } else if is_uuid(rest) {
             (ID, 36)
         } else if let Some(length) = time_of_today(rest) {
@@ -150,6 +157,7 @@ fn what_is_new_each_time_is_not_in_an_example() {
     let text =
         format!("job 0195a3f0-ffff-7b1a-8b57-3f1c2d4e5f60 at {now:.3}, measured 2025-03-14T09:26:53.000Z");
     assert_eq!(lasting(&text), format!("job {ID} at {TIME}, measured 2025-03-14T09:26:53.000Z"));
+    assert_eq!(lasting("{whsec_C2FVsBQIhrscChlQIMV+b5sSYspob7oD=}"), "{whsec_…}");
     assert_eq!(difference(&1.0.into(), &(1.0 + 1e-8).into(), ""), None);
     assert!(difference(&1.0.into(), &1.001.into(), "").is_some());
     assert!(difference(&serde_json::json!({"a": 1}), &serde_json::json!({"b": 1}), "").is_some());

@@ -55,6 +55,7 @@ const LIMITS: &[Row] = &[
     ("max_surface_bytes", |s| s.max_surface_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_surface_memory_bytes", |s| s.max_surface_memory_bytes as f64, "bytes", Some(ProblemType::Busy)),
     ("max_json_bytes", |s| s.max_json_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
+    ("max_parameters_bytes", |s| s.max_parameters_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_result_bytes", |s| s.max_result_bytes as f64, "bytes", Some(ProblemType::ResultTooLarge)),
     ("max_url_bytes", |s| s.max_url_bytes as f64, "bytes", Some(ProblemType::UrlTooLong)),
     ("max_header_bytes", |s| s.max_header_bytes as f64, "bytes", Some(ProblemType::HeaderTooLarge)),
