@@ -1,8 +1,7 @@
 //! API keys from the command line, on the data directory itself.
 //!
-//! Where no service has the directory, the command takes its lock and brings the database to the newest form, so that a
-//! first key can be made before the first start. Where one has, the command writes beside it: one short transaction, in
-//! the form that the service keeps, and a mark that the service looks at before the next request.
+//! A first key can be made before the first start. Beside a service that runs, the command writes one short transaction, and
+//! a mark that the service looks at before the next request.
 
 use std::io::Write;
 use std::path::Path;
@@ -10,12 +9,11 @@ use std::path::Path;
 use clap::Subcommand;
 use thiserror::Error;
 
-use super::StartFault;
-use super::serve::on_a_local_disk;
 use super::settings::put;
+use super::{StartFault, beside};
 use crate::config::Settings;
 use crate::jobs::{IssueFault, IssuedKey, Sources, issue_key};
-use crate::store::{Actor, ApiKeyRow, DirectoryLock, LockFault, Store, StoreError, mark_key_change};
+use crate::store::{Actor, ApiKeyRow, Store, StoreError, mark_key_change};
 use crate::wire::{ApiKeyDocument, ApiKeyRequest, AuditOrigin, Scope};
 
 /// What can be done with keys.
@@ -91,15 +89,8 @@ pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), Star
             std::fs::create_dir_all(directory)
                 .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
         }
-        on_a_local_disk(directory)?;
-        let file = directory.join("trunnion.sqlite");
         // Held to the end.
-        let (store, _lock) = match DirectoryLock::take(directory) {
-            Ok(lock) => (Store::open(&file, 1).await, Some(lock)),
-            Err(LockFault::Taken(_)) => (Store::open_beside(&file).await, None),
-            Err(fault) => return Err(fault.into()),
-        };
-        let store = store.map_err(KeysFault::from)?;
+        let (store, _lock) = beside::open(directory).await?;
         let done = work(&store, directory, command).await;
         store.close().await;
         Ok(done?)

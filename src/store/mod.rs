@@ -7,6 +7,7 @@ mod blobs;
 mod calibrations;
 mod database;
 mod database_file;
+mod deliveries;
 mod error;
 mod examination;
 mod filesystem;
@@ -20,6 +21,7 @@ mod queue;
 mod readers;
 mod retention;
 mod wear_entries;
+mod webhook_secrets;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
@@ -28,6 +30,7 @@ pub use blobs::{BlobFault, Blobs, Draft, DraftTooLong, Sha256Hex, sha256_hex};
 pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
 pub use database::Store;
 pub use database_file::{DatabaseFile, own_schema};
+pub use deliveries::{AfterAttempt, DeliveriesWaiting, DeliveryRow, DueDelivery, Redelivery, Taken};
 pub use error::StoreError;
 pub use examination::{Examination, Files, examine};
 pub use filesystem::{NetworkMount, mount_kind, network_mount};
@@ -39,3 +42,4 @@ pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Sta
 pub use page::{Cursor, CursorFault, Page};
 pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
 pub use wear_entries::{AddedWear, WearConflict};
+pub use webhook_secrets::WebhookSecretRow;

@@ -9,7 +9,7 @@ use reqwest::{Method, RequestBuilder, Response};
 use serde_json::{Map, Value};
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::queue::{Held, accepted, cc, running, spawn_held};
+use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
 use crate::recorded;
 use crate::support::{App, spawn_real};
 
@@ -103,6 +103,7 @@ impl Described {
                 let makes = match path.rsplit('/').next() {
                     Some("residuals") => "verification",
                     Some("changes") => "compensation",
+                    Some("deliveries") => return told(app).await,
                     _ => "cc-compensation",
                 };
                 let path = format!("/v1/machines/{{machine_id}}/{makes}");
@@ -235,6 +236,15 @@ impl Recording {
 /// Whether the example of an answer is not a recorded one.
 fn is_by_hand(content: &Value, known: Option<&Value>) -> bool {
     known.is_none() && (!content["example"].is_null() || content["examples"].is_object())
+}
+
+/// The id of a job whose end is told to nobody who can be found.
+async fn told(app: &App) -> String {
+    let mut order = cc("example-ac-table");
+    order["callback_url"] = "http://mes.invalid/".into();
+    let place = accepted(app, &order, "g1\n").await;
+    ended(app, &place).await;
+    place.rsplit('/').next().unwrap().to_owned()
 }
 
 /// Media types of the answers that are no refusals; one empty one where there is no body.

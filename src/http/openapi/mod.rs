@@ -32,6 +32,7 @@ use super::refusals::responses;
         (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
         (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
         (name = "jobs", description = "Everything that was computed, with its report and its program"),
+        (name = "webhooks", description = "The ends of jobs, told to who posted them and signed"),
         (name = "keys", description = "Who may do what, and who did what"),
         (name = "service", description = "The service itself"),
     ),
