@@ -117,9 +117,88 @@ fn main() -> io::Result<()> {
             );
         }
     }
+    for form in [Form::Siemens, Form::Conversational, Form::Table, Form::CutterLocations] {
+        in_form(&machine, tool, form, &folder.path().join("program.txt"))?;
+    }
     worn(&machine, tool, &folder.path().join("worn.nc"))?;
     one_by_one(&machine, tool);
     in_lanes(&machine, tool);
+    Ok(())
+}
+
+/// Another dialect than ISO.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    Siemens,
+    Conversational,
+    Table,
+    CutterLocations,
+}
+
+/// The same program in another form: points and vectors where it is of cutter locations.
+fn write_in_form(path: &Path, form: Form) -> io::Result<u64> {
+    let mut out = BufWriter::new(File::create(path)?);
+    match form {
+        Form::Siemens => writeln!(out, "; a program\nN1 G71 G90 G94 G54\nN2 G1 F3000")?,
+        Form::Conversational => {
+            writeln!(out, "0 BEGIN PGM P MM\n1 L X+80 Y-20 Z+40 A+35 C+0 R0 F3000 M3")?;
+        }
+        Form::Table => writeln!(out, "X,Y,Z,A,C,F")?,
+        Form::CutterLocations => writeln!(out, "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/3000.,MMPM")?,
+    }
+    let mut state = [35.0, 0.0];
+    for index in 0..BLOCKS {
+        let AxisWords { linear_mm: [x, y, z], rotary_deg: [a, c] } = words(&mut state, index);
+        match form {
+            Form::Siemens => writeln!(out, "N{} X{x:.4} Y{y:.4} Z{z:.4} A={a:.4} C={c:.4}", index + 3)?,
+            Form::Conversational => {
+                writeln!(out, "{} L X{x:+.4} Y{y:+.4} Z{z:+.4} A{a:+.4} C{c:+.4}", index + 2)?;
+            }
+            Form::Table => writeln!(out, "{x:.4},{y:.4},{z:.4},{a:.4},{c:.4},3000")?,
+            Form::CutterLocations => {
+                let ((sa, ca), (sc, cc)) = (a.to_radians().sin_cos(), c.to_radians().sin_cos());
+                writeln!(out, "GOTO/{x:.4},{y:.4},{z:.4},{:.7},{:.7},{ca:.7}", sa * sc, -sa * cc)?;
+            }
+        }
+    }
+    match form {
+        Form::Siemens => writeln!(out, "M30")?,
+        Form::Conversational => writeln!(out, "{} END PGM P MM", BLOCKS + 2)?,
+        Form::Table => {}
+        Form::CutterLocations => writeln!(out, "FINI")?,
+    }
+    out.flush()?;
+    Ok(std::fs::metadata(path)?.len())
+}
+
+/// The whole pipeline in another dialect.
+fn in_form(machine: &trunnion::machine::Machine, tool: Tool, form: Form, path: &Path) -> io::Result<()> {
+    let bytes = write_in_form(path, form)?;
+    let parameters = CcParameters::new(tool);
+    for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
+        let mut seconds = Vec::new();
+        let mut report = None;
+        for _ in 0..3 {
+            let mut output = File::create(path.with_extension("out"))?;
+            let stop = || ControlFlow::Continue(());
+            let source = OnDisk(path.to_owned());
+            let start = Instant::now();
+            let done = compensate_side_by_side(machine, &parameters, &source, &mut output, parts, &stop);
+            seconds.push(start.elapsed().as_secs_f64());
+            report = Some(done.expect("compensated"));
+        }
+        let report = report.expect("three runs");
+        let seconds = median(seconds);
+        println!(
+            "whole pipeline, {}, {cores}: {:.2} M blocks/s, {:.0} MB/s; {} of {} motions over tolerance; peak {:.0} MiB",
+            report.dialect,
+            f64::from(BLOCKS) / seconds / 1e6,
+            bytes as f64 / seconds / 1e6,
+            report.motions_over_tolerance,
+            report.motions_checked,
+            peak_memory_mib(),
+        );
+    }
     Ok(())
 }
 
@@ -187,7 +266,8 @@ fn in_lanes(machine: &trunnion::machine::Machine, tool: Tool) {
             });
             let middle = pose(&middles, k);
             let references = [&contacts[0], &contacts[1]];
-            let look = quick_look(&kinematics, &tool, mode, &stations, references, contacts_mm, &middle);
+            let look =
+                quick_look(&kinematics, &tool, mode, stations.each_ref(), references, contacts_mm, &middle);
             if look.is_some_and(|look| look.at_most_mm <= 0.01) {
                 within += 1;
             } else {

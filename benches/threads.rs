@@ -3,7 +3,7 @@
 use trunnion::wear::SideBySide;
 
 /// Every part but the first in a thread of its own.
-pub struct Threads(pub usize);
+pub(crate) struct Threads(pub(crate) usize);
 
 impl SideBySide for Threads {
     fn parts(&self) -> usize {

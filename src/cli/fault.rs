@@ -107,11 +107,11 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::Parameters(_)
         | JobFault::TooCostly(_)
         | JobFault::Servo(_)
-        | JobFault::PartSurface(_) => true,
-        JobFault::Compensator(CompensatorFault::Refused(_)) => true,
+        | JobFault::PartSurface(_)
+        | JobFault::Compensator(CompensatorFault::Refused(_)) => true,
         JobFault::Compensator(CompensatorFault::Io(fault)) => is_over_its_limit(fault),
-        JobFault::Compensator(_) => false,
-        JobFault::Compute(ComputeFault::Busy | ComputeFault::Panicked)
+        JobFault::Compensator(CompensatorFault::Cancelled | CompensatorFault::VerificationFailed { .. })
+        | JobFault::Compute(ComputeFault::Busy | ComputeFault::Panicked)
         | JobFault::Blob(_)
         | JobFault::Store(_)
         | JobFault::KeyReused

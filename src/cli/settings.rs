@@ -49,8 +49,7 @@ fn told(name: &str, origin: &Origin, typed: &[String]) -> String {
 
 /// Prints the description of the interface.
 pub(super) fn describe_interface() -> Result<(), CommandFault> {
-    let text = crate::http::document().to_pretty_json();
-    say(&text.map_err(|fault| CommandFault::Process(fault.into()))?)
+    say(&format!("{:#}", crate::http::document()))
 }
 
 /// A line on standard output.

@@ -1,6 +1,6 @@
 //! Merges the resources' routes and puts the edge around them.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
@@ -54,11 +54,12 @@ const PAGES: [(&str, &str, &str); 4] = [
 pub fn router(mut app: AppState) -> Router {
     let (router, document) = described();
     app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
-    let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
+    let text = Arc::new(LazyLock::new(move || bytes::Bytes::from(openapi::published(&document).to_string())));
     let served = move |headers: HeaderMap| {
-        let text = text.clone();
+        let text = Arc::clone(&text);
         async move {
             choose(&headers, &["application/json"])?;
+            let text = bytes::Bytes::clone(&text);
             Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], text).into_response())
         }
     };

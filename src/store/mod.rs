@@ -20,8 +20,10 @@ mod page;
 mod queue;
 mod readers;
 mod retention;
+mod storage_fault;
 mod wear_entries;
 mod webhook_secrets;
+mod writable;
 
 pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
@@ -41,5 +43,6 @@ pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};
 pub use page::{Cursor, CursorFault, Page};
 pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
+pub use storage_fault::StorageFault;
 pub use wear_entries::{AddedWear, WearConflict};
 pub use webhook_secrets::WebhookSecretRow;

@@ -25,6 +25,7 @@ mod queue_downloads;
 mod queue_restart;
 mod real_programs;
 mod receiver;
+mod recorded;
 mod service;
 mod servo;
 mod support;

@@ -58,16 +58,17 @@ impl SourceBlock<'_> {
                 radial_mm: between(radial_mm),
             },
         };
-        curvature_bound_mm(self.kinematics, &self.tool, self.mode, &segment.ends, &swing)
+        curvature_bound_mm(self.kinematics, &self.tool, self.mode, segment.ends.each_ref(), &swing)
     }
 }
 
 /// [`SourceBlock::curvature_bound_mm`] of a stretch of motion between two stations.
+#[inline]
 pub(crate) fn curvature_bound_mm(
     kinematics: &Kinematics,
     tool: &Tool,
     mode: Interpolation,
-    ends: &[Station; 2],
+    ends: [&Station; 2],
     swing: &Swing,
 ) -> Option<f64> {
     let [a, b] = ends;
@@ -107,7 +108,7 @@ pub(crate) fn curvature_bound_mm(
 /// `|m″| ≤ √5·Ψ²/s² + 2ΩΨ/s + Ω²`. `None` where that angle is not positive.
 ///
 /// s is taken a little too small, by `cos(Ψ/2) ≥ 1 − Ψ²/8` and `sin(Ψ/2) ≤ Ψ/2`, which spares the trigonometry.
-fn side_curvature(ends: &[Station; 2], directions: &[Vec3; 2], turn: f64, arc: f64) -> Option<(f64, f64)> {
+fn side_curvature(ends: [&Station; 2], directions: &[Vec3; 2], turn: f64, arc: f64) -> Option<(f64, f64)> {
     let swing = turn + arc;
     let half = 0.5 * swing;
     let clear = |k: usize| {

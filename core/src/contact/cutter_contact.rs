@@ -42,6 +42,7 @@ impl CutterContact {
 
     /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
     #[must_use]
+    #[inline]
     pub fn offset_mm(&self, tool: &Tool, axis: Vec3) -> Vec3 {
         match self {
             Self::Tip => Vec3::zeros(),
@@ -96,6 +97,7 @@ impl Touch {
     ///
     /// # Errors
     /// A zero normal, or one that points away from the tool (n·t < 0, an undercut).
+    #[inline]
     pub fn from_normal(
         tool: &Tool,
         pose: &ToolPose,
@@ -161,10 +163,12 @@ impl Touch {
 /// P0's rule from the feed direction, mended (§2): `n = (t − (t·Ê)Ê)/|…|`, E the chord of the neighbouring tips in
 /// W, forward. `None` where the tool moves along its own axis and the rule has no answer.
 #[must_use]
+#[inline]
 pub fn feed_plane_normal(axis: Vec3, feed_direction: Vec3) -> Option<Vec3> {
     across(axis, feed_direction).try_normalize(OPEN_ANGLE_RAD)
 }
 
+#[inline]
 fn check_undercut(direction: Vec3, axis: Vec3) -> Result<(), ContactFault> {
     if direction.dot(&axis) < UNDERCUT_COSINE {
         return Err(ContactFault::Undercut { angle_deg: angle_between(direction, axis).to_degrees() });

@@ -41,11 +41,12 @@ impl QuickLook {
 /// `None` where the short cut does not hold (mixed kinds of contact, normals far apart, contact near the tool
 /// axis): the block has to be sampled.
 #[must_use]
+#[inline]
 pub fn quick_look(
     kinematics: &Kinematics,
     tool: &Tool,
     mode: Interpolation,
-    ends: &[Station; 2],
+    ends: [&Station; 2],
     contacts: [&CutterContact; 2],
     contacts_mm: [Vec3; 2],
     middle: &ToolPose,

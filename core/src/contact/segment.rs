@@ -32,6 +32,7 @@ impl Station {
 
 /// Kinematic angles \[rad\] of rotary words \[deg\], in the profile's order.
 #[must_use]
+#[inline]
 pub fn rotary_rad(machine: &Machine, rotary_deg: [f64; 2]) -> [f64; 2] {
     let [first, second] = machine.rotary_axes();
     [first.angle_rad(rotary_deg[0]), second.angle_rad(rotary_deg[1])]

@@ -63,6 +63,7 @@ impl JointLanes {
     }
 
     /// One more lane.
+    #[inline]
     pub fn push(&mut self, linear_mm: [f64; 3], rotary_rad: [f64; 2]) {
         self.x_mm.push(linear_mm[0]);
         self.y_mm.push(linear_mm[1]);

@@ -14,6 +14,7 @@ impl Kinematics {
     /// For table axes this is §2's `Ω²ρ + 2Ω|Δq|` with `ρ = max|w + o − p_1| + |p_1 − p_2|`; head axes add their own
     /// circle `Ω_h²ρ_h` about the pivots, `ρ_h` being the tip's distance along the chain of pivots.
     #[must_use]
+    #[inline]
     pub fn tip_curvature_bound_mm(
         &self,
         linear_mm: [Vec3; 2],

@@ -44,6 +44,8 @@ pub struct Interpreter {
     pub(super) first_offset: FirstOffset,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
+    /// The block before made a motion that axis words alone would make again: see `repetition`.
+    pub(super) repeats: bool,
     has_blocks: bool,
     has_motions: bool,
     ended: bool,
@@ -78,6 +80,8 @@ pub(super) struct BlockWords {
     pub(super) incremental: u32,
     /// Of those present, the ones written with a decimal point.
     points: u32,
+    /// Of those present, the ones that are not plain numbers.
+    pub(super) odd: u32,
     /// G and M codes in tenths.
     pub(super) g_codes: [u32; 16],
     pub(super) g_count: usize,
@@ -97,6 +101,7 @@ impl BlockWords {
         absolute: 0,
         incremental: 0,
         points: 0,
+        odd: 0,
         g_codes: [0; 16],
         g_count: 0,
         m_codes: [0; 16],
@@ -106,26 +111,33 @@ impl BlockWords {
 
     #[inline]
     fn gather(&mut self, words: &[Word]) {
-        (self.present, self.unknown, self.comma, self.points) = (0, 0, 0, 0);
-        (self.absolute, self.incremental) = (0, 0);
         (self.g_count, self.m_count, self.odd_code) = (0, 0, false);
+        // Sums of bits stay in registers.
+        let (mut present, mut unknown, mut comma, mut points) = (0, 0, 0, 0);
+        let (mut absolute, mut incremental, mut odd) = (0, 0, 0);
         for word in words {
             let index = word.address.index() & 31;
             match word.address {
                 Address::G => Self::add_code(word, &mut self.g_codes, &mut self.g_count, &mut self.odd_code),
                 Address::M => Self::add_code(word, &mut self.m_codes, &mut self.m_count, &mut self.odd_code),
-                _ if word.form == WordForm::Comma => self.comma |= 1 << index,
+                _ if word.form == WordForm::Comma => comma |= 1 << index,
                 _ => {
-                    self.present |= 1 << index;
+                    let bit = 1 << index;
+                    present |= bit;
                     self.values[index] = word.value;
                     self.decimals[index] = word.decimals;
-                    self.points |= u32::from(word.has_point) << index;
-                    self.unknown |= u32::from(!word.is_known()) << index;
-                    self.absolute |= u32::from(word.form == WordForm::Absolute) << index;
-                    self.incremental |= u32::from(word.form == WordForm::Incremental) << index;
+                    points |= u32::from(word.has_point) << index;
+                    if word.form != WordForm::Number {
+                        odd |= bit;
+                        unknown |= u32::from(!word.is_known()) << index;
+                        absolute |= u32::from(word.form == WordForm::Absolute) << index;
+                        incremental |= u32::from(word.form == WordForm::Incremental) << index;
+                    }
                 }
             }
         }
+        (self.present, self.unknown, self.comma, self.points) = (present, unknown, comma, points);
+        (self.absolute, self.incremental, self.odd) = (absolute, incremental, odd);
     }
 
     #[inline]
@@ -222,6 +234,7 @@ impl Interpreter {
             has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
             first_offset: FirstOffset::NoPoint,
             corner_open: false,
+            repeats: false,
             has_blocks: false,
             has_motions: false,
             ended: false,
@@ -273,6 +286,8 @@ impl Interpreter {
         motions: &mut Vec<Motion>,
         diagnostics: &mut Diagnostics,
     ) {
+        let says_nothing = matches!(block.kind, BlockKind::Blank | BlockKind::Comment);
+        self.repeats &= says_nothing || block.kind == BlockKind::Words;
         match block.kind {
             BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
             // The first one opens the tape, another one closes it.
@@ -373,9 +388,9 @@ impl Interpreter {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);
             }
-            self.move_axes(index, block, None, motions);
+            self.move_plainly(index, block, motions);
         } else if block.flags.is_plain() && self.is_plain_statement() {
-            self.move_axes(index, block, None, motions);
+            self.move_plainly(index, block, motions);
         } else if block.flags.has(BlockFlags::DELETE) {
             // The operator decides: only what comes out the same both ways is known behind it.
             let skipped = (self.modal, self.position, self.ended, self.end_line);
@@ -384,8 +399,10 @@ impl Interpreter {
             self.position = self.position.common(&skipped.1);
             (self.ended, self.end_line) = (skipped.2, skipped.3);
             self.obstacle = self.modal.obstacle();
+            self.repeats = false;
         } else {
             self.execute(batch, index, block, motions, diagnostics);
+            self.repeats = false;
         }
         self.has_motions |= !motions.is_empty();
         if self.dialect == Dialect::Heidenhain {

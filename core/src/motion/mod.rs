@@ -21,6 +21,7 @@ mod modal;
 mod motions;
 mod offsets;
 mod position;
+mod repetition;
 mod sections;
 mod sinumerik;
 mod statements;

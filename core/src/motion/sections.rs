@@ -63,6 +63,11 @@ pub(super) struct Sections {
 }
 
 impl Sections {
+    /// Whether a section is being passed that may be called.
+    pub(super) fn is_passing(&self) -> bool {
+        self.passing.is_some()
+    }
+
     /// Counts the motions of a block.
     pub(super) fn count(&mut self, motions: &[Motion]) {
         let followed = |motion: &&Motion| {

@@ -23,6 +23,8 @@ const R: u32 = 1 << 17;
 const L: u32 = 1 << 11;
 const FEED: usize = Address::F.index();
 const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
+/// Words that say where the cutter touches.
+pub(super) const CONTACTS: u32 = POINTS | NORMALS;
 /// A feed stated from outside is rounded by less than this share.
 const FEED_ROUNDING: f64 = 1e-6;
 const MAX_FEED_DECIMALS: u8 = 6;
@@ -204,7 +206,7 @@ impl Interpreter {
 
     /// Takes contact, normal and extruder words; gives the extruder's motion.
     #[inline]
-    fn take_other_words(&mut self) -> Option<Extra> {
+    pub(super) fn take_other_words(&mut self) -> Option<Extra> {
         let block = &self.block;
         for (slot, address) in CONTACT.into_iter().enumerate() {
             let index = address.index();
@@ -248,7 +250,7 @@ impl Interpreter {
 
     /// Contact words are those of this block, completed from before.
     #[inline]
-    fn contact(&self) -> ContactWords {
+    pub(super) fn contact(&self) -> ContactWords {
         if self.block.present & POINTS != 0 {
             if let [Some(u), Some(v), Some(w)] = self.position.contact_mm {
                 return ContactWords::Point([u, v, w]);
@@ -274,7 +276,7 @@ impl Interpreter {
     }
 
     #[inline]
-    fn feed(&self) -> Feed {
+    pub(super) fn feed(&self) -> Feed {
         let mode = self.modal.feed_mode;
         let rules = FeedRules::of(self.dialect);
         let paths = rules.paths;
@@ -316,11 +318,7 @@ impl Interpreter {
     #[inline]
     pub(super) fn motion_shell(&mut self, index: usize, block: &Block, kind: MotionKind) -> Motion {
         let decimals = self.decimals();
-        let most = &mut self.program_decimals;
-        most.linear = most.linear.max(decimals.linear);
-        most.rotary = most.rotary.max(decimals.rotary);
-        most.contact = most.contact.max(decimals.contact);
-        most.extra = most.extra.max(decimals.extra);
+        let program_decimals = self.note_decimals(decimals);
         Motion {
             block: u32::try_from(index).unwrap_or(u32::MAX),
             line: block.line,
@@ -336,6 +334,7 @@ impl Interpreter {
             tool_axis: None,
             vector_start: None,
             program_offset_mm: self.modal.program_offset_mm,
+            repeats: false,
             contact: ContactWords::None,
             feed: self.feed(),
             extra: None,
@@ -343,10 +342,21 @@ impl Interpreter {
             incremental: self.modal.incremental == Some(true),
             mm_per_unit: self.modal.mm_per_unit.unwrap_or(1.0),
             decimals,
-            program_decimals: self.program_decimals,
+            program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
         }
+    }
+
+    /// Takes a block's decimals into the most of the program, and gives these.
+    #[inline]
+    pub(super) fn note_decimals(&mut self, decimals: Decimals) -> Decimals {
+        let most = &mut self.program_decimals;
+        most.linear = most.linear.max(decimals.linear);
+        most.rotary = most.rotary.max(decimals.rotary);
+        most.contact = most.contact.max(decimals.contact);
+        most.extra = most.extra.max(decimals.extra);
+        *most
     }
 
     /// What the arc at hand hangs on.
@@ -361,7 +371,7 @@ impl Interpreter {
 
     /// Of the words of the block; a class without a word takes its modal values.
     #[inline]
-    fn decimals(&self) -> Decimals {
+    pub(super) fn decimals(&self) -> Decimals {
         let modal = self.position.modal_decimals();
         let most = |addresses: &[Address], modal: u8| {
             let mut found = false;

@@ -3,7 +3,6 @@
 //! Two hands work side by side where there are two: one judges and writes a stretch of the program while the other reads
 //! back what was written of the stretch before and reads the next one. What comes out does not depend on it.
 
-use std::collections::VecDeque;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -16,7 +15,8 @@ use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::verify::{Expected, Group, Meaning, Note, Verifier};
+use super::untouched::Outgoing;
+use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
 use crate::contact::{Correction, Effort, Node, SourceBlock};
 use crate::kinematics::Kinematics;
@@ -92,7 +92,9 @@ pub(super) fn compensate_from(
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?
         .with_setup(machine, &parameters.setup)
         .with_lines(lines);
-    let (mut present, mut next) = (Stretch::default(), Stretch::default());
+    // Of a stretch that is worked off the text is still to be read back.
+    let (mut worked_off, mut present, mut next): (Stretch, Stretch, Stretch) = Default::default();
+    let mut is_of_present = false;
     passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
@@ -104,7 +106,8 @@ pub(super) fn compensate_from(
             return Err(Fault::Cancelled);
         }
         let is_refused = passages.is_refused();
-        work.largest_after_mm = verifier.found.after.max_mm();
+        work.largest_after_mm = verifier.milestones.largest_mm;
+        let written_of = if is_of_present { &present } else { &worked_off };
         let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
         parts.run(vec![
             Box::new(|| {
@@ -113,7 +116,7 @@ pub(super) fn compensate_from(
                 }
             }),
             Box::new(|| {
-                checked = verifier.take(&written.text, &mut written.expected);
+                checked = verifier.take(&mut written, written_of);
                 if next.passages.is_empty() {
                     filled = passages.fill(&mut next, stop);
                 }
@@ -130,10 +133,12 @@ pub(super) fn compensate_from(
             writing.clear();
         }
         std::mem::swap(&mut writing, &mut written);
+        is_of_present = true;
         if is_refused || work.is_done(&present) {
             work.at = Place::default();
-            passages.recycle_all(&mut present);
-            std::mem::swap(&mut present, &mut next);
+            passages.recycle_all(&mut worked_off);
+            worked_off = std::mem::replace(&mut present, std::mem::take(&mut next));
+            is_of_present = false;
         }
     }
     passages.refusals()?;
@@ -165,20 +170,6 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     let off =
         |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
     inner.iter().map(off).fold(0.0, f64::max)
-}
-
-/// Text of the output, and what it has to mean.
-#[derive(Debug, Default)]
-struct Outgoing<'a> {
-    text: Vec<u8>,
-    expected: VecDeque<Expected<'a>>,
-}
-
-impl Outgoing<'_> {
-    fn clear(&mut self) {
-        self.text.clear();
-        self.expected.clear();
-    }
 }
 
 /// How far a stretch has been worked off.
@@ -253,7 +244,7 @@ impl<'a> Work<'a> {
                 self.judge.prepare(&passage.motions);
                 self.settle(passage, out)?;
             }
-            if !self.passage(passage, stretch.following(self.at.passage), out)? {
+            if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
                 return Ok(());
             }
             self.at = Place { passage: self.at.passage + 1, ..Place::default() };
@@ -267,11 +258,11 @@ impl<'a> Work<'a> {
     /// Goes on with a batch: true at its end, false where enough is written.
     fn passage(
         &mut self,
-        passage: &Passage,
+        passage: (usize, &Passage),
         following: Option<&Motion>,
         out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
-        let Passage { batch, motions } = passage;
+        let Passage { batch, motions } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
             let text =
                 batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
@@ -287,7 +278,7 @@ impl<'a> Work<'a> {
             let changed = match verdict {
                 Some(Verdict::Over(checked)) => {
                     self.over += 1;
-                    self.divide(batch, motion, text, checked, out)?
+                    self.divide(passage, motion, text, checked, out)?
                 }
                 verdict => {
                     let checked = match verdict {
@@ -295,9 +286,11 @@ impl<'a> Work<'a> {
                         _ => None,
                     };
                     if !self.faults() {
-                        out.expected.push_back(Expected::Same { motion: Meaning::of(motion), checked });
+                        let (passage, line) = (passage.0, motion.line);
+                        let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
+                        out.expected.push_back(Expected::Same { motion, checked });
                     }
-                    self.restore_feed(batch, motion, out)?
+                    self.restore_feed(passage, motion, out)?
                 }
             };
             if changed {
@@ -307,19 +300,20 @@ impl<'a> Work<'a> {
                 }
             }
         }
-        out.text.extend_from_slice(batch.blocks_text(self.at.copied, batch.blocks().len()));
+        out.copy(passage, self.at.copied, batch.blocks().len());
         Ok(true)
     }
 
     /// Copies the blocks before this motion's, then writes its parts.
     fn divide(
         &mut self,
-        batch: &Batch,
+        passage: (usize, &Passage),
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
         out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
+        let batch = &passage.1.batch;
         let effort = &mut self.judge.effort;
         let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, effort);
         go_on(&self.judge.effort)?;
@@ -342,7 +336,7 @@ impl<'a> Work<'a> {
         if !division.carries_feed {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
-        out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
+        out.copy(passage, self.at.copied, motion.block as usize);
         let written_from = out.text.len();
         self.emitter
             .write_division(batch, &checked, motion, &division, &mut self.judge.effort, &mut out.text)
@@ -366,14 +360,15 @@ impl<'a> Work<'a> {
     /// Gives a block left alone its feed back, where divided blocks before it took it.
     fn restore_feed(
         &mut self,
-        batch: &Batch,
+        passage: (usize, &Passage),
         motion: &Motion,
         out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         if !self.emitter.owes_feed() {
             return Ok(false);
         }
-        out.text.extend_from_slice(batch.blocks_text(self.at.copied, motion.block as usize));
+        let batch = &passage.1.batch;
+        out.copy(passage, self.at.copied, motion.block as usize);
         self.at.copied = motion.block as usize;
         let (blocks, written_from) = (self.emitter.feed_blocks, out.text.len());
         let changed = self

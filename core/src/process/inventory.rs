@@ -1,7 +1,7 @@
 //! A count of everything in a program that compensation must not lose or double: blocks, and all words but coordinates,
 //! contacts, extruder and feed.
 
-use crate::program::{Address, Batch, Keyword, Word, WordForm};
+use crate::program::{Address, Batch, Block, Keyword, Word, WordForm};
 
 /// Blocks counted, and a checksum of words that does not depend on their order: M words move to the last part of a
 /// divided block, everything else stays.
@@ -40,7 +40,12 @@ fn says_motion_or_feed(word: &Word) -> bool {
 impl Inventory {
     /// Counts the blocks and words of a batch.
     pub(super) fn see(&mut self, batch: &Batch) {
-        for block in batch.blocks() {
+        self.see_blocks(batch, batch.blocks());
+    }
+
+    /// Counts some blocks of a batch.
+    pub(super) fn see_blocks(&mut self, batch: &Batch, blocks: &[Block]) {
+        for block in blocks {
             self.blocks += u64::from(block.counts());
             for word in batch.words(block) {
                 if word.address.is_coordinate() || word.address == Address::F || says_motion_or_feed(word) {

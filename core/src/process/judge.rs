@@ -77,12 +77,25 @@ impl Point {
     }
 }
 
+/// A point in a place that may be there already.
+#[inline]
+fn put(place: Option<Box<Point>>, point: Point) -> Box<Point> {
+    match place {
+        Some(mut place) => {
+            *place = point;
+            place
+        }
+        None => Box::new(point),
+    }
+}
+
 /// Half way between two positions.
 fn middle<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
 }
 
 /// The pose of one lane; with TCP the linear words are the tip themselves.
+#[inline]
 fn pose(lanes: &PoseLanes, mode: Interpolation, index: usize, linear_mm: &[f64; 3]) -> ToolPose {
     let tip_mm = match mode {
         Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
@@ -97,7 +110,9 @@ pub(super) struct Judge<'a> {
     kinematics: &'a Kinematics,
     parameters: &'a CcParameters,
     contact: ContactSource,
-    point: Option<Point>,
+    /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
+    point: Option<Box<Point>>,
+    spare: Option<Box<Point>>,
     /// The last contact words stated, and those that stood before the motion at hand.
     stated: ContactWords,
     stated_before: ContactWords,
@@ -123,6 +138,7 @@ impl<'a> Judge<'a> {
             parameters,
             contact,
             point: None,
+            spare: None,
             stated: ContactWords::None,
             stated_before: ContactWords::None,
             warnings: Warnings::default(),
@@ -185,32 +201,61 @@ impl<'a> Judge<'a> {
             // What a call or a cycle does to them is not seen.
             self.stated = motion.contact;
         }
-        let end = motion.end.map(|words| Point::new(self.station(mode, index, words), mode, motion));
+        let mut end = motion.end.map(|words| {
+            let point = Point::new(self.station(mode, index, words), mode, motion);
+            put(self.spare.take(), point)
+        });
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
         }
         if self.rests(motion, mode) {
+            self.spare = end;
             return None;
         }
-        let start = std::mem::replace(&mut self.point, end);
-        let (Some(start_words), Some(mut end)) = (motion.start, end) else {
-            self.say_why_not(motion);
-            return None;
+        let mut start = self.point.take();
+        let verdict = match (motion.start, &mut end) {
+            (Some(start_words), Some(end)) if checkable(motion) => {
+                let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
+                let mut start_point = known.unwrap_or_else(|| {
+                    let station = Station::new(self.machine, self.kinematics, mode, start_words);
+                    Box::new(Point { words: ContactWords::None, ..Point::new(station, mode, motion) })
+                });
+                let verdict =
+                    self.between(&mut start_point, end, motions, index, following, text, largest_after_mm);
+                start = Some(start_point);
+                verdict
+            }
+            _ => {
+                self.say_why_not(motion);
+                None
+            }
         };
-        if !checkable(motion) {
-            self.say_why_not(motion);
-            return None;
+        self.point = end;
+        if start.is_some() {
+            self.spare = start;
         }
-        let mut start = start
-            .filter(|point| point.mode == mode && point.station.words == start_words)
-            .unwrap_or_else(|| {
-                let station = Station::new(self.machine, self.kinematics, mode, start_words);
-                Point { words: ContactWords::None, ..Point::new(station, mode, motion) }
-            });
+        verdict
+    }
+
+    /// Judges the motion of this index between the points at its ends.
+    #[expect(clippy::too_many_arguments, reason = "what `judge` has, and its two points")]
+    #[inline]
+    fn between(
+        &mut self,
+        start: &mut Point,
+        end: &mut Point,
+        motions: &[Motion],
+        index: usize,
+        following: Option<&Motion>,
+        text: &[u8],
+        largest_after_mm: f64,
+    ) -> Option<Verdict<'a>> {
+        let motion = &motions[index];
+        let mode = end.mode;
         let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
         if start.touch.is_none() && !start.faulty {
             // The first point of a pass: its neighbour is only the next one.
-            self.touch(&mut start, to - from, text);
+            self.touch(start, to - from, text);
         }
         let next = motions.get(index + 1).or(following);
         let beyond = next
@@ -218,23 +263,22 @@ impl<'a> Judge<'a> {
             .and_then(|next| next.end)
             .map_or(to, |words| {
                 if index + 1 < motions.len() {
-                    return self.station(mode, index + 1, words).pose.tip_mm;
+                    return pose(&self.ends, mode, index + 1, &words.linear_mm).tip_mm;
                 }
                 Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
             });
-        self.touch(&mut end, beyond - from, text);
-        self.point = Some(end);
+        self.touch(end, beyond - from, text);
         if start.touch.is_none() || end.touch.is_none() {
             self.warnings.add(WarningKind::NoContact, Some(motion.line));
             return None;
         }
-        if self.contact_swings(&start, &end) {
+        if self.contact_swings(start, end) {
             self.warnings.add(WarningKind::ContactSwings, Some(motion.line));
             return None;
         }
-        let half_way = middle(&start_words.linear_mm, &end.station.words.linear_mm);
+        let half_way = middle(&start.station.words.linear_mm, &end.station.words.linear_mm);
         let middle = pose(&self.middles, mode, index, &half_way);
-        Some(self.measure(&start, &end, &middle, largest_after_mm))
+        Some(self.measure(start, end, &middle, largest_after_mm))
     }
 
     /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
@@ -261,7 +305,7 @@ impl<'a> Judge<'a> {
     fn rests(&mut self, motion: &Motion, mode: Interpolation) -> bool {
         let rests = motion.kind == MotionKind::Linear && motion.start.is_some() && motion.start == motion.end;
         if rests {
-            self.point = self.point.filter(|point| point.mode == mode);
+            self.point = self.point.take().filter(|point| point.mode == mode);
             if let (Some(point), true) = (&mut self.point, motion.contact != ContactWords::None) {
                 (point.words, point.line) = (motion.contact, motion.line);
                 (point.touch, point.faulty) = (None, false);
@@ -280,12 +324,12 @@ impl<'a> Judge<'a> {
         let tool = self.parameters.tool;
         let tolerance_mm = self.parameters.tolerance.mm();
         let mode = end.mode;
-        let ends = [start.station, end.station];
+        let ends = [&start.station, &end.station];
         let contacts = [start, end]
             .map(|point| point.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact));
         let contacts_mm = [start.contact_mm, end.contact_mm];
         self.effort.spend(1);
-        let look = quick_look(self.kinematics, &tool, mode, &ends, contacts, contacts_mm, middle);
+        let look = quick_look(self.kinematics, &tool, mode, ends, contacts, contacts_mm, middle);
         if let Some(look) = look
             && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
             && look.is_telling(NEGLIGIBLE * tolerance_mm)
@@ -301,6 +345,7 @@ impl<'a> Judge<'a> {
             return Verdict::Within { path_mm: (end.contact_mm - start.contact_mm).norm(), before };
         }
         let carry = Carry::between(&tool, contacts, ends.map(|end| end.pose.axis));
+        let ends = ends.map(|end| *end);
         let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
         let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
         self.effort.spend(before.evaluations);

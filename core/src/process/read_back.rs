@@ -12,7 +12,7 @@ use crate::contact::Sampled;
 use crate::kinematics::Setup;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::program::{Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// What the next motion of the written program has to be.
 pub(super) trait Awaited {
@@ -32,7 +32,16 @@ pub(super) struct ReadBack<E> {
     /// How many of `motions` were handed out.
     seen: usize,
     diagnostics: Diagnostics,
+    /// Blocks before the batch at hand.
+    blocks_before: u64,
+    /// Lines are read as soon as they are there; else in full batches.
+    is_eager: bool,
+    /// What comes next; empty only where `later` is.
     expected: VecDeque<E>,
+    /// What comes behind it, in the order written.
+    later: VecDeque<VecDeque<E>>,
+    /// Queues that were worked off: their memory is used again.
+    spare: Vec<VecDeque<E>>,
     pub(super) inventory: Inventory,
 }
 
@@ -46,7 +55,11 @@ impl<E: Awaited> ReadBack<E> {
             motions: Vec::new(),
             seen: 0,
             diagnostics: Diagnostics::new(),
+            blocks_before: 0,
+            is_eager: false,
             expected: VecDeque::new(),
+            later: VecDeque::new(),
+            spare: Vec::new(),
             inventory: Inventory::default(),
         }
     }
@@ -57,14 +70,56 @@ impl<E: Awaited> ReadBack<E> {
         self
     }
 
+    /// Lines are read as soon as they were fed.
+    pub(super) fn eager(mut self) -> Self {
+        self.is_eager = true;
+        self
+    }
+
+    /// How many blocks stand before that of the motion read last.
+    pub(super) fn blocks_before(&self) -> u64 {
+        let last = self.seen.checked_sub(1).and_then(|index| self.motions.get(index));
+        self.blocks_before + last.map_or(0, |motion| u64::from(motion.block))
+    }
+
+    /// How many blocks were read.
+    pub(super) fn blocks_read(&self) -> u64 {
+        self.blocks_before + self.batch.blocks().len() as u64
+    }
+
+    /// What has to come next, to be changed.
+    pub(super) fn awaited_mut(&mut self) -> impl Iterator<Item = &mut E> {
+        self.expected.iter_mut().chain(self.later.iter_mut().flatten())
+    }
+
+    /// Whether motions that repeat the one read last can be [passed over](Self::pass_over).
+    pub(super) fn can_pass_over(&self) -> bool {
+        self.seen == self.motions.len() && self.reader.is_between_lines() && self.interpreter.can_pass_over()
+    }
+
+    /// Goes on behind blocks that stand in the output as they stand in the source, `last` being the last of their motions;
+    /// what was expected of them is taken away by the caller.
+    pub(super) fn pass_over(&mut self, batch: &Batch, blocks: &[Block], last: &Motion) {
+        let bytes = blocks.iter().map(|block| u64::from(block.end - block.start)).sum();
+        self.reader.pass_over(blocks.len() as u64, bytes);
+        self.interpreter.pass_over(last);
+        self.vectors.resolve(&mut [*last]);
+        self.inventory.see_blocks(batch, blocks);
+        self.blocks_before += self.batch.blocks().len() as u64 + blocks.len() as u64;
+        self.batch.forget();
+        self.motions.clear();
+        self.seen = 0;
+    }
+
     /// What has to come next, in the order written.
     pub(super) fn await_next(&mut self, next: E) {
-        self.expected.push_back(next);
+        self.later.back_mut().unwrap_or(&mut self.expected).push_back(next);
     }
 
     /// Forgets what was to come: the program is refused.
     pub(super) fn abandon(&mut self) {
         self.expected.clear();
+        self.later.clear();
     }
 
     /// These bytes of the output were written.
@@ -81,9 +136,20 @@ impl<E: Awaited> ReadBack<E> {
     pub(super) fn await_all(&mut self, next: &mut VecDeque<E>) {
         if self.expected.is_empty() {
             std::mem::swap(&mut self.expected, next);
-        } else {
-            self.expected.append(next);
+        } else if !next.is_empty() {
+            let empty = self.spare.pop().unwrap_or_default();
+            self.later.push_back(std::mem::replace(next, empty));
         }
+    }
+
+    fn pop(&mut self) -> Option<E> {
+        let popped = self.expected.pop_front();
+        if self.expected.is_empty()
+            && let Some(next) = self.later.pop_front()
+        {
+            self.spare.push(std::mem::replace(&mut self.expected, next));
+        }
+        popped
     }
 
     /// The next motion that can be read, with what it has to be.
@@ -92,7 +158,7 @@ impl<E: Awaited> ReadBack<E> {
             return Ok(None);
         }
         let motion = self.pair().map(|(motion, _)| *motion);
-        Ok(motion.zip(self.expected.pop_front()))
+        Ok(motion.zip(self.pop()))
     }
 
     /// The motion that was read last, with what it has to be.
@@ -102,15 +168,27 @@ impl<E: Awaited> ReadBack<E> {
 
     /// The pair looked at is done with.
     pub(super) fn drop_pair(&mut self) {
-        self.expected.pop_front();
+        self.pop();
+    }
+
+    /// Takes away what has to come next.
+    pub(super) fn take_awaited(&mut self) -> Option<E> {
+        self.pop()
     }
 
     /// Reads on to the next motion; false where it is not there yet.
     pub(super) fn advance(&mut self) -> Result<bool, Fault> {
         while self.seen == self.motions.len() {
-            if !self.reader.next_batch(&mut self.batch)? {
+            let before = self.batch.blocks().len() as u64;
+            let is_there = if self.is_eager {
+                self.reader.next_part(&mut self.batch)?
+            } else {
+                self.reader.next_batch(&mut self.batch)?
+            };
+            if !is_there {
                 return Ok(false);
             }
+            self.blocks_before += before;
             self.motions.clear();
             self.seen = 0;
             // Which words are a tool axis is known then.

@@ -53,6 +53,11 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
+    /// A motion by its place.
+    pub(super) fn motion(&self, passage: usize, motion: usize) -> Option<&Motion> {
+        self.passages.get(passage)?.motions.get(motion)
+    }
+
     /// The first motion behind the passage of this index.
     pub(super) fn following(&self, index: usize) -> Option<&Motion> {
         let later = self.passages.get(index + 1..).unwrap_or_default();

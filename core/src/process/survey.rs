@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::glance::{Glance, whole_lines};
 use super::numbering::Numbering;
 use super::stream::{CHUNK_BYTES, read_some};
 use super::{ContactSource, Fault, ProgramSource};
@@ -24,7 +25,7 @@ pub(super) struct Survey {
 }
 
 /// Decimals beyond these are arithmetic of the post, not resolution of the control.
-const MAX_DECIMALS: u8 = 6;
+pub(super) const MAX_DECIMALS: u8 = 6;
 /// G codes of a block that can state a contact point, in tenths: motion, plane, units, distance, feed and
 /// compensation off, tool-centre-point control, work offsets.
 const CUTTING_CODES: [u32; 22] =
@@ -50,26 +51,43 @@ impl Survey {
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];
-        let mut ended = false;
+        // Where lines end is known, they are looked at in pieces; the last one may not be whole yet.
+        let mut pending = Vec::new();
+        let mut glance = None;
+        let (mut broken, mut ended) = (false, false);
         while !ended {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
             }
             let count = read_some(&mut *input, &mut chunk)?;
             ended = count == 0;
-            if ended {
-                reader.finish();
-            } else {
-                reader.feed(&chunk[..count]);
+            pending.extend_from_slice(&chunk[..count]);
+            let mut taken = 0;
+            while let Some(length) = whole_lines(&pending[taken..], ended) {
+                let piece = &pending[taken..taken + length];
+                taken += length;
+                // Behind a piece of a line the rest of it has to be read.
+                let is_read = broken || piece.last() != Some(&b'\n');
+                broken |= is_read;
+                if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
+                    continue;
+                }
+                reader.feed(piece);
+                while reader.next_batch(&mut batch)? {
+                    survey.see(&batch, rotary);
+                    glance = Glance::behind(&batch, rotary);
+                }
             }
-            while reader.next_batch(&mut batch)? {
-                survey.see(&batch, rotary);
-            }
+            pending.drain(..taken);
+        }
+        reader.finish();
+        while reader.next_batch(&mut batch)? {
+            survey.see(&batch, rotary);
         }
         Ok(survey)
     }
 
-    fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
+    pub(super) fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
         if batch.dialect() == Dialect::Csv {
             self.has_feed_column = batch.columns().contains(&Address::F);
             if batch.columns().contains(&Address::NX) {

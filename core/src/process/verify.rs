@@ -3,7 +3,6 @@
 //! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
 //! and is sampled against the source block's line from the words that were read.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::fault::go_on;
@@ -11,6 +10,8 @@ use super::inventory::Inventory;
 use super::judge::Checked;
 use super::plan::Division;
 use super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
+use super::stream::Stretch;
+use super::untouched::Milestones;
 use super::{CcParameters, Fault};
 use crate::contact::{
     BlockTime, Correction, Effort, Sampled, Segment, Station, block_time_s, sample_until_sure,
@@ -36,19 +37,33 @@ const NEAR_LARGEST: f64 = 0.9;
 
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "nearly all are the large one; a box each would cost an allocation a block"
-)]
 pub(super) enum Expected<'a> {
     /// A block left as it was.
     Same {
-        motion: Meaning,
+        motion: SourceMotion,
         /// Contact path length and deviation, if it was checked.
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
     Part { group: Arc<Group<'a>>, index: usize },
+}
+
+/// A motion of the source.
+#[derive(Debug)]
+pub(super) enum SourceMotion {
+    /// By its place in the stretch that the text at hand was written of.
+    At { passage: usize, motion: usize, line: u64 },
+    /// Of a stretch that is worked off.
+    Kept(Box<Meaning>),
+}
+
+impl SourceMotion {
+    pub(super) fn line(&self) -> u64 {
+        match self {
+            Self::At { line, .. } => *line,
+            Self::Kept(meaning) => meaning.line,
+        }
+    }
 }
 
 /// What of a motion must not change in a block that is left alone.
@@ -127,7 +142,7 @@ pub(super) struct Group<'a> {
 impl Awaited for Expected<'_> {
     fn line(&self) -> u64 {
         match self {
-            Self::Same { motion, .. } => motion.line,
+            Self::Same { motion, .. } => motion.line(),
             Self::Part { group, .. } => group.source.line,
         }
     }
@@ -154,14 +169,8 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    fn undivided(source: &Meaning, deviation_mm: f64) -> Self {
-        Self {
-            line: source.line,
-            kind: source.kind,
-            deviation_mm: [deviation_mm; 2],
-            correction_mm: 0.0,
-            parts: 1,
-        }
+    pub(super) fn undivided(line: u64, kind: MotionKind, deviation_mm: f64) -> Self {
+        Self { line, kind, deviation_mm: [deviation_mm; 2], correction_mm: 0.0, parts: 1 }
     }
 
     fn divided(group: &Group<'_>, after: &Sampled) -> Self {
@@ -182,8 +191,11 @@ pub(super) type Note<'n> = &'n mut dyn FnMut(&Judged) -> Result<(), Fault>;
 pub(super) struct Verifier<'a> {
     machine: &'a Machine,
     parameters: &'a CcParameters,
-    read_back: ReadBack<Expected<'a>>,
+    pub(super) read_back: ReadBack<Expected<'a>>,
     parts: Vec<(f64, Sampled)>,
+    /// The motion read last, if it is one left alone that ends to the bit where the source's does.
+    pub(super) exact: Option<(usize, usize)>,
+    pub(super) milestones: Milestones,
     pub(super) found: BeforeAfter,
     /// What became of the motions read back, to be taken away.
     pub(super) judged: Vec<Judged>,
@@ -201,25 +213,22 @@ impl<'a> Verifier<'a> {
         Self {
             machine,
             parameters,
-            read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &parameters.setup),
+            read_back: ReadBack::new(machine, dialect, options)
+                .with_setup(machine, &parameters.setup)
+                .eager(),
             parts: Vec::new(),
+            exact: None,
+            milestones: Milestones::default(),
             found: BeforeAfter::default(),
             judged: Vec::new(),
             effort,
         }
     }
 
-    /// Reads these bytes of the output, in which the motions expected come next.
-    pub(super) fn take(&mut self, bytes: &[u8], expected: &mut VecDeque<Expected<'a>>) -> Result<(), Fault> {
-        self.read_back.await_all(expected);
-        self.read_back.feed(bytes);
-        self.read()
-    }
-
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
     pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.read_back.end();
-        self.read()?;
+        self.read(&Stretch::default())?;
         self.read_back.is_whole(source)
     }
 
@@ -228,18 +237,35 @@ impl<'a> Verifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self) -> Result<(), Fault> {
+    /// Reads what there is; motions left alone are those of `stretch`.
+    pub(super) fn read(&mut self, stretch: &Stretch) -> Result<(), Fault> {
         while self.read_back.advance()? {
             self.effort.pass(1);
             go_on(&self.effort)?;
+            self.milestones.reach(self.read_back.blocks_before(), self.found.after.max_mm());
+            self.exact = None;
             match self.read_back.pair() {
-                Some((read, Expected::Same { motion: source, checked })) => {
-                    source.check(read)?;
+                Some((read, Expected::Same { motion, checked })) => {
+                    let (line, kind) = match motion {
+                        SourceMotion::Kept(source) => {
+                            source.check(read)?;
+                            (source.line, source.kind)
+                        }
+                        SourceMotion::At { passage, motion, line } => {
+                            let source = stretch.motion(*passage, *motion);
+                            let source = source.ok_or(failed(*line, "a motion is missing"))?;
+                            Meaning::of(source).check(read)?;
+                            let is_exact = read.end == source.end && read.contact == source.contact;
+                            self.exact = is_exact.then_some((*passage, *motion));
+                            (source.line, source.kind)
+                        }
+                    };
                     let found = checked.as_ref();
                     if let Some((path_mm, found)) = found {
-                        self.found.record(source.line, *path_mm, found, found);
+                        self.found.record(line, *path_mm, found, found);
                     }
-                    self.judged.push(Judged::undivided(source, found.map_or(0.0, |(_, found)| found.max_mm)));
+                    let deviation_mm = found.map_or(0.0, |(_, found)| found.max_mm);
+                    self.judged.push(Judged::undivided(line, kind, deviation_mm));
                 }
                 Some((read, Expected::Part { group, index })) => {
                     let (read, group, index) = (*read, Arc::clone(group), *index);

@@ -368,6 +368,12 @@ impl Batch {
         &self.columns
     }
 
+    /// What stands between the columns of a CSV program.
+    #[must_use]
+    pub fn separator(&self) -> u8 {
+        self.separator
+    }
+
     /// Notes how the first line that has an ending ends.
     pub(super) fn note_line_ending(&mut self) {
         if let Some(block) = self.blocks.iter().find(|block| block.end > block.body_end) {
@@ -377,6 +383,11 @@ impl Batch {
                 _ => LineEnding::Lf,
             };
         }
+    }
+
+    /// Drops its blocks; memory is kept.
+    pub(crate) fn forget(&mut self) {
+        self.clear();
     }
 
     pub(super) fn clear(&mut self) {

@@ -54,37 +54,46 @@ const fn digits_value(word: u64, count: u32) -> u64 {
 /// Reads digits with at most one point among, before or after them, starting at `at`; `None` if there is no digit.
 #[inline]
 pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
-    let Some(word) = eight_bytes(text, at) else { return read_long(text, at) };
+    read_short(text, at).or_else(|| read_long(text, at))
+}
+
+/// The same for up to seven digits, some bytes before the end of the text; `None` also where it is neither.
+#[expect(clippy::inline_always, reason = "the innermost loop of every reader")]
+#[inline(always)]
+pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
+    let word = eight_bytes(text, at)?;
     let whole = not_digits(word).trailing_zeros() / 8;
-    if whole >= 7 {
-        return read_long(text, at);
+    if whole == 8 {
+        return None;
     }
     if (word >> (8 * whole)) & 0xff != u64::from(b'.') {
         if whole == 0 {
             return None;
         }
-        #[expect(clippy::cast_precision_loss, reason = "below 10⁷")]
-        let value = digits_value(word, whole) as f64;
+        let value = below_ten_million(word, whole);
         let end = at + whole as usize;
         return Some(Unsigned { value, decimals: 0, has_point: false, has_whole: true, end });
     }
-    // Close the gap of the point: at most seven digits are left.
+    // Close the gap of the point: seven digits are left.
     let below = (1_u64 << (8 * whole)) - 1;
     let digits = (word & below) | ((word >> 8) & !below);
     let count = not_digits(digits).trailing_zeros() / 8;
-    if count >= 7 {
-        return read_long(text, at);
-    }
-    if count == 0 {
+    if count == 0 || (count == 7 && text.get(at + 8).is_some_and(u8::is_ascii_digit)) {
         return None;
     }
     let decimals = count - whole;
-    #[expect(clippy::cast_precision_loss, reason = "below 10⁷")]
-    let mantissa = digits_value(digits, count) as f64;
-    let value = mantissa / POWERS_OF_TEN[(decimals & 7) as usize];
-    #[expect(clippy::cast_possible_truncation, reason = "at most 6")]
+    let value = below_ten_million(digits, count) / POWERS_OF_TEN[(decimals & 7) as usize];
+    #[expect(clippy::cast_possible_truncation, reason = "at most 7")]
     let decimals = decimals as u8;
     Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end: at + count as usize + 1 })
+}
+
+/// The first `count` bytes, digits all (1 ≤ count ≤ 7).
+#[inline]
+fn below_ten_million(word: u64, count: u32) -> f64 {
+    #[expect(clippy::cast_possible_truncation, reason = "below 10⁷")]
+    let value = digits_value(word, count) as u32;
+    f64::from(value)
 }
 
 /// What the digits before are worth more with so many digits behind them.
@@ -112,6 +121,7 @@ fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
 }
 
 /// The same for numbers of any length, and near the end of the text.
+#[inline(never)]
 fn read_long(text: &[u8], at: usize) -> Option<Unsigned> {
     let (mut mantissa, mut end) = read_digits(text, at, 0);
     let mut digits = end - at;

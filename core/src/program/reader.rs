@@ -88,10 +88,35 @@ impl Reader {
     /// # Errors
     /// The text cannot be read as a program; the reader gives nothing more then.
     pub fn next_batch(&mut self, batch: &mut Batch) -> Result<bool, ReadFault> {
+        self.give(batch, false)
+    }
+
+    /// The same without waiting until a batch is full: all whole lines so far.
+    ///
+    /// # Errors
+    /// As [`Self::next_batch`].
+    pub fn next_part(&mut self, batch: &mut Batch) -> Result<bool, ReadFault> {
+        self.give(batch, true)
+    }
+
+    /// Whether everything fed has been given, and the dialect is known.
+    #[must_use]
+    pub fn is_between_lines(&self) -> bool {
+        self.opening.is_some() && self.taken == self.pending.len() && self.current.blocks.is_empty()
+    }
+
+    /// Goes on behind so many lines that are not fed. Only [between lines](Self::is_between_lines).
+    pub fn pass_over(&mut self, lines: u64, bytes: u64) {
+        self.next_line += lines;
+        self.current.offset += bytes;
+    }
+
+    fn give(&mut self, batch: &mut Batch, partly: bool) -> Result<bool, ReadFault> {
         if let Some(fault) = self.failed {
             return Err(fault);
         }
-        let filled = self.fill().inspect_err(|fault| self.failed = Some(*fault))?;
+        let full = self.fill().inspect_err(|fault| self.failed = Some(*fault))?;
+        let filled = full || (partly && !self.current.blocks.is_empty());
         if filled {
             batch.clear();
             self.current.note_line_ending();
@@ -101,10 +126,12 @@ impl Reader {
             self.current.offset = offset;
             self.current.dialect = batch.dialect;
             self.current.separator = batch.separator;
-            let last_feed =
-                batch.blocks.iter().rev().find_map(|block| super::batch::FeedStatement::of(batch, block));
             self.current.habits = batch.habits;
-            self.current.habits.feed_before = last_feed.unwrap_or(batch.habits.feed_before);
+            if batch.dialect == Dialect::Apt {
+                let last_feed =
+                    batch.blocks.iter().rev().find_map(|block| super::batch::FeedStatement::of(batch, block));
+                self.current.habits.feed_before = last_feed.unwrap_or(batch.habits.feed_before);
+            }
             self.current.columns.clone_from(&batch.columns);
         }
         Ok(filled)

@@ -20,7 +20,9 @@ pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
 use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
-use crate::store::{Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Store, StoreError};
+use crate::store::{
+    Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Sha256Hex, Store, StoreError,
+};
 use crate::wire::{JobDocument, JobState};
 
 /// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
@@ -63,6 +65,8 @@ struct Shared {
     describe: Describe,
     /// What is being computed.
     running: Running,
+    /// Files to be removed unless a job names them.
+    given_up: std::sync::Mutex<Vec<Sha256Hex>>,
     /// Held from the database's word on a job to ours, so that no cancel falls between the two.
     gate: Mutex<()>,
     /// The id of every job that has changed.
@@ -108,6 +112,7 @@ impl Queue {
             limits,
             describe,
             running: Running::default(),
+            given_up: std::sync::Mutex::default(),
             gate: Mutex::new(()),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             more: Notify::new(),
@@ -190,8 +195,9 @@ impl Queue {
         if !matches!(enqueued, Ok(Enqueued::Added)) {
             // What was refused leaves nothing behind, whatever it was refused for.
             let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
-            if let Err(fault) = shared.remove_unnamed(kept.into_iter().flatten().collect()).await {
-                tracing::warn!(error = %fault, "the files of a refused job stay until the next start");
+            shared.give_up(kept.into_iter().flatten());
+            if let Err(fault) = shared.tidy().await {
+                tracing::warn!(error = %fault, "the files of a refused job stay for the moment");
             }
         }
         match enqueued? {

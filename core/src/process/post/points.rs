@@ -107,10 +107,10 @@ impl Points {
             }
             Keyword::Cutter => {
                 let cutter = value_of(batch, block, Address::P);
-                if self.has_cut && cutter != self.cutter {
+                // Also where it is refused: the next one back is a change as well.
+                if std::mem::replace(&mut self.cutter, cutter) != cutter && self.has_cut {
                     return Err(NotPosted::CutterChange);
                 }
-                self.cutter = cutter;
                 return Ok(Some(self.note(text)));
             }
             _ => {}
@@ -131,11 +131,9 @@ impl Points {
             return Ok(());
         }
         let tool = value_of(batch, block, Address::T).map_or(ToolName::Text(text), ToolName::Number);
-        if self.has_cut && self.tool.as_ref() != Some(&tool) {
-            return Err(NotPosted::ToolChange);
-        }
-        (self.tool, self.last) = (Some(tool), None);
-        Ok(())
+        self.last = None;
+        let before = self.tool.replace(tool);
+        if self.has_cut && before != self.tool { Err(NotPosted::ToolChange) } else { Ok(()) }
     }
 
     /// The points of a motion.

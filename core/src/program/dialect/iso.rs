@@ -3,7 +3,7 @@
 
 use super::statement;
 use crate::program::line;
-use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
+use crate::program::number::{MAX_MAGNITUDE, read_short, read_unsigned};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Word,
     WordForm,
@@ -58,6 +58,76 @@ const MAX_LINE_WORDS: usize = 256;
 /// Addresses that may stand several times in a block: G, M, N.
 const REPEATABLE: u32 = (1 << Address::G.index()) | (1 << Address::M.index()) | (1 << Address::N.index());
 
+/// Reads a line of letters, short numbers and blanks, as nearly all are; `None` for any other line, a last one and an
+/// empty one. Words may have been added then.
+#[inline]
+fn read_plain_line(text: &[u8], start: usize, shift: usize, number: u64, batch: &mut Batch) -> Option<usize> {
+    #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
+    let in_batch = |at: usize| at.wrapping_add(shift) as u32;
+    let words = &mut batch.words;
+    let first_word = words.len();
+    let (mut seen, mut repeated) = (0_u32, 0_u32);
+    let (mut drops_zero, mut points) = (false, false);
+    let mut at = start;
+    loop {
+        let letter = *text.get(at)?;
+        match CLASSES[letter as usize] {
+            LETTER => {}
+            BLANK => {
+                at += 1;
+                continue;
+            }
+            LINE_END => break,
+            _ => return None,
+        }
+        let sign = *text.get(at + 1)?;
+        let negative = sign == b'-';
+        let read = read_short(text, at + 1 + usize::from(negative || sign == b'+'))?;
+        let address = Address::of_letter(letter);
+        let bit = 1 << address.index();
+        repeated |= seen & bit;
+        seen |= bit;
+        drops_zero |= !read.has_whole;
+        points |= read.has_point;
+        words.push(Word {
+            // 0 − 0 is +0: a negative zero never enters.
+            value: if negative { 0.0 - read.value } else { read.value },
+            start: in_batch(at),
+            end: in_batch(read.end),
+            address,
+            lead: 1,
+            decimals: read.decimals,
+            form: WordForm::Number,
+            has_point: read.has_point,
+        });
+        at = read.end;
+    }
+    let words_end = words.len();
+    if words_end == first_word || words_end - first_word > MAX_LINE_WORDS {
+        return None;
+    }
+    batch.habits.drops_zero |= drops_zero;
+    batch.habits.points |= points;
+    let mut flags = BlockFlags::default();
+    if repeated & !REPEATABLE != 0 {
+        flags.set(BlockFlags::REPEATED);
+    }
+    let end = line::next_line(text, at);
+    #[expect(clippy::cast_possible_truncation, reason = "fewer words than bytes")]
+    let (words_start, words_end) = (first_word as u32, words_end as u32);
+    batch.blocks.push(Block {
+        line: number,
+        start: in_batch(start),
+        body_end: in_batch(at),
+        end: in_batch(end),
+        words_start,
+        words_end,
+        kind: BlockKind::Words,
+        flags,
+    });
+    Some(end)
+}
+
 /// Reads the line that starts at `start` of `text` and adds it to the batch; returns where the next one starts.
 /// `shift` (wrapping) takes positions in `text` to positions in the batch's text.
 pub(in crate::program) fn read_line(
@@ -68,6 +138,10 @@ pub(in crate::program) fn read_line(
     batch: &mut Batch,
 ) -> usize {
     let first_word = batch.words.len();
+    if let Some(next) = read_plain_line(text, start, shift, number, batch) {
+        return next;
+    }
+    batch.words.truncate(first_word);
     let flags = BlockFlags::default();
     let mut line =
         Line { text, at: start, start, shift, number, first_word, batch, seen: 0, flags, kind: None };

@@ -45,7 +45,12 @@ impl Parameters {
     /// Goes through the blocks of a batch, the program's next one.
     pub(in crate::program::constants) fn evaluate(&mut self, batch: &mut Batch) {
         for index in 0..batch.blocks.len() {
-            let Some(block) = batch.blocks.get(index).copied() else { return };
+            let Some(block) = batch.blocks.get(index) else { return };
+            let says_nothing = block.kind == BlockKind::Words && block.flags.is_plain();
+            if says_nothing && !self.modal_call && self.is_empty() {
+                continue;
+            }
+            let block = *block;
             if let Err(fault) = self.evaluate_block(batch, index, &block) {
                 refuse(batch, index, fault);
             }

@@ -1,0 +1,332 @@
+//! Blocks that left as they came: compared byte for byte where that says as much as reading them would.
+//!
+//! A motion that repeats the one before ([`Motion::repeats`]) is made of that motion and of its own text alone. So where the
+//! first motion of a run of copied blocks was read from the output and is the source's to the bit, and the blocks behind it
+//! repeat it and are in the output the same bytes as in the source, reading them would give the source's motions: by
+//! induction from one block to the next. Everything else is read.
+
+use std::collections::VecDeque;
+
+use super::Fault;
+use super::fault::go_on;
+use super::read_back::failed;
+use super::stream::{Passage, Stretch};
+use super::verify::{Expected, Judged, Meaning, SourceMotion, Verifier};
+use crate::motion::Motion;
+
+/// Shorter runs are read: that costs less than to look for their ends.
+const LEAST_RUN: usize = 4;
+
+/// Blocks that were copied into the output.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Copied {
+    pub(super) passage: usize,
+    /// The first block, and the one behind the last.
+    pub(super) blocks: [usize; 2],
+    /// Where they start in the text that was written.
+    pub(super) at: usize,
+}
+
+/// Text of the output, and what it has to mean.
+#[derive(Debug, Default)]
+pub(super) struct Outgoing<'a> {
+    pub(super) text: Vec<u8>,
+    pub(super) expected: VecDeque<Expected<'a>>,
+    pub(super) copied: Vec<Copied>,
+}
+
+impl Outgoing<'_> {
+    pub(super) fn clear(&mut self) {
+        self.text.clear();
+        self.expected.clear();
+        self.copied.clear();
+    }
+
+    /// Copies blocks of a passage, given with its place in its stretch.
+    pub(super) fn copy(&mut self, (index, passage): (usize, &Passage), first: usize, last: usize) {
+        if first < last {
+            self.copied.push(Copied { passage: index, blocks: [first, last], at: self.text.len() });
+            self.text.extend_from_slice(passage.batch.blocks_text(first, last));
+        }
+    }
+}
+
+/// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
+/// and what only bounded hangs on it, and must not hang on how far somebody has read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Milestones {
+    next: u64,
+    pub(super) largest_mm: f64,
+}
+
+impl Default for Milestones {
+    fn default() -> Self {
+        Self { next: Self::BLOCKS, largest_mm: 0.0 }
+    }
+}
+
+impl Milestones {
+    const BLOCKS: u64 = 512;
+
+    /// So many blocks are behind, and this is the largest deviation they leave \[mm\].
+    pub(super) fn reach(&mut self, blocks: u64, largest_mm: f64) {
+        if blocks >= self.next {
+            self.next = (blocks / Self::BLOCKS + 1) * Self::BLOCKS;
+            self.largest_mm = largest_mm;
+        }
+    }
+}
+
+impl<'a> Verifier<'a> {
+    /// Looks at this text of the output, written of this stretch.
+    pub(super) fn take(&mut self, written: &mut Outgoing<'a>, stretch: &Stretch) -> Result<(), Fault> {
+        let Outgoing { text, expected, copied } = written;
+        self.read_back.await_all(expected);
+        let mut fed = 0;
+        for copied in copied.iter() {
+            let Some(passage) = stretch.passages.get(copied.passage) else { continue };
+            fed = self.copied(text, fed, copied, passage, stretch)?;
+        }
+        self.read_back.feed(text.get(fed..).unwrap_or_default());
+        self.read(stretch)?;
+        self.milestones.reach(self.read_back.blocks_read(), self.found.after.max_mm());
+        // The stretch goes before the rest of its text is read.
+        for expected in self.read_back.awaited_mut() {
+            if let Expected::Same { motion, .. } = expected
+                && let SourceMotion::At { passage, motion: index, .. } = *motion
+                && let Some(source) = stretch.motion(passage, index)
+            {
+                *motion = SourceMotion::Kept(Box::new(Meaning::of(source)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes through copied blocks, of text that is read up to `fed`; gives up to where it is read then.
+    fn copied(
+        &mut self,
+        text: &[u8],
+        mut fed: usize,
+        copied: &Copied,
+        passage: &Passage,
+        stretch: &Stretch,
+    ) -> Result<usize, Fault> {
+        let (blocks, [from, to]) = (passage.batch.blocks(), copied.blocks);
+        let Some(start) = blocks.get(from).map(|block| block.start as usize) else { return Ok(fed) };
+        // Where a block ends in the text that was written.
+        let end_of = |block: usize| {
+            blocks
+                .get(block)
+                .map_or(text.len(), |block| copied.at + (block.end as usize).saturating_sub(start))
+        };
+        let mut first = passage.motions.partition_point(|motion| (motion.block as usize) < from);
+        loop {
+            let run = run_behind(&passage.motions, first, to);
+            if run < LEAST_RUN {
+                let short = passage.motions.get(first..first + run + 1);
+                if short.is_none_or(|short| short.iter().any(|motion| motion.block as usize >= to)) {
+                    return Ok(fed);
+                }
+                first += run + 1;
+                continue;
+            }
+            let (Some(before), Some(last)) = (passage.motions.get(first), passage.motions.get(first + run))
+            else {
+                return Ok(fed);
+            };
+            let read_to = end_of(before.block as usize);
+            self.read_back.feed(text.get(fed..read_to).unwrap_or_default());
+            fed = read_to;
+            self.read(stretch)?;
+            let run_blocks = blocks.get(before.block as usize + 1..=last.block as usize).unwrap_or_default();
+            let here = text.get(read_to..end_of(last.block as usize));
+            let there = passage.batch.blocks_text(before.block as usize + 1, last.block as usize + 1);
+            if self.exact == Some((copied.passage, first))
+                && self.read_back.can_pass_over()
+                && here == Some(there)
+            {
+                let motions = passage.motions.get(first + 1..=first + run).unwrap_or_default();
+                self.pass_over(motions, run_blocks.first().map_or(0, |_| before.block))?;
+                self.read_back.pass_over(&passage.batch, run_blocks, last);
+                fed += there.len();
+            }
+            first += run + 1;
+        }
+    }
+
+    /// Takes what was found of motions that need not be read; they come behind the block of this index.
+    fn pass_over(&mut self, motions: &[Motion], block_before: u32) -> Result<(), Fault> {
+        let blocks_before = self.read_back.blocks_before();
+        for motion in motions {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
+            let Some(Expected::Same { motion: source, checked }) = self.read_back.take_awaited() else {
+                return Err(failed(motion.line, "a motion too many"));
+            };
+            if source.line() != motion.line {
+                return Err(failed(motion.line, "a motion is missing"));
+            }
+            let blocks = blocks_before + u64::from(motion.block.saturating_sub(block_before));
+            self.milestones.reach(blocks, self.found.after.max_mm());
+            if let Some((path_mm, found)) = &checked {
+                self.found.record(motion.line, *path_mm, found, found);
+            }
+            let deviation_mm = checked.map_or(0.0, |(_, found)| found.max_mm);
+            self.judged.push(Judged::undivided(motion.line, motion.kind, deviation_mm));
+        }
+        Ok(())
+    }
+}
+
+/// How many motions behind this one repeat it in blocks before the one of index `end`, with contacts of the same kind and
+/// either all or none with a feed.
+fn run_behind(motions: &[Motion], first: usize, end: usize) -> usize {
+    let Some(before) = motions.get(first) else { return 0 };
+    let has_feed = before.feed.word_in_block;
+    let repeats = |motion: &&Motion| {
+        motion.repeats
+            && (motion.block as usize) < end
+            && motion.feed.word_in_block == has_feed
+            && std::mem::discriminant(&motion.contact) == std::mem::discriminant(&before.contact)
+    };
+    motions.iter().skip(first + 1).take_while(repeats).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::contact::Effort;
+    use crate::geometry::Vec3;
+    use crate::machine::{
+        LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness, Tool,
+    };
+    use crate::motion::InterpreterOptions;
+    use crate::process::CcParameters;
+    use crate::process::inventory::Inventory;
+    use crate::process::stream::Passages;
+    use crate::program::Dialect;
+    use crate::units::Length;
+
+    fn tables() -> Machine {
+        let axis = |letter, direction| RotaryAxis {
+            letter,
+            side: Side::Table,
+            direction,
+            point_mm: Vec3::zeros(),
+            travel_deg: None,
+            reversed: false,
+            location_error: LocationError::default(),
+        };
+        Machine::new(MachineParts {
+            name: "tables".to_owned(),
+            rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
+            linear_travel_mm: [None; 3],
+            squareness: Squareness::default(),
+            interpolation_period_s: 0.002,
+        })
+        .unwrap()
+    }
+
+    /// Runs of lines that repeat, and what ends them: feeds, codes, comments, contacts, incremental words.
+    fn program() -> String {
+        let mut text = "%\nG21 G90 G94\nG1 F500 X0. Y0. Z0. A0. C0.\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            match line % 97 {
+                40 => text.push_str("(a note)\n\n"),
+                60 => writeln!(text, "G0 X{at:.3} Z5.").unwrap(),
+                61 => text.push_str("G1 Z0.5\nM8\n"),
+                70 => writeln!(text, "X{at:.3} F{:.1}", 100.0 + at).unwrap(),
+                80 => text.push_str("G91 X0.25\nX0.25\nG90\n"),
+                85 => writeln!(text, "X{at:.3} U1. V2. W3.").unwrap(),
+                86..=90 => writeln!(text, "X{at:.3} U{at:.3}").unwrap(),
+                _ => writeln!(text, "N{} X{at:.3} Y-{at:.2} A{:.3} C{at:.1}", line + 1, 0.5 * at).unwrap(),
+            }
+        }
+        text.push_str("M30\n%\n");
+        text
+    }
+
+    /// Reads `text` back as what was written for `source`, every block left as it was.
+    fn read_back(source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
+        let (machine, options) = (tables(), InterpreterOptions::default());
+        let parameters = CcParameters::new(Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap());
+        let source = source.as_bytes().to_vec();
+        let mut passages = Passages::open(&source, &machine, Some(Dialect::Iso), options)?;
+        let mut stretch = Stretch::default();
+        passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
+        let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
+        for (index, passage) in stretch.passages.iter().enumerate() {
+            inventory.see(&passage.batch);
+            written.copy((index, passage), 0, passage.batch.blocks().len());
+            written.expected.extend(passage.motions.iter().zip(0..).map(|(motion, place)| Expected::Same {
+                motion: SourceMotion::At { passage: index, motion: place, line: motion.line },
+                checked: None,
+            }));
+        }
+        assert!(written.text == source, "the whole program");
+        change(&mut written.text);
+        let mut verifier = Verifier::new(&machine, &parameters, Dialect::Iso, options, Effort::default());
+        verifier.take(&mut written, &stretch)?;
+        verifier.finish(&inventory)
+    }
+
+    #[test]
+    fn what_left_as_it_came_is_found_to_be_so() {
+        assert_eq!(read_back(&program(), |_| ()).map_err(|fault| fault.to_string()), Ok(()));
+    }
+
+    #[test]
+    fn no_changed_digit_goes_by() {
+        let source = program();
+        let digits = source.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()).map(|(at, _)| at);
+        let behind_head = digits.filter(|at| (15..source.len() - 8).contains(at));
+        for at in behind_head.step_by(61) {
+            let changed =
+                read_back(&source, |text| text[at] = if text[at] == b'9' { b'8' } else { text[at] + 1 });
+            assert!(changed.is_err(), "byte {at}: {:?}", source.get(at.saturating_sub(20)..at + 5));
+        }
+    }
+
+    #[test]
+    fn no_line_is_lost_doubled_or_moved() {
+        let source = program();
+        let ends: Vec<usize> = memchr::memchr_iter(b'\n', source.as_bytes()).map(|at| at + 1).collect();
+        for line in (5..ends.len() - 4).step_by(23) {
+            let (from, to, behind) = (ends[line - 1], ends[line], ends[line + 1]);
+            let own = &source.as_bytes()[from..to];
+            if !own.contains(&b'X') || !source.as_bytes()[to..behind].contains(&b'X') {
+                continue;
+            }
+            let without = |text: &mut Vec<u8>| drop(text.drain(from..to));
+            let twice = |text: &mut Vec<u8>| drop(text.splice(from..from, own.iter().copied()));
+            let moved = |text: &mut Vec<u8>| text[from..behind].rotate_left(to - from);
+            assert!(read_back(&source, without).is_err(), "line {line} lost");
+            assert!(read_back(&source, twice).is_err(), "line {line} twice");
+            assert!(read_back(&source, moved).is_err(), "line {line} moved");
+        }
+    }
+
+    #[test]
+    fn runs_end_where_more_than_places_change() {
+        let machine = tables();
+        let source =
+            b"G90 G1 F100\nX0 Y0 Z0 A0 C0\nX1\nX2\n\nX3\nX4 F90\nX5\nG1 X6\nM8\nX7\nX8\nX#1\nX9\n".to_vec();
+        let options = InterpreterOptions::default();
+        let mut passages = Passages::open(&source, &machine, Some(Dialect::Iso), options).unwrap();
+        let mut stretch = Stretch::default();
+        passages.fill(&mut stretch, &|| ControlFlow::Continue(())).unwrap();
+        let motions = &stretch.passages[0].motions;
+        let repeats: Vec<bool> = motions.iter().map(|motion| motion.repeats).collect();
+        // The point of the start has none before it; behind M8 and behind an unknown number it is all new.
+        let expected = [false, false, true, true, true, true, true, false, true, false, false];
+        assert_eq!(repeats, expected);
+        let runs = [(1, 2), (4, 0), (5, 1), (7, 1)];
+        for (first, run) in runs {
+            assert_eq!(run_behind(motions, first, usize::MAX), run, "behind {first}");
+        }
+    }
+}
