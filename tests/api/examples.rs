@@ -10,8 +10,10 @@ use serde_json::{Map, Value};
 use trunnion::jobs::CutterContactCompensator;
 
 use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
+use crate::receiver::Receiver;
 use crate::recorded;
 use crate::support::{App, spawn_real};
+use crate::webhooks::{at_once, calling};
 
 /// One way to send an operation's request.
 #[derive(Debug)]
@@ -399,6 +401,25 @@ fn every_example_fits_its_schema() {
         }
     }
     assert!(seen > 500, "only {seen} examples");
+}
+
+#[tokio::test]
+async fn what_is_sent_to_receivers_fits_its_description() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let sent = &described.document["webhooks"]["job-ended"]["post"];
+    let content = &sent["requestBody"]["content"]["application/json"];
+    let schema = described.resolved(&content["schema"]);
+    assert_eq!(described.misfit(schema, &content["example"], ""), None);
+    let app = spawn_held(&Arc::<Held>::default(), at_once).await;
+    let mut receiver = Receiver::saying(&[]).await;
+    for program in ["g1\n", "REFUSE\n"] {
+        accepted(&app, &calling(&receiver.url()), program).await;
+        let told = receiver.next().await;
+        assert_eq!(described.misfit(schema, &told.json(), ""), None, "{}", told.json());
+        for header in parameters(sent, "header") {
+            assert!(told.headers.contains_key(header["name"].as_str().unwrap()), "{header}");
+        }
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ use utoipa::openapi::{OpenApi as Document, PathItem};
 use super::access::{Need, needed};
 use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
+use super::webhooks::describe;
 
 /// What no route says.
 #[derive(OpenApi)]
@@ -44,6 +45,7 @@ pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
+    describe(&mut document);
     document
 }
 
@@ -62,7 +64,7 @@ pub(super) fn published(document: &Document) -> Value {
         describe_forms(operation, &mut schemas);
         answers::insert(operation, &answers);
     }
-    schemas::prune(document.get("paths").unwrap_or(&Value::Null), &mut schemas);
+    schemas::prune(&document, &mut schemas);
     if let Some(place) = document.pointer_mut("/components/schemas") {
         *place = Value::Object(schemas);
     }

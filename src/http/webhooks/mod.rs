@@ -1,9 +1,11 @@
 //! Webhooks: the secret that signs them. What is delivered stands below each job.
 
+mod described;
 mod get_secret;
 mod rotate_secret;
 
 use axum::response::{IntoResponse, Response};
+pub(super) use described::describe;
 use http::StatusCode;
 use http::header::CACHE_CONTROL;
 use utoipa_axum::router::OpenApiRouter;
