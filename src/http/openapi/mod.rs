@@ -64,7 +64,7 @@ pub(super) fn published(document: &Document) -> Value {
         describe_forms(operation, &mut schemas);
         answers::insert(operation, &answers);
     }
-    schemas::prune(document.get("paths").unwrap_or(&Value::Null), &mut schemas);
+    schemas::prune(&document, &mut schemas);
     if let Some(place) = document.pointer_mut("/components/schemas") {
         *place = Value::Object(schemas);
     }

@@ -28,10 +28,11 @@ pub(super) fn mend(schemas: &mut Map<String, Value>) {
     name_alternatives(schemas);
     jobs_by_operation(schemas);
     null_once(schemas);
-    if let Some(problem) = member(schemas, "Job", "problem") {
-        *problem = json!({
-            "description": "Why it failed.", "oneOf": [reference("Problem"), {"type": "null"}]
-        });
+    for job in ["Job", "EndedJob"] {
+        if let Some(problem) = member(schemas, job, "problem") {
+            let choices = json!([reference("Problem"), {"type": "null"}]);
+            *problem = json!({ "description": "Why it failed.", "oneOf": choices });
+        }
     }
 }
 
@@ -185,11 +186,11 @@ fn jobs_by_operation(schemas: &mut Map<String, Value>) {
     schemas.insert("JobRequest".to_owned(), request);
 }
 
-/// Drops what no operation leads to.
-pub(super) fn prune(paths: &Value, schemas: &mut Map<String, Value>) {
+/// Drops what nothing in the rest of the document leads to.
+pub(super) fn prune(rest: &Value, schemas: &mut Map<String, Value>) {
     let mut used = BTreeSet::new();
     let mut open = Vec::new();
-    named_in(paths, &mut open);
+    named_in(rest, &mut open);
     while let Some(name) = open.pop() {
         if let Some(schema) = schemas.get(&name)
             && used.insert(name)
