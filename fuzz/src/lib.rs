@@ -1,5 +1,14 @@
-//! What has to hold of the core for every input.
+//! What has to hold for every input.
 
-pub use trunnion_core::program;
+// Named as the service names them, for the documents of the wire are its own files.
+pub use trunnion_core::{
+    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, surface, units, wear,
+};
 
+// Without the web framework and the database beside it: these would be instrumented too.
+#[path = "../../src/wire/mod.rs"]
+#[allow(dead_code, unused_imports)]
+pub mod wire;
+
+pub mod bodies;
 pub mod checks;

@@ -5,6 +5,7 @@ use http::request::Parts;
 use super::AppState;
 use super::caller::Caller;
 use super::problem::{Problem, ProblemType};
+use crate::jobs::timestamp;
 use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
 /// Longest key taken (bytes).
@@ -41,6 +42,7 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
         key,
         fingerprint,
         since: app.sources.timestamp_before(app.settings.idempotency_retention_s),
+        not_before: timestamp(app.sources.clock.passed()),
     })
 }
 

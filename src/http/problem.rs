@@ -13,7 +13,7 @@ use crate::jobs::{
 };
 use crate::plot::PlotFault;
 use crate::servo::ServoFault;
-use crate::store::{BlobFault, StoreError};
+use crate::store::{BlobFault, StorageFault, StoreError};
 use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
 
 /// Media type of a problem document.
@@ -75,6 +75,8 @@ catalogue! {
         "The job waits, runs, has failed or was cancelled: the detail says which. GET /v1/jobs/{id} says where it stands and, where it failed, why.";
     JobEnded = CONFLICT, "job-ended", "The job has ended",
         "A job that has succeeded or failed can no longer be cancelled. What came of it stays.";
+    NothingToDeliver = CONFLICT, "nothing-to-deliver", "There is nothing to deliver",
+        "The job was posted without callback_url, or it has not ended yet: the detail says which.";
     MethodNotAllowed = METHOD_NOT_ALLOWED, "method-not-allowed", "The resource does not have this method",
         "The Allow header names the methods it has.";
     NotAcceptable = NOT_ACCEPTABLE, "not-acceptable", "No representation fits the Accept header",
@@ -136,7 +138,7 @@ catalogue! {
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
         "The computation was stopped and nothing was stored. Retry later or split the request.";
     StorageUnavailable = SERVICE_UNAVAILABLE, "storage-unavailable", "Nothing can be stored now",
-        "The disk is full or the database does not answer. Nothing was stored.";
+        "The disk is full, read-only or failing, or the database does not answer: the detail says which. Nothing was stored. Retry after the time that Retry-After names.";
     ShuttingDown = SERVICE_UNAVAILABLE, "shutting-down", "The service is stopping",
         "The service is draining. Retry after the time that Retry-After names.";
 }
@@ -292,6 +294,12 @@ impl Problem {
         Self::new(ProblemType::Internal, "the service has a fault; the log names it by the request id")
     }
 
+    /// Nothing can be stored now: logged here, of its cause only the kind is sent.
+    pub(super) fn storage(fault: StorageFault, cause: &dyn std::fmt::Display) -> Self {
+        tracing::error!(error = %cause, "{fault}");
+        Self::new(ProblemType::StorageUnavailable, fault.to_string())
+    }
+
     /// Its kind.
     #[must_use]
     pub fn kind(&self) -> ProblemType {
@@ -367,8 +375,9 @@ impl From<RowFault> for Problem {
 impl From<StoreError> for Problem {
     fn from(fault: StoreError) -> Self {
         match fault {
-            StoreError::Full(_) | StoreError::Busy(_) => {
-                tracing::error!(error = %fault, "the store is unavailable");
+            StoreError::Storage { fault, ref source } => Self::storage(fault, source),
+            StoreError::Busy(ref source) => {
+                tracing::error!(error = %source, "the database is busy");
                 Self::new(ProblemType::StorageUnavailable, fault.to_string())
             }
             other => Self::internal(&other),
@@ -384,19 +393,17 @@ impl From<PlotFault> for Problem {
 
 impl From<BlobFault> for Problem {
     fn from(fault: BlobFault) -> Self {
-        if fault.is_full() {
-            tracing::error!(error = %fault, "the disk is full");
-            return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        match fault.storage() {
+            Some(storage) => Self::storage(storage, &fault),
+            None => Self::internal(&fault),
         }
-        Self::internal(&fault)
     }
 }
 
 impl From<std::io::Error> for Problem {
     fn from(fault: std::io::Error) -> Self {
-        if matches!(fault.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded) {
-            tracing::error!(error = %fault, "the disk is full");
-            return Self::new(ProblemType::StorageUnavailable, "the disk is full");
+        if let Some(storage) = StorageFault::of(&fault) {
+            return Self::storage(storage, &fault);
         }
         // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
         if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use http::StatusCode;
+use utoipa::openapi::header::HeaderBuilder;
 use utoipa::openapi::response::ResponseBuilder;
-use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response};
+use utoipa::openapi::schema::Type;
+use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};
 
 use super::problem::{PROBLEM_JSON, ProblemType};
 
@@ -24,7 +27,17 @@ fn response(kinds: &[ProblemType]) -> Response {
     });
     let content =
         ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).example(example).build();
-    ResponseBuilder::new().description(titles.join("; ")).content(PROBLEM_JSON, content).build()
+    let response = ResponseBuilder::new().description(titles.join("; ")).content(PROBLEM_JSON, content);
+    match kinds.first().map(|kind| kind.status()) {
+        Some(StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS) => {
+            let seconds = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0.0));
+            let header = HeaderBuilder::new()
+                .schema(Some(seconds))
+                .description(Some("Seconds after which to try again"));
+            response.header("Retry-After", header.build()).build()
+        }
+        _ => response.build(),
+    }
 }
 
 /// Declares a type that stands for the refusals of one operation in its description.

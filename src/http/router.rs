@@ -1,6 +1,6 @@
 //! Merges the resources' routes and puts the edge around them.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
@@ -21,7 +21,7 @@ use super::observation::{Operations, watch};
 use super::problem::Problem;
 use super::{
     AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
-    servo, wear,
+    servo, wear, webhooks,
 };
 
 /// Every described route, and the description.
@@ -34,6 +34,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
+        .merge(webhooks::router())
         .merge(keys::router())
         .merge(audit::router())
         .merge(service::router())
@@ -53,11 +54,12 @@ const PAGES: [(&str, &str, &str); 4] = [
 pub fn router(mut app: AppState) -> Router {
     let (router, document) = described();
     app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
-    let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
+    let text = Arc::new(LazyLock::new(move || bytes::Bytes::from(openapi::published(&document).to_string())));
     let served = move |headers: HeaderMap| {
-        let text = text.clone();
+        let text = Arc::clone(&text);
         async move {
             choose(&headers, &["application/json"])?;
+            let text = bytes::Bytes::clone(&text);
             Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], text).into_response())
         }
     };

@@ -12,6 +12,9 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
+use super::StorageFault;
+use super::writable::Writable;
+
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
 
@@ -25,14 +28,14 @@ pub struct BlobFault {
 }
 
 impl BlobFault {
-    fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> Self + 'a {
+    pub(super) fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> Self + 'a {
         move |source| Self { doing, path: path.to_owned(), source }
     }
 
-    /// Whether no space is left.
+    /// What ails the disk, where it is the disk.
     #[must_use]
-    pub fn is_full(&self) -> bool {
-        matches!(self.source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+    pub fn storage(&self) -> Option<StorageFault> {
+        StorageFault::of(&self.source)
     }
 }
 
@@ -43,6 +46,7 @@ pub struct Blobs {
     spool: PathBuf,
     /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
     naming: Arc<RwLock<()>>,
+    writable: Arc<Writable>,
 }
 
 /// A file being written; it vanishes unless it is kept.
@@ -76,7 +80,7 @@ impl Blobs {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { kept, spool, naming: Arc::default() })
+        Ok(Self { kept, spool, naming: Arc::default(), writable: Arc::default() })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -102,6 +106,14 @@ impl Blobs {
             }
         }
         Ok(removed)
+    }
+
+    /// Whether a file can be written, as far as one was within the last second. Blocks.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn check(&self) -> Result<(), Arc<BlobFault>> {
+        self.writable.check(&self.spool)
     }
 
     /// A new, empty draft.
@@ -155,9 +167,11 @@ impl Blobs {
         Arc::clone(&self.naming).read_owned().await
     }
 
-    /// Held while what no row names is removed.
-    pub async fn removing(&self) -> OwnedRwLockWriteGuard<()> {
-        Arc::clone(&self.naming).write_owned().await
+    /// Held while what no row names is removed; none while files are being named. Nobody waits for it: files may be
+    /// waiting for their row as long as the database is locked, and who waits would keep all others from naming theirs.
+    #[must_use]
+    pub fn removing(&self) -> Option<OwnedRwLockWriteGuard<()>> {
+        Arc::clone(&self.naming).try_write_owned().ok()
     }
 
     /// Removes a kept file; one that is gone already is no fault.

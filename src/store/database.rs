@@ -107,16 +107,13 @@ impl Store {
         let _timed = meter::STORE_WRITES.begin();
         // Counted however it ends, also by a caller who no longer waits for it.
         let _counted = Counted(&self.writes);
-        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
-        match work(&mut transaction).await {
-            Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
-            Err(fault) => {
-                if let Err(also) = transaction.rollback().await {
-                    tracing::error!(error = %also, doing, "a transaction could not be rolled back");
-                }
-                Err(fault).doing(doing)
-            }
+        let mut connection = self.writer.acquire().await.doing(doing)?;
+        let done = transact(&mut connection, doing, work).await;
+        if matches!(done, Err(StoreError::Storage { .. })) {
+            // One that was opened on a read-only disk stays read-only when the disk is not.
+            connection.close_on_drop();
         }
+        done
     }
 
     /// Whether the database answers.
@@ -133,6 +130,27 @@ impl Store {
     pub async fn close(&self) {
         self.readers.close().await;
         self.writer.close().await;
+    }
+}
+
+/// All of `work`, or nothing of it.
+async fn transact<T, F>(
+    connection: &mut SqliteConnection,
+    doing: &'static str,
+    work: F,
+) -> Result<T, StoreError>
+where
+    F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>>,
+{
+    let mut transaction = connection.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
+    match work(&mut transaction).await {
+        Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
+        Err(fault) => {
+            if let Err(also) = transaction.rollback().await {
+                tracing::error!(error = %also, doing, "a transaction could not be rolled back");
+            }
+            Err(fault).doing(doing)
+        }
     }
 }
 

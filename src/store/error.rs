@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::StorageFault;
+
 /// The database could not do what it was asked.
 #[derive(Debug, Error)]
 pub enum StoreError {
@@ -36,9 +38,14 @@ pub enum StoreError {
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
-    /// No space is left.
-    #[error("the disk is full")]
-    Full(#[source] sqlx::Error),
+    /// The disk does not take or give what it should.
+    #[error("{fault}")]
+    Storage {
+        /// What ails it.
+        fault: StorageFault,
+        /// What the database said.
+        source: sqlx::Error,
+    },
     /// Every connection is taken, or another writer holds the lock for too long.
     #[error("the database is busy")]
     Busy(#[source] sqlx::Error),
@@ -52,6 +59,9 @@ pub enum StoreError {
         /// Why.
         source: serde_json::Error,
     },
+    /// The secret that was made at the first start is gone.
+    #[error("there is no secret to sign webhooks with")]
+    NoSecret,
     /// A statement failed otherwise.
     #[error("while {doing}: {source}")]
     Statement {
@@ -70,10 +80,12 @@ pub(super) trait Doing<T> {
 impl<T> Doing<T> for Result<T, sqlx::Error> {
     fn doing(self, what: &'static str) -> Result<T, StoreError> {
         self.map_err(|source| {
-            // Primary result codes: 5 SQLITE_BUSY, 6 SQLITE_LOCKED, 13 SQLITE_FULL.
             let code = source.as_database_error().and_then(|error| error.code()?.parse::<u32>().ok());
+            if let Some(fault) = code.and_then(StorageFault::of_sqlite) {
+                return StoreError::Storage { fault, source };
+            }
+            // Primary result codes: 5 SQLITE_BUSY, 6 SQLITE_LOCKED.
             match (code.map(|code| code & 0xff), &source) {
-                (Some(13), _) => StoreError::Full(source),
                 (Some(5 | 6), _) | (None, sqlx::Error::PoolTimedOut) => StoreError::Busy(source),
                 _ => StoreError::Statement { doing: what, source },
             }

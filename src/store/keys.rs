@@ -16,6 +16,9 @@ pub struct KeyUse {
     pub fingerprint: String,
     /// Uses before this time are forgotten.
     pub since: String,
+    /// It is kept as used at this time, or at the time of what answers it if that is later: a clock that is set right
+    /// again does not make it old.
+    pub not_before: String,
 }
 
 /// What is known of an idempotency key.
@@ -50,7 +53,7 @@ pub(super) async fn keep_key(
     answer: Answer<'_>,
     now: &str,
 ) -> Result<(), sqlx::Error> {
-    let Some(KeyUse { key, fingerprint, since }) = used else { return Ok(()) };
+    let Some(KeyUse { key, fingerprint, since, not_before }) = used else { return Ok(()) };
     let (job, calibration, machine, revision, wear) = match answer {
         Answer::Job(id) => (Some(id), None, None, None, None),
         Answer::Calibration(id) => (None, Some(id), None, None, None),
@@ -60,6 +63,7 @@ pub(super) async fn keep_key(
     sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
         .execute(&mut *connection)
         .await?;
+    let at = now.max(not_before.as_str());
     sqlx::query!(
         "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, calibration_id, machine_id,
              machine_revision, wear_entry_id, created_at)
@@ -71,7 +75,7 @@ pub(super) async fn keep_key(
         machine,
         revision,
         wear,
-        now
+        at
     )
     .execute(&mut *connection)
     .await?;

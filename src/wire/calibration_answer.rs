@@ -171,9 +171,11 @@ pub struct CalibrationDocument {
     pub software_version: String,
     /// The location errors by axis, cascaded as in the profile: what `apply` writes there.
     #[schema(example = json!({"A": {"e_y_um": {"value": -21.0, "standard_uncertainty": 0.1}}}))]
+    #[schema(value_type = BTreeMap<String, BTreeMap<String, Estimate>>)]
     pub errors: BTreeMap<String, Estimates>,
     /// The same against the machine's frame, with the symbols of ISO 230-7.
     #[schema(example = json!({"E_Y0A_um": {"value": -21.0, "standard_uncertainty": 0.1}}))]
+    #[schema(value_type = BTreeMap<String, Estimate>)]
     pub iso_230: Estimates,
     /// Components that place no line of this machine beyond those above; they stay zero.
     pub redundant: Vec<String>,

@@ -158,11 +158,9 @@ impl<'de> Deserializer<'de> for Node {
         visitor.visit_f64(number)
     }
 
+    /// A query has no null: what is not there is left out, and `null` is a word like any other.
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fail> {
-        match self {
-            Self::Leaf(text) if text == "null" => visitor.visit_none(),
-            other => visitor.visit_some(other),
-        }
+        visitor.visit_some(self)
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fail> {

@@ -108,6 +108,7 @@ servo_request! {
         pub feed_mm_per_min: Option<f64>,
         /// Factors of the position gains, by axis letter.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        #[schema(value_type = BTreeMap<String, f64>)]
         pub position_gain_scale: GainScales,
     }
 }
@@ -119,6 +120,7 @@ servo_request! {
         pub feed_mm_per_min: Vec<f64>,
         /// Factors of the position gains, by axis letter: lists of one length, run through side by side.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        #[schema(value_type = BTreeMap<String, Vec<f64>>)]
         pub position_gain_scale: ScaleLists,
     }
 }

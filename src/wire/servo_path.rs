@@ -98,6 +98,7 @@ pub enum ServoPathDoc {
     /// Two linear axes make a circle, from the first towards the second.
     Circle {
         /// Two different ones.
+        #[schema(min_items = 2, max_items = 2)]
         axes: [LinearLetter; 2],
         /// Radius of the circle.
         radius_mm: f64,
@@ -169,6 +170,19 @@ enum Kind {
     Polyline,
 }
 
+/// Exactly two axes, so that a third is a wrong value and not broken JSON.
+#[derive(Debug)]
+struct TwoAxes([LinearLetter; 2]);
+
+impl<'de> Deserialize<'de> for TwoAxes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let letters = Vec::<LinearLetter>::deserialize(deserializer)?;
+        let count = letters.len();
+        let two = letters.try_into().map_err(|_all| D::Error::invalid_length(count, &"an array of 2 axes"));
+        two.map(Self)
+    }
+}
+
 /// The members of every kind of path.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -176,7 +190,7 @@ struct Members {
     kind: Kind,
     radius_mm: Option<f64>,
     center_x_mm: Option<f64>,
-    axes: Option<[LinearLetter; 2]>,
+    axes: Option<TwoAxes>,
     center_mm: Option<Fixed<3>>,
     half_apex_deg: Option<f64>,
     tilt_deg: Option<f64>,
@@ -202,7 +216,7 @@ impl Members {
                 center_x_mm: needed(&mut self.center_x_mm, "center_x_mm")?,
             },
             Kind::Circle => ServoPathDoc::Circle {
-                axes: needed(&mut self.axes, "axes")?,
+                axes: needed(&mut self.axes, "axes")?.0,
                 radius_mm: needed(&mut self.radius_mm, "radius_mm")?,
             },
             Kind::ConeFrustum => ServoPathDoc::ConeFrustum {

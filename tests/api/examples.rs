@@ -6,11 +6,14 @@ use std::sync::Arc;
 
 use reqwest::multipart::{Form, Part};
 use reqwest::{Method, RequestBuilder, Response};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::queue::{Held, accepted, cc, running, spawn_held};
+use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
+use crate::receiver::Receiver;
+use crate::recorded;
 use crate::support::{App, spawn_real};
+use crate::webhooks::{at_once, calling};
 
 /// One way to send an operation's request.
 #[derive(Debug)]
@@ -102,6 +105,7 @@ impl Described {
                 let makes = match path.rsplit('/').next() {
                     Some("residuals") => "verification",
                     Some("changes") => "compensation",
+                    Some("deliveries") => return told(app).await,
                     _ => "cc-compensation",
                 };
                 let path = format!("/v1/machines/{{machine_id}}/{makes}");
@@ -180,6 +184,71 @@ impl Described {
     }
 }
 
+/// The answers that were recorded, and those that are.
+#[derive(Debug)]
+struct Recording {
+    committed: Map<String, Value>,
+    made: Map<String, Value>,
+}
+
+impl Recording {
+    /// Takes the answer of an operation in a representation: of several requests the first.
+    fn take(&mut self, operation: &Value, status: &str, kind: &str, text: &str) {
+        let id = operation["operationId"].as_str().unwrap();
+        let content = &operation["responses"][status]["content"][kind];
+        let known = self.committed.get(id).and_then(|answers| answers.get(kind));
+        // What is not recorded has an example that was written by hand: how many places there are, what time it is.
+        if content.is_null() || (known.is_none() && !recorded::is_blessed()) || is_by_hand(content, known) {
+            let described =
+                content.is_null() || !content["example"].is_null() || content["examples"].is_object();
+            assert!(described, "{id} has no example of an answer as {kind}: record it with BLESS=1");
+            return;
+        }
+        let made = self.made.entry(id).or_insert_with(|| Value::Object(Map::new())).as_object_mut().unwrap();
+        if made.contains_key(kind) {
+            return;
+        }
+        let example = match kind {
+            "application/json" => recorded::example(&serde_json::from_str(text).unwrap()),
+            _ => recorded::text_example(text),
+        };
+        if let Some(known) = known.filter(|_| !recorded::is_blessed()) {
+            let difference = recorded::difference(known, &example, "");
+            assert_eq!(difference, None, "{id} as {kind} is answered otherwise: record it with BLESS=1");
+        }
+        made.insert(kind.to_owned(), example);
+    }
+
+    /// Writes what is new, and finds what nobody asks for.
+    fn finish(&self) {
+        if recorded::is_blessed() {
+            recorded::write(&self.made);
+            return;
+        }
+        let kinds = |answers: &Map<String, Value>| -> Vec<String> {
+            let named = answers.iter().map(|(id, kinds)| {
+                format!("{id} {:?}", kinds.as_object().unwrap().keys().collect::<Vec<_>>())
+            });
+            named.collect()
+        };
+        assert_eq!(kinds(&self.committed), kinds(&self.made));
+    }
+}
+
+/// Whether the example of an answer is not a recorded one.
+fn is_by_hand(content: &Value, known: Option<&Value>) -> bool {
+    known.is_none() && (!content["example"].is_null() || content["examples"].is_object())
+}
+
+/// The id of a job whose end is told to nobody who can be found.
+async fn told(app: &App) -> String {
+    let mut order = cc("example-ac-table");
+    order["callback_url"] = "http://mes.invalid/".into();
+    let place = accepted(app, &order, "g1\n").await;
+    ended(app, &place).await;
+    place.rsplit('/').next().unwrap().to_owned()
+}
+
 /// Media types of the answers that are no refusals; one empty one where there is no body.
 fn representations(operation: &Value) -> Vec<(&str, &Value)> {
     let good = operation["responses"].as_object().unwrap().iter().find(|(status, _)| status.starts_with('2'));
@@ -250,6 +319,7 @@ async fn sent(request: RequestBuilder) -> Response {
 #[tokio::test]
 async fn every_example_of_the_description_is_answered_as_described() {
     let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let mut recording = Recording { committed: recorded::committed(), made: Map::new() };
     let mut tried = 0;
     for (path, item) in described.document["paths"].as_object().unwrap() {
         for (method, operation) in item.as_object().unwrap() {
@@ -291,6 +361,7 @@ async fn every_example_of_the_description_is_answered_as_described() {
                         let answer: Value = serde_json::from_str(&text).unwrap();
                         assert_eq!(described.misfit(schema, &answer, ""), None, "{said}");
                     }
+                    recording.take(operation, status.as_str(), kind, &text);
                     tried += 1;
                     app.stop().await;
                 }
@@ -298,6 +369,57 @@ async fn every_example_of_the_description_is_answered_as_described() {
         }
     }
     assert!(tried >= 35, "only {tried} requests");
+    recording.finish();
+}
+
+#[test]
+fn every_example_fits_its_schema() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let mut seen = 0;
+    for (path, item) in described.document["paths"].as_object().unwrap() {
+        for (method, operation) in item.as_object().unwrap() {
+            let bodies = [("request", &operation["requestBody"])];
+            let answers = operation["responses"]
+                .as_object()
+                .unwrap()
+                .iter()
+                .map(|(status, one)| (status.as_str(), one));
+            for (place, body) in bodies.into_iter().chain(answers) {
+                for (kind, content) in body["content"].as_object().into_iter().flatten() {
+                    let at = format!("{method} {path} {place} {kind}");
+                    let named = content["examples"].as_object().into_iter().flat_map(|all| all.values());
+                    let all: Vec<_> =
+                        content.get("example").into_iter().chain(named.map(|one| &one["value"])).collect();
+                    // A part of a JSON text is no document.
+                    assert!(!all.is_empty() || content["schema"].is_null(), "{at} has no example");
+                    for example in all {
+                        assert_eq!(described.misfit(&content["schema"], example, ""), None, "{at}");
+                        seen += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(seen > 500, "only {seen} examples");
+}
+
+#[tokio::test]
+async fn what_is_sent_to_receivers_fits_its_description() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let sent = &described.document["webhooks"]["job-ended"]["post"];
+    let content = &sent["requestBody"]["content"]["application/json"];
+    let schema = described.resolved(&content["schema"]);
+    assert_eq!(described.misfit(schema, &content["example"], ""), None);
+    let app = spawn_held(&Arc::<Held>::default(), at_once).await;
+    let mut receiver = Receiver::saying(&[]).await;
+    for program in ["g1\n", "REFUSE\n"] {
+        accepted(&app, &calling(&receiver.url()), program).await;
+        let told = receiver.next().await;
+        assert_eq!(described.misfit(schema, &told.json(), ""), None, "{}", told.json());
+        for header in parameters(sent, "header") {
+            assert!(told.headers.contains_key(header["name"].as_str().unwrap()), "{header}");
+        }
+    }
 }
 
 #[test]

@@ -29,8 +29,12 @@ async fn jobs_are_listed_newest_first_and_filtered() {
     assert_eq!(ids("machine_id=mine&state=succeeded&limit=1").await, [places[0].clone()]);
     assert!(ids("state=failed").await.is_empty());
     assert!(ids("external_id=WO-1").await.is_empty());
-    let body = problem(app.get("/v1/jobs?state=done").await, "invalid-request").await;
-    assert_eq!(pointers(&body), ["/state"]);
+    // A query has no null: what is to be left out is left out.
+    assert!(ids("external_id=null").await.is_empty());
+    for (query, pointer) in [("state=done", "/state"), ("limit=null", "/limit"), ("state=null", "/state")] {
+        let body = problem(app.get(&format!("/v1/jobs?{query}")).await, "invalid-request").await;
+        assert_eq!(pointers(&body), [pointer]);
+    }
 }
 
 #[tokio::test]

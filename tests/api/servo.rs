@@ -280,6 +280,12 @@ async fn what_cannot_be_run_is_refused_with_its_reason() {
             "invalid-request",
             pointer("/laps"),
         ),
+        // An axis too many is a wrong value; it is still JSON.
+        (
+            json!({"path": {"kind": "circle", "axes": ["X", "Y", "Z"], "radius_mm": 5}}),
+            "invalid-request",
+            pointer("/path/axes"),
+        ),
         (
             json!({"path": {"kind": "circle", "axes": ["X", "X"], "radius_mm": 5}}),
             "invalid-request",

@@ -42,10 +42,10 @@ fn written(program: &str) -> Vec<[f64; 3]> {
 #[test]
 fn published_cutter_location_data_is_posted_up_to_the_first_line_that_is_refused() {
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
-    // Radius compensation, drilling cycles, turned coordinates: each begins at this line.
+    // Radius compensation, another tool, turned coordinates: each begins at this line.
     for (name, first, refused) in [
-        ("aamorim_boss.apt", 3737, 6279),
-        ("aamorim_tilt_support.apt", 324, 4),
+        ("aamorim_boss.apt", 3737, 6285),
+        ("aamorim_tilt_support.apt", 309, 8),
         ("aamorim_interface_glue.clt", 10, 2036),
     ] {
         let Some(path) = shared_file(&format!("programs/cl/{name}")) else { return };

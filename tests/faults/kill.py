@@ -1,7 +1,7 @@
 """The process is killed at random moments under load; nothing that was acknowledged is lost, repeated or half done.
 
-Every round starts the service on the same directory, posts jobs, cancels some, puts machines and posts wear entries from
-several clients, and kills the process without warning. A request whose answer did not come is repeated in the next
+Every round starts the service on the same directory, posts jobs, cancels some, puts machines, posts wear entries and
+sends uploads that take longer than the process lives from several clients, and kills the process without warning. A request whose answer did not come is repeated in the next
 round under its Idempotency-Key. At the end the queue is emptied, the service stopped, and database and files are
 compared with what was acknowledged.
 
@@ -16,6 +16,7 @@ import pathlib
 import random
 import shutil
 import signal
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -30,7 +31,9 @@ SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
 LIFE_S = 0.7
 # Longest wait for the queue to empty at the end.
 EMPTY_S = 900
-POSTERS, PUTTERS, ENTERERS = 4, 2, 1
+POSTERS, PUTTERS, ENTERERS, UPLOADERS = 4, 2, 1, 2
+# What an upload that is never whole announces (bytes).
+NEVER_WHOLE = 50_000_000
 MACHINE = "example-ac-table"
 JOB = {"operation": "cc-compensation", "parameters": {"tool_radius_mm": 5, "contact": "tip"}}
 
@@ -179,6 +182,21 @@ def enter_wear(ledger, stop):
                 ledger.entries[key] = int(key.split("-")[1])
 
 
+def upload_for_ever(_ledger, stop):
+    """Halves of uploads, which a killed process leaves in its spool."""
+    head = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5 HTTP/1.1\r\nHost: localhost\r\n"
+    part = program(1).encode() * 300
+    while not stop.is_set():
+        try:
+            with socket.create_connection(("127.0.0.1", PORT), timeout=5) as client:
+                client.sendall(f"{head}Content-Length: {NEVER_WHOLE}\r\n\r\n".encode())
+                while not stop.is_set():
+                    client.sendall(part)
+                    stop.wait(0.02)
+        except OSError:
+            pass
+
+
 def started(binary, folder):
     arguments = ["--listen", f"127.0.0.1:{PORT}", "--data-dir", folder]
     service = subprocess.Popen([binary, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -199,6 +217,7 @@ def one_round(binary, folder, ledger, chance):
     clients = [threading.Thread(target=post_jobs, args=(ledger, stop, random.Random(chance.random()))) for _ in range(POSTERS)]
     clients += [threading.Thread(target=put_machines, args=(ledger, stop, f"m{k}")) for k in range(PUTTERS)]
     clients += [threading.Thread(target=enter_wear, args=(ledger, stop)) for _ in range(ENTERERS)]
+    clients += [threading.Thread(target=upload_for_ever, args=(ledger, stop)) for _ in range(UPLOADERS)]
     for client in clients:
         client.start()
     time.sleep(chance.uniform(0.0, LIFE_S))
@@ -233,7 +252,7 @@ def checked(folder, ledger, direct):
     """Compares database and files with what was acknowledged. A copy: nobody but the service opens its database."""
     copy = pathlib.Path(folder) / "copy.sqlite"
     shutil.copy(pathlib.Path(folder) / "trunnion.sqlite", copy)
-    database = sqlite3.connect(copy)
+    database = sqlite3.connect(f"file:{copy}?immutable=1", uri=True)
     rows = lambda text: database.execute(text).fetchall()
     assert rows("PRAGMA integrity_check") == [("ok",)]
     assert rows("PRAGMA foreign_key_check") == []
@@ -282,6 +301,9 @@ def checked(folder, ledger, direct):
     for name, path in kept.items():
         assert hashlib.sha256(path.read_bytes()).hexdigest() == name, f"{path} holds other bytes"
     assert not list((pathlib.Path(folder) / "spool").iterdir())
+    copy.unlink()
+    found = subprocess.run([sys.argv[1], "doctor", "--data-dir", folder], capture_output=True, text=True)
+    assert found.returncode == 0 and "left over" not in found.stdout, found.stdout + found.stderr
 
     revisions = sum(len(one) for one in ledger.machines.values())
     print(

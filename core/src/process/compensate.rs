@@ -15,7 +15,7 @@ use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::untouched::Written;
+use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
 use crate::contact::{Correction, Effort, Node, SourceBlock};
@@ -100,7 +100,7 @@ pub(super) fn compensate_from(
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
     let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
-    let (mut writing, mut written) = (Written::default(), Written::default());
+    let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {
             return Err(Fault::Cancelled);
@@ -237,7 +237,7 @@ impl<'a> Work<'a> {
     }
 
     /// Goes on with a stretch, to its end or until enough is written to be handed over.
-    fn stretch(&mut self, stretch: &Stretch, out: &mut Written<'a>) -> Result<(), Fault> {
+    fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<'a>) -> Result<(), Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
             if self.at.motion == 0 && self.at.copied == 0 {
                 self.inventory.see(&passage.batch);
@@ -260,7 +260,7 @@ impl<'a> Work<'a> {
         &mut self,
         passage: (usize, &Passage),
         following: Option<&Motion>,
-        out: &mut Written<'a>,
+        out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         let Passage { batch, motions } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
@@ -311,7 +311,7 @@ impl<'a> Work<'a> {
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
-        out: &mut Written<'a>,
+        out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         let batch = &passage.1.batch;
         let effort = &mut self.judge.effort;
@@ -362,7 +362,7 @@ impl<'a> Work<'a> {
         &mut self,
         passage: (usize, &Passage),
         motion: &Motion,
-        out: &mut Written<'a>,
+        out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         if !self.emitter.owes_feed() {
             return Ok(false);
@@ -384,7 +384,7 @@ impl<'a> Work<'a> {
     }
 
     /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
-    fn settle(&mut self, passage: &Passage, out: &mut Written<'a>) -> Result<(), Fault> {
+    fn settle(&mut self, passage: &Passage, out: &mut Outgoing<'a>) -> Result<(), Fault> {
         let Some(first) = passage.batch.blocks().first() else { return Ok(()) };
         let written_from = out.text.len();
         self.emitter

@@ -29,13 +29,13 @@ pub(super) struct Copied {
 
 /// Text of the output, and what it has to mean.
 #[derive(Debug, Default)]
-pub(super) struct Written<'a> {
+pub(super) struct Outgoing<'a> {
     pub(super) text: Vec<u8>,
     pub(super) expected: VecDeque<Expected<'a>>,
     pub(super) copied: Vec<Copied>,
 }
 
-impl Written<'_> {
+impl Outgoing<'_> {
     pub(super) fn clear(&mut self) {
         self.text.clear();
         self.expected.clear();
@@ -79,8 +79,8 @@ impl Milestones {
 
 impl<'a> Verifier<'a> {
     /// Looks at this text of the output, written of this stretch.
-    pub(super) fn take(&mut self, written: &mut Written<'a>, stretch: &Stretch) -> Result<(), Fault> {
-        let Written { text, expected, copied } = written;
+    pub(super) fn take(&mut self, written: &mut Outgoing<'a>, stretch: &Stretch) -> Result<(), Fault> {
+        let Outgoing { text, expected, copied } = written;
         self.read_back.await_all(expected);
         let mut fed = 0;
         for copied in copied.iter() {
@@ -258,7 +258,7 @@ mod tests {
         let mut passages = Passages::open(&source, &machine, Some(Dialect::Iso), options)?;
         let mut stretch = Stretch::default();
         passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
-        let (mut written, mut inventory) = (Written::default(), Inventory::default());
+        let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
         for (index, passage) in stretch.passages.iter().enumerate() {
             inventory.see(&passage.batch);
             written.copy((index, passage), 0, passage.batch.blocks().len());

@@ -23,7 +23,8 @@ pub(super) struct Readiness {
 
 /// Can the service work
 ///
-/// 200 when the store is usable; 503 while it is not, and while the service is stopping.
+/// 200 when the database answers and the disk takes a file (asked at most once a second); 503 while one of them does not,
+/// and while the service is stopping.
 #[utoipa::path(
     get,
     path = "/readyz",
@@ -39,9 +40,16 @@ pub(super) async fn get_readiness(
     if app.is_draining() {
         return Err(Problem::new(ProblemType::ShuttingDown, "the service is stopping"));
     }
-    app.store.check().await.map_err(|fault| {
+    let unusable = |fault: &dyn std::fmt::Display, detail: &str| {
         tracing::error!(error = %fault, "the store is not usable");
-        Problem::new(ProblemType::StorageUnavailable, "the store is not usable")
+        Problem::new(ProblemType::StorageUnavailable, detail)
+    };
+    app.store.check().await.map_err(|fault| unusable(&fault, "the database does not answer"))?;
+    let blobs = app.spool.blobs().clone();
+    let written = tokio::task::spawn_blocking(move || blobs.check()).await;
+    written.map_err(|fault| Problem::internal(&fault))?.map_err(|fault| {
+        let detail = fault.storage().map(|storage| storage.to_string());
+        unusable(&fault, detail.as_deref().unwrap_or("no file can be written"))
     })?;
     Ok(Json(Readiness { status: "ready" }))
 }

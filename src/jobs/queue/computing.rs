@@ -1,6 +1,5 @@
 //! One job from the queue: computed, its results kept, ended under its lease, or given back.
 
-use std::io;
 use std::sync::Arc;
 
 use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
@@ -16,7 +15,7 @@ use crate::jobs::{
     ProgramWork, Sizes, Workplace,
 };
 use crate::process::Stop;
-use crate::store::{Claimed, Ending, GivenBack, JobRow, StoreError, sha256_hex};
+use crate::store::{Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError, sha256_hex};
 
 impl Shared {
     /// Computes a job that was taken, and settles it.
@@ -26,6 +25,9 @@ impl Shared {
             let QueueTurn { share, place } = turn;
             let result = self.result(&claimed.job, &job, place).await;
             self.settle(&claimed, &job, result).await;
+            if let Err(fault) = self.tidy().await {
+                tracing::warn!(error = %fault, "files that no job names stay for the moment");
+            }
             // Kept until now: what fails over and over does not empty the queue into waiting tasks.
             drop(share);
             self.more.notify_one();
@@ -152,11 +154,9 @@ fn is_passing(fault: &JobFault) -> bool {
     match fault {
         JobFault::Compute(ComputeFault::Busy)
         | JobFault::PartSurface(PartSurfaceFault::NoRoom { .. })
-        | JobFault::Store(StoreError::Full(_) | StoreError::Busy(_)) => true,
-        JobFault::Blob(fault) => fault.is_full(),
-        JobFault::Compensator(CompensatorFault::Io(fault)) => {
-            matches!(fault.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
-        }
+        | JobFault::Store(StoreError::Storage { .. } | StoreError::Busy(_)) => true,
+        JobFault::Blob(fault) => fault.storage().is_some(),
+        JobFault::Compensator(CompensatorFault::Io(fault)) => StorageFault::of(fault).is_some(),
         _ => false,
     }
 }

@@ -20,7 +20,9 @@ pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
 use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
-use crate::store::{Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Store, StoreError};
+use crate::store::{
+    Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Sha256Hex, Store, StoreError,
+};
 use crate::wire::{JobDocument, JobState};
 
 /// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
@@ -63,12 +65,16 @@ struct Shared {
     describe: Describe,
     /// What is being computed.
     running: Running,
+    /// Files to be removed unless a job names them.
+    given_up: std::sync::Mutex<Vec<Sha256Hex>>,
     /// Held from the database's word on a job to ours, so that no cancel falls between the two.
     gate: Mutex<()>,
     /// The id of every job that has changed.
     changes: broadcast::Sender<Arc<str>>,
     /// There may be something in the queue.
     more: Notify,
+    /// An end is to be told to somebody.
+    told: Notify,
     /// Nothing new is begun.
     stopping: CancellationToken,
     /// The database is about to close.
@@ -106,9 +112,11 @@ impl Queue {
             limits,
             describe,
             running: Running::default(),
+            given_up: std::sync::Mutex::default(),
             gate: Mutex::new(()),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             more: Notify::new(),
+            told: Notify::new(),
             stopping: CancellationToken::new(),
             halted: CancellationToken::new(),
             tasks: TaskTracker::new(),
@@ -187,8 +195,9 @@ impl Queue {
         if !matches!(enqueued, Ok(Enqueued::Added)) {
             // What was refused leaves nothing behind, whatever it was refused for.
             let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
-            if let Err(fault) = shared.remove_unnamed(kept.into_iter().flatten().collect()).await {
-                tracing::warn!(error = %fault, "the files of a refused job stay until the next start");
+            shared.give_up(kept.into_iter().flatten());
+            if let Err(fault) = shared.tidy().await {
+                tracing::warn!(error = %fault, "the files of a refused job stay for the moment");
             }
         }
         match enqueued? {
@@ -231,6 +240,12 @@ impl Queue {
     #[must_use]
     pub fn changes(&self) -> broadcast::Receiver<Arc<str>> {
         self.0.changes.subscribe()
+    }
+
+    /// Notified when a job has ended that somebody is to be told of.
+    #[must_use]
+    pub fn told(&self) -> &Notify {
+        &self.0.told
     }
 
     /// Cancelled once the service stops.
@@ -279,13 +294,17 @@ impl Shared {
         let _followers = self.changes.send(id.into());
     }
 
-    /// Called once after every end of a job, when it is stored: whoever is to be told of ends is told from here.
+    /// Called once after every end of a job, when it is stored: what is to be told of it stands in the database
+    /// already (`store::deliveries`).
     async fn on_finished(&self, id: &str) {
         self.changed(id);
         match self.store.job(id).await {
             Ok(Some(job)) => {
                 let state = job.document.state.as_str();
                 tracing::info!(job_id = id, state, attempts = job.document.attempts, "a job ended");
+                if job.document.callback_url.is_some() {
+                    self.told.notify_one();
+                }
             }
             Ok(None) => {}
             Err(fault) => tracing::error!(job_id = id, error = %fault, "an ended job cannot be read"),

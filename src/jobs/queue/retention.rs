@@ -1,6 +1,6 @@
 //! Jobs that ended long ago go, with the files that no other job names.
 
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use super::Shared;
@@ -35,26 +35,42 @@ impl Shared {
             }
             digests.extend(named);
         }
-        let removed = self.remove_unnamed(digests).await?;
-        if removed > 0 {
-            tracing::info!(files = removed, "removed the files of jobs that ended long ago");
+        let files = digests.len();
+        self.give_up(digests);
+        self.tidy().await?;
+        if files > 0 {
+            tracing::info!(files, "gave up the files of jobs that ended long ago");
         }
         Ok(())
     }
 
-    /// Removes those of these files that no job names; gives how many.
-    pub(super) async fn remove_unnamed(&self, mut digests: Vec<Sha256Hex>) -> Result<usize, JobFault> {
-        if digests.is_empty() {
-            return Ok(0);
+    /// These files are to go unless a job names them.
+    pub(super) fn give_up(&self, digests: impl IntoIterator<Item = Sha256Hex>) {
+        self.given_up().extend(digests);
+    }
+
+    /// Removes the files that were given up and that no job names, unless files are being named at this moment: then
+    /// they go the next time.
+    pub(super) async fn tidy(&self) -> Result<(), JobFault> {
+        if self.given_up().is_empty() {
+            return Ok(());
         }
         let blobs = self.spool.blobs();
         // Until this goes, nothing is kept that a row is yet to name.
-        let _alone = blobs.removing().await;
+        let Some(_alone) = blobs.removing() else { return Ok(()) };
         let named = self.store.named_blobs().await?;
-        digests.retain(|sha256| !named.contains(sha256));
-        for sha256 in &digests {
-            blobs.remove(sha256)?;
+        let digests = std::mem::take(&mut *self.given_up());
+        let unnamed: Vec<_> = digests.into_iter().filter(|sha256| !named.contains(sha256)).collect();
+        for (at, sha256) in unnamed.iter().enumerate() {
+            if let Err(fault) = blobs.remove(sha256) {
+                self.give_up(unnamed.get(at..).unwrap_or_default().iter().cloned());
+                return Err(fault.into());
+            }
         }
-        Ok(digests.len())
+        Ok(())
+    }
+
+    fn given_up(&self) -> MutexGuard<'_, Vec<Sha256Hex>> {
+        self.given_up.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

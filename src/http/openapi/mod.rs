@@ -1,5 +1,11 @@
-//! The description of the interface, made from the routes themselves.
+//! The description of the interface, made from the routes themselves and put into a form that strict readers and generators of
+//! clients take.
 
+mod answers;
+mod parameters;
+mod schemas;
+
+use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa::openapi::path::Operation;
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
@@ -8,13 +14,14 @@ use utoipa::openapi::{OpenApi as Document, PathItem};
 use super::access::{Need, needed};
 use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
+use super::webhooks::describe;
 
 /// What no route says.
 #[derive(OpenApi)]
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are mm and angles degrees unless a name says otherwise; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are mm and angles degrees unless a name says otherwise; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. Examples of answers are what the service answered to the examples of requests, with lists cut to three items and long texts to their beginning.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),
@@ -26,18 +33,69 @@ use super::refusals::responses;
         (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
         (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
         (name = "jobs", description = "Everything that was computed, with its report and its program"),
+        (name = "webhooks", description = "The ends of jobs, told to who posted them and signed"),
         (name = "keys", description = "Who may do what, and who did what"),
         (name = "service", description = "The service itself"),
     ),
 )]
 pub(super) struct Base;
 
-/// The description with everything a strict reader asks for.
+/// The description with everything that the routes do not say.
 pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
+    describe(&mut document);
     document
+}
+
+/// The description as it is given away: `completed` in a form that strict readers and generators of clients take, with the
+/// service's own answers for examples.
+pub(super) fn published(document: &Document) -> Value {
+    let mut document = serde_json::to_value(document).unwrap_or_default();
+    let Some(Value::Object(mut schemas)) = document.pointer_mut("/components/schemas").map(Value::take)
+    else {
+        return document;
+    };
+    schemas::mend(&mut schemas);
+    let answers = answers::all();
+    for operation in operations_mut(&mut document) {
+        parameters::mend(operation, &schemas);
+        describe_forms(operation, &mut schemas);
+        answers::insert(operation, &answers);
+    }
+    schemas::prune(&document, &mut schemas);
+    if let Some(place) = document.pointer_mut("/components/schemas") {
+        *place = Value::Object(schemas);
+    }
+    document
+}
+
+fn operations_mut(document: &mut Value) -> impl Iterator<Item = &mut Map<String, Value>> {
+    let paths = document.get_mut("paths").and_then(Value::as_object_mut);
+    let items = paths.into_iter().flat_map(|paths| paths.values_mut().filter_map(Value::as_object_mut));
+    items.flat_map(|item| item.values_mut().filter_map(Value::as_object_mut))
+}
+
+/// Fields of a form are left out, not null, and have media types of their own; there are no others.
+fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, Value>) {
+    let contents = operation.get_mut("requestBody").and_then(|body| body.get_mut("content"));
+    let Some(Value::Object(form)) = contents.and_then(|all| all.get_mut("multipart/form-data")) else {
+        return;
+    };
+    let name = form.get("schema").and_then(|schema| schema.get("$ref")).and_then(Value::as_str);
+    let name = name.and_then(|name| name.strip_prefix(schemas::SCHEMAS)).unwrap_or_default();
+    let Some(Value::Object(schema)) = schemas.get_mut(name) else { return };
+    schema.insert("additionalProperties".to_owned(), json!(false));
+    let Some(Value::Object(fields)) = schema.get_mut("properties") else { return };
+    let mut encoding = Map::new();
+    for (field, schema) in fields {
+        parameters::without_null(schema);
+        let is_file = schema.get("format").is_some_and(|format| format == "binary");
+        let kind = if is_file { "application/octet-stream, text/plain" } else { "application/json" };
+        encoding.insert(field.clone(), json!({ "contentType": kind }));
+    }
+    form.insert("encoding".to_owned(), Value::Object(encoding));
 }
 
 /// Name of the way in which keys are sent.
@@ -68,14 +126,14 @@ fn guarded(document: &mut Document) {
 
 /// The description of the interface.
 #[must_use]
-pub fn document() -> Document {
-    super::router::described().1
+pub fn document() -> Value {
+    published(&super::router::described().1)
 }
 
 /// One line for each operation: method, path, id.
 #[must_use]
 pub fn operations() -> String {
-    let document = document();
+    let document = super::router::described().1;
     let mut lines: Vec<String> =
         all(&document).map(|(method, path, id)| format!("{method:6} {path:58} {id}")).collect();
     lines.sort_by(|a, b| a.get(7..).cmp(&b.get(7..)));

@@ -1,0 +1,209 @@
+//! Parameters as they are sent: a query has no objects but dotted names, and no header or parameter is null.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+
+use super::schemas::{reference, resolved};
+
+/// Letters by which parameters for each axis are named.
+const AXES: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+
+/// A header's text as the service reads it.
+const HEADERS: &[(&str, &str)] =
+    &[("Idempotency-Key", "^[!-~]([ -~]{0,253}[!-~])?$"), ("If-Match", TAGS), ("If-None-Match", TAGS)];
+/// `*`, or entity tags (RFC 9110 §8.8.3).
+const TAGS: &str = r#"^(\*|(W/)?"[!#-~]*"(, (W/)?"[!#-~]*")*)$"#;
+
+/// Mends the parameters of an operation.
+pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Value>) {
+    let Some(parameters) = operation.get_mut("parameters").and_then(Value::as_array_mut) else { return };
+    let words = schemas_by_words(schemas);
+    let mut mended = Vec::new();
+    for parameter in parameters.drain(..) {
+        flatten(parameter, schemas, &mut mended);
+    }
+    for parameter in &mut mended {
+        let pattern = HEADERS.iter().find(|(name, _)| text(parameter, "name") == Some(name));
+        if let Some(schema) = parameter.get_mut("schema") {
+            without_null(schema);
+            if let (Some((_, pattern)), Some(schema)) = (pattern, schema.as_object_mut()) {
+                schema.insert("pattern".to_owned(), json!(pattern));
+                schema.insert("minLength".to_owned(), json!(1));
+            }
+            if let Some(name) = schema.get("enum").and_then(|words_of| words.get(&words_of.to_string())) {
+                let default = schema.get("default").cloned();
+                *schema = reference(name);
+                if let (Some(default), Some(schema)) = (default, schema.as_object_mut()) {
+                    schema.insert("default".to_owned(), default);
+                }
+            }
+        }
+    }
+    *parameters = mended;
+    if operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data")).is_some() {
+        tell_defaults(operation);
+    }
+}
+
+/// Defaults in words: parameters come in the query or in a field of the form, not in both, and there are clients that
+/// send every default they know.
+fn tell_defaults(operation: &mut Map<String, Value>) {
+    let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
+    for parameter in parameters.into_iter().flatten().filter_map(Value::as_object_mut) {
+        let schema = parameter.get_mut("schema").and_then(Value::as_object_mut);
+        if let Some(default) = schema.and_then(|schema| schema.remove("default")) {
+            let description = parameter.get("description").and_then(Value::as_str).unwrap_or_default();
+            let words = format!("{description} Default: {default}.");
+            parameter.insert("description".to_owned(), Value::String(words));
+        }
+    }
+}
+
+/// Schemas that are a list of words, by that list.
+fn schemas_by_words(schemas: &Map<String, Value>) -> BTreeMap<String, &str> {
+    let listed =
+        schemas.iter().filter_map(|(name, schema)| Some((schema.get("enum")?.to_string(), name.as_str())));
+    listed.collect()
+}
+
+/// One parameter for each member of an object, at any depth.
+fn flatten(parameter: Value, schemas: &Map<String, Value>, into: &mut Vec<Value>) {
+    let schema = parameter.get("schema").cloned().unwrap_or_default();
+    let schema = joined(&schema, schemas);
+    let (Some("query"), Some(name)) = (text(&parameter, "in"), text(&parameter, "name")) else {
+        into.push(parameter);
+        return;
+    };
+    let needed = parameter.get("required") == Some(&Value::Bool(true));
+    let members: Vec<(String, Value, bool)> =
+        if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
+            let required = schema.get("required").and_then(Value::as_array);
+            let is_needed = |name: &str| required.is_some_and(|all| all.iter().any(|one| one == name));
+            properties
+                .iter()
+                .map(|(member, schema)| (member.clone(), schema.clone(), needed && is_needed(member)))
+                .collect()
+        } else if let Some(one) = schema.get("additionalProperties").filter(|one| one.is_object()) {
+            AXES.iter().map(|letter| ((*letter).to_owned(), one.clone(), false)).collect()
+        } else {
+            let mut parameter = parameter;
+            if let Some(parameter) = parameter.as_object_mut() {
+                // Commas separate the elements of an array.
+                if schema.get("type").is_some_and(|kind| kind.to_string().contains("\"array\"")) {
+                    parameter.insert("style".to_owned(), json!("form"));
+                    parameter.insert("explode".to_owned(), json!(false));
+                }
+                parameter.insert("schema".to_owned(), schema);
+            }
+            into.push(parameter);
+            return;
+        };
+    for (member, mut schema, required) in members {
+        let description = schema.as_object_mut().and_then(|schema| schema.remove("description"));
+        let description = description.or_else(|| parameter.get("description").cloned()).unwrap_or_default();
+        let part = json!({
+            "name": format!("{name}.{member}"), "in": "query", "required": required, "description": description, "schema": schema
+        });
+        flatten(part, schemas, into);
+    }
+}
+
+/// A schema with what it refers to in its place: `allOf` of words and a default is both, one or null is the one.
+fn joined(schema: &Value, schemas: &Map<String, Value>) -> Value {
+    let choice = |key: &str| schema.get(key).and_then(Value::as_array);
+    let parts = if let Some(parts) = choice("allOf") {
+        parts.iter().collect()
+    } else if let Some(parts) = choice("oneOf") {
+        let known: Vec<&Value> =
+            parts.iter().filter(|part| part.get("type") != Some(&json!("null"))).collect();
+        if known.len() == 1 { known } else { vec![schema] }
+    } else {
+        vec![resolved(schema, schemas)]
+    };
+    let mut whole = Map::new();
+    for part in parts {
+        let part = resolved(part, schemas).as_object().cloned().unwrap_or_default();
+        for (key, value) in part {
+            // The first part says the type; of a default alone the type is made up.
+            if key != "type" || !whole.contains_key("type") {
+                whole.insert(key, value);
+            }
+        }
+    }
+    Value::Object(whole)
+}
+
+fn text<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
+    value.get(key).and_then(Value::as_str)
+}
+
+/// The same schema for what is there: what is not there is left out, not null.
+pub(super) fn without_null(schema: &mut Value) {
+    if let Some(Value::Array(kinds)) = schema.get_mut("type") {
+        kinds.retain(|kind| kind != "null");
+        if let [only] = kinds.as_slice() {
+            let only = only.clone();
+            if let Some(schema) = schema.as_object_mut() {
+                schema.insert("type".to_owned(), only);
+            }
+        }
+    }
+    if let Some(Value::Array(choices)) = schema.get_mut("oneOf") {
+        choices.retain(|choice| choice.get("type") != Some(&json!("null")));
+        if let [only] = choices.as_slice() {
+            *schema = only.clone();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_in_the_query_is_a_parameter_for_each_member() {
+        let inner = json!({ "type": "object", "required": ["r"], "properties": {"r": {"type": "number"}} });
+        let map = json!({ "type": "object", "additionalProperties": {"type": ["number", "null"]} });
+        let parameter = |name: &str, schema: Value| json!({ "name": name, "in": "query", "required": true, "schema": schema });
+        let outer = json!({ "type": "object", "required": ["inner"], "properties": {"inner": inner} });
+        let mut operation = Map::new();
+        operation.insert("parameters".into(), json!([parameter("tool", outer), parameter("gain", map)]));
+        mend(&mut operation, &Map::new());
+        let parameters = operation["parameters"].as_array().unwrap();
+        let names: Vec<_> = parameters.iter().map(|one| one["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["tool.inner.r", "gain.X", "gain.Y", "gain.Z", "gain.A", "gain.B", "gain.C"]);
+        assert_eq!(parameters[0]["required"], true);
+        assert!(
+            parameters[1..]
+                .iter()
+                .all(|one| one["required"] == false && one["schema"] == json!({"type": "number"}))
+        );
+    }
+
+    #[test]
+    fn a_default_beside_words_keeps_the_words() {
+        let schemas = json!({ "Word": {"type": "string", "enum": ["a", "b"]} });
+        let parts = json!([{"type": "string", "enum": ["a", "b"]}, {"type": "object", "default": "a"}]);
+        let mut operation = Map::new();
+        operation
+            .insert("parameters".into(), json!([{ "name": "w", "in": "query", "schema": {"allOf": parts} }]));
+        mend(&mut operation, schemas.as_object().unwrap());
+        let schema = &operation["parameters"][0]["schema"];
+        assert_eq!(schema, &json!({ "$ref": "#/components/schemas/Word", "default": "a" }));
+    }
+
+    #[test]
+    fn beside_a_form_a_default_is_told_in_words() {
+        let mut operation = Map::new();
+        operation.insert("requestBody".into(), json!({ "content": {"multipart/form-data": {}} }));
+        let schema = json!({ "type": "number", "default": 10.0 });
+        operation.insert(
+            "parameters".into(),
+            json!([{ "name": "t", "in": "query", "description": "T.", "schema": schema }]),
+        );
+        mend(&mut operation, &Map::new());
+        assert_eq!(operation["parameters"][0]["schema"], json!({ "type": "number" }));
+        assert_eq!(operation["parameters"][0]["description"], "T. Default: 10.0.");
+    }
+}

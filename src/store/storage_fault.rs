@@ -1,0 +1,88 @@
+//! What lies in the disk and not in the request: it passes, or somebody has to see to it, and the same request may then
+//! be sent again.
+
+use std::io;
+
+use rustix::io::Errno;
+use thiserror::Error;
+
+/// Why nothing can be stored at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum StorageFault {
+    /// No space is left.
+    #[error("the disk is full")]
+    Full,
+    /// The file system takes no writes: mounted so, or turned so by the system after a fault.
+    #[error("the disk is read-only")]
+    ReadOnly,
+    /// The disk answers with errors.
+    #[error("the disk fails")]
+    Failing,
+    /// The process or the system has as many files open as it may.
+    #[error("too many files are open")]
+    TooManyFiles,
+}
+
+impl StorageFault {
+    /// The fault behind an error of reading or writing; none where it is of another kind.
+    #[must_use]
+    pub fn of(error: &io::Error) -> Option<Self> {
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => return Some(Self::Full),
+            io::ErrorKind::ReadOnlyFilesystem => return Some(Self::ReadOnly),
+            _ => {}
+        }
+        match Errno::from_io_error(error) {
+            Some(Errno::MFILE | Errno::NFILE) => Some(Self::TooManyFiles),
+            Some(Errno::IO) => Some(Self::Failing),
+            // Temporary files tell the kind alone; this one has no name and is the system's, never ours.
+            None if error.kind() == io::Error::from(Errno::IO).kind() => Some(Self::Failing),
+            _ => None,
+        }
+    }
+
+    /// Likewise behind a result code of `SQLite`, <https://www.sqlite.org/rescode.html>: 8 is `SQLITE_READONLY`, 10
+    /// `SQLITE_IOERR`, 13 `SQLITE_FULL`, 14 `SQLITE_CANTOPEN`; what is above the lowest byte says more of the same.
+    pub(super) fn of_sqlite(code: u32) -> Option<Self> {
+        match code & 0xff {
+            8 => Some(Self::ReadOnly),
+            10 | 14 => Some(Self::Failing),
+            13 => Some(Self::Full),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_of_the_disk_are_told_from_all_others() {
+        for (errno, expected) in [
+            (Errno::NOSPC, Some(StorageFault::Full)),
+            (Errno::DQUOT, Some(StorageFault::Full)),
+            (Errno::ROFS, Some(StorageFault::ReadOnly)),
+            (Errno::IO, Some(StorageFault::Failing)),
+            (Errno::MFILE, Some(StorageFault::TooManyFiles)),
+            (Errno::NFILE, Some(StorageFault::TooManyFiles)),
+            (Errno::NOENT, None),
+            (Errno::ACCESS, None),
+            (Errno::FBIG, None),
+        ] {
+            assert_eq!(StorageFault::of(&errno.into()), expected, "{errno}");
+        }
+        assert_eq!(StorageFault::of(&io::Error::other("ours")), None);
+        // As temporary files tell it: wrapped, with the file's name.
+        let wrapped = |errno: Errno| io::Error::new(io::Error::from(errno).kind(), "in /spool/.tmp");
+        assert_eq!(StorageFault::of(&wrapped(Errno::IO)), Some(StorageFault::Failing));
+        assert_eq!(StorageFault::of(&wrapped(Errno::ROFS)), Some(StorageFault::ReadOnly));
+        assert_eq!(StorageFault::of(&wrapped(Errno::NOENT)), None);
+        // SQLITE_READONLY_DBMOVED, SQLITE_IOERR_FSYNC, SQLITE_FULL, SQLITE_CONSTRAINT_UNIQUE
+        let codes = [1032, 1034, 13, 2067].map(StorageFault::of_sqlite);
+        assert_eq!(
+            codes,
+            [Some(StorageFault::ReadOnly), Some(StorageFault::Failing), Some(StorageFault::Full), None]
+        );
+    }
+}
