@@ -189,6 +189,13 @@ fn the_first_cut_takes_its_feed_where_nobody_knows_from_where_it_comes_and_its_t
     let from = blocks("FROM/8,0,0\nFEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n", &parameters);
     assert!(from[3].starts_with("G93 G1 X10.0000") && from[3].ends_with(" F50.0"), "{from:?}");
     assert!(from[4].starts_with("X15.0000") && from[4].ends_with(" F20.0"), "{from:?}");
+    // FROM/ behind a point does not move it: the longer way counts, and no block is lost.
+    for from in ["FROM/100,0,0", "FROM/99.99,0,0"] {
+        let text = format!("FEDRAT/100,MMPM\nGOTO/0,0,0\n{from}\nGOTO/100,0,0\nGOTO/200,0,0\n");
+        let behind = blocks(&text, &parameters);
+        assert!(behind[4].starts_with("G93 X100.0000") && behind[4].ends_with(" F1.0"), "{behind:?}");
+        assert!(behind[5].starts_with("X200.0000") && behind[5].ends_with(" F1.0"), "{behind:?}");
+    }
     // A tool change moves the machine.
     let behind_a_change = "RAPID\nGOTO/0,0,9\nLOADTL/1\nFEDRAT/100,MMPM\nGOTO/10,0,0\n";
     let changed = blocks(behind_a_change, &parameters);

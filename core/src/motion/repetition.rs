@@ -133,3 +133,139 @@ impl Interpreter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::machine::{Machine, Preset};
+    use crate::motion::InterpreterOptions;
+    use crate::program::{Batch, Diagnostics, ReadLimits, Reader};
+
+    /// The motions of a text, read in one batch, or line by line so that none has one before it to repeat.
+    fn motions(dialect: Dialect, text: &str, line_by_line: bool) -> Vec<Motion> {
+        let mut reader = Reader::new(Some(dialect), ReadLimits::default());
+        let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+        let (mut batch, mut diagnostics) = (Batch::new(), Diagnostics::new());
+        let (mut all, mut new) = (Vec::new(), Vec::new());
+        let mut take = |reader: &mut Reader| {
+            while reader.next_part(&mut batch).unwrap() {
+                interpreter.interpret(&mut batch, &mut new, &mut diagnostics);
+                all.append(&mut new);
+            }
+        };
+        for line in text.split_inclusive('\n') {
+            reader.feed(line.as_bytes());
+            if line_by_line {
+                take(&mut reader);
+            }
+        }
+        reader.finish();
+        take(&mut reader);
+        all
+    }
+
+    /// Lines that mostly repeat, and what stands between such lines.
+    fn line() -> impl Strategy<Value = String> {
+        let word =
+            (prop::sample::select(vec!["X", "Y", "Z", "A", "C", "U", "V", "W"]), -900_i32..900, 0_usize..4)
+                .prop_map(|(letter, value, decimals)| {
+                    format!("{letter}{:.decimals$}", f64::from(value) / 8.0)
+                });
+        let plain = prop::collection::vec(word, 1..5).prop_map(|words| words.join(" "));
+        let feed = (plain.clone(), 1_u32..900).prop_map(|(words, feed)| format!("{words} F{feed}"));
+        let other = prop::sample::select(vec![
+            "G0",
+            "G1",
+            "G1 X1.5",
+            "G0 Z5.",
+            "G90",
+            "G91",
+            "G91 X1.",
+            "G90 C2.",
+            "G20",
+            "G21",
+            "G93",
+            "G94",
+            "G94 F50",
+            "G95",
+            "G17",
+            "G18",
+            "G2 X1. I0.5",
+            "G1 X9.",
+            "G41",
+            "G40",
+            "G43.4 H1",
+            "G49",
+            "G54",
+            "G55",
+            "G52 X1.",
+            "G92 X0.",
+            "M8",
+            "M6 T2",
+            "T3",
+            "G28 X0.",
+            "G53 X1.",
+            "G68 X0. Y0. R30.",
+            "G69",
+            "G81 Z-1. R1. F9",
+            "G80",
+            "(note)",
+            "",
+            "/X1.",
+            "N10 X1.",
+            "X1. (note)",
+            "B1.",
+            "X1. B0.",
+            "E1.",
+            "G4 P1.",
+            "G4 F2.",
+            "#1=2",
+            "X#1",
+            "X[1+1]",
+            "G51 X0. P2.",
+            "G50",
+            "G5 X1.",
+            "S900",
+            "X1. ,R2.",
+            "X",
+            "I1. X2.",
+            "G10 L2 P1 X0.",
+            "M428",
+            "M98 P7",
+            "G61",
+            "X-.0",
+            "X1. X2.",
+        ]);
+        prop_oneof![6 => plain, 2 => feed, 3 => other.prop_map(str::to_owned)]
+    }
+
+    proptest! {
+        /// The short way for blocks that repeat makes the motions of the long way, whatever stands between them: on this
+        /// rests that copied blocks need not be read a second time.
+        #[test]
+        fn a_repeated_motion_is_the_motion_that_the_long_way_makes(
+            lines in prop::collection::vec(line(), 1..40),
+            siemens in any::<bool>(),
+        ) {
+            let dialect = if siemens { Dialect::Siemens } else { Dialect::Iso };
+            let text = format!("G0 X0 Y0 Z0 A0 C0\nG1 F100 X1.\n{}\n", lines.join("\n"));
+            let short = motions(dialect, &text, false);
+            let long = motions(dialect, &text, true);
+            let plain = |motion: &Motion| Motion { block: 0, repeats: false, ..*motion };
+            prop_assert_eq!(
+                short.iter().map(plain).collect::<Vec<_>>(),
+                long.iter().map(plain).collect::<Vec<_>>()
+            );
+        }
+    }
+
+    #[test]
+    fn plain_lines_take_the_short_way() {
+        let text = "G0 X0 Y0 Z0 A0 C0\nG1 F100 X1.\nX2.\nY3. C4.\nX5.\n";
+        let short = motions(Dialect::Iso, text, false);
+        assert!(short[2..].iter().all(|motion| motion.repeats), "{short:?}");
+    }
+}

@@ -146,7 +146,7 @@ impl<'a> Verifier<'a> {
                 && here == Some(there)
             {
                 let motions = passage.motions.get(first + 1..=first + run).unwrap_or_default();
-                self.pass_over(motions, run_blocks.first().map_or(0, |_| before.block))?;
+                self.pass_over(motions, before.block)?;
                 self.read_back.pass_over(&passage.batch, run_blocks, last);
                 fed += there.len();
             }

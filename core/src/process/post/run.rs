@@ -318,9 +318,12 @@ impl Run<'_> {
     }
 
     /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests. `None`
-    /// where it is not known from where it comes: there is no time, and the block keeps the feed.
+    /// where it is not known from where it comes: there is no time, and the block keeps the feed. A `FROM/` behind a point
+    /// does not move the machine: the longer way counts, from there or from the last point written.
     fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> Option<f64> {
-        let way_mm = (point.pose.tip_mm - point.from_mm?).norm();
+        let way_from = |start_mm: Vec3| (point.pose.tip_mm - start_mm).norm();
+        let written_mm = self.last.map(|(_, pose)| way_from(pose.tip_mm));
+        let way_mm = way_from(point.from_mm?).max(written_mm.unwrap_or(0.0));
         let least_mm = 0.5 / 10_f64.powi(i32::from(self.parameters.linear_decimals));
         if way_mm > least_mm {
             return Some(way_mm / feed);
