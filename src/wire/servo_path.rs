@@ -191,8 +191,10 @@ struct Members {
     radius_mm: Option<f64>,
     center_x_mm: Option<f64>,
     axes: Option<TwoAxes>,
+    #[serde(default, deserialize_with = "stated")]
     center_mm: Option<Fixed<3>>,
     half_apex_deg: Option<f64>,
+    #[serde(default, deserialize_with = "stated")]
     tilt_deg: Option<f64>,
     tip_mm: Option<Fixed<3>>,
     sweep_deg: Option<RotarySweep>,
@@ -201,7 +203,13 @@ struct Members {
     text: Option<String>,
     file_name: Option<String>,
     interpolation: Option<Interpolation>,
+    #[serde(default, deserialize_with = "stated")]
     dialect: Option<Dialect>,
+}
+
+/// A member that may be left out, and is not null where it is there.
+fn stated<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
 }
 
 fn needed<T, E: Error>(member: &mut Option<T>, name: &'static str) -> Result<T, E> {

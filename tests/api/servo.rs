@@ -280,6 +280,12 @@ async fn what_cannot_be_run_is_refused_with_its_reason() {
             "invalid-request",
             pointer("/laps"),
         ),
+        // What may be left out is not null.
+        (
+            json!({"path": {"kind": "cone-frustum", "radius_mm": 60, "half_apex_deg": 0, "tilt_deg": null}}),
+            "invalid-request",
+            pointer("/path/tilt_deg"),
+        ),
         // An axis too many is a wrong value; it is still JSON.
         (
             json!({"path": {"kind": "circle", "axes": ["X", "Y", "Z"], "radius_mm": 5}}),
