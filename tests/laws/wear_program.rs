@@ -466,6 +466,27 @@ fn coarse_words_get_the_decimals_that_a_shift_needs() {
 }
 
 #[test]
+fn a_tilted_axis_stated_in_cutter_location_data_is_left_as_it_is_stated() {
+    for turn in 0..48 {
+        let (tilt, about) = (0.15 + 0.013 * f64::from(turn), 0.7 * f64::from(turn));
+        let axis =
+            [tilt.sin() * about.cos(), tilt.sin() * about.sin(), tilt.cos()].map(|x| format!("{x:.6}"));
+        let axis = axis.join(",");
+        let mut text =
+            format!("UNITS/MM\nMULTAX/ON\nRAPID\nGOTO/0.0000,0.0000,10.0000,{axis}\nFEDRAT/500,MMPM\n");
+        for point in 1..6 {
+            let x = 2.0 * f64::from(point);
+            writeln!(text, "GOTO/{x:.4},{:.4},10.0000,{axis}", 1.0 + 0.3 * x * x).expect("a string");
+        }
+        text.push_str("FINI\n");
+        let (written, report) =
+            plain(&ball_by_feed((5.0, 4.95)), &text).unwrap_or_else(|fault| panic!("{axis}: {fault:?}"));
+        assert!(report.motions_shifted >= 5, "{axis}: {report:?}");
+        assert_eq!(written.matches(&axis).count(), 6, "{written}");
+    }
+}
+
+#[test]
 fn an_arc_stays_an_arc_where_both_ends_move_alike() {
     let text = |arc: &str| {
         format!(

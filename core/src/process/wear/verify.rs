@@ -126,7 +126,11 @@ impl<'a> WearVerifier<'a> {
         let line = next.motion.line;
         Meaning::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
-        if !self.posts && rotary(read) != rotary(&next.motion) {
+        if read.tool_axis != next.motion.tool_axis {
+            return Err(failed(line, "a stated tool axis changed"));
+        }
+        // Words that are solved from a stated axis hang, in their last bits, on the points around.
+        if !self.posts && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
             return Err(failed(line, "a rotary word changed"));
         }
         let (Some(point), Some(words)) = (&next.point, read.end) else {
