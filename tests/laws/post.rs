@@ -229,6 +229,16 @@ fn stops_dwells_spindle_and_coolant_are_words_in_their_place() {
     }
 }
 
+#[test]
+fn a_cut_too_quick_for_inverse_time_is_refused_and_a_note_ends_no_tape() {
+    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::default() };
+    let text = "FEDRAT/1000000000,MMPM\nGOTO/0,0,0\nGOTO/0.001,0,0\nGOTO/9,0,0\n";
+    let Err(Fault::Lines(faults)) = run(&ac_machine(), &machine, text) else { panic!("posted") };
+    assert_eq!(faults.kept.iter().map(|fault| fault.line).collect::<Vec<_>>(), [3, 4]);
+    let noted = blocks("PPRINT/ 5 % OF IT; ALL\nFEDRAT/100,MMPM\nGOTO/0,0,0\n", &PostParameters::default());
+    assert!(noted.iter().any(|block| block == "(PPRINT/ 5   OF IT  ALL)"), "{noted:?}");
+}
+
 /// The lines refused, with the reason of the first; none where the program is posted.
 fn refused(text: &str) -> (Vec<u64>, Option<LineFaultKind>) {
     match run(&ac_machine(), &PostParameters::default(), text) {
@@ -272,8 +282,13 @@ fn a_circle_whose_radius_is_not_that_of_its_ends_is_refused() {
     let (lines, why) = refused(&arc(",12"));
     let stated = NotPosted::ArcRadius { stated_mm: 12.0, start_mm: 10.0, end_mm: 10.0 };
     assert_eq!((lines, why), (vec![4], Some(LineFaultKind::NotPosted(stated))));
-    // A hundredth of a millimetre, or a thousandth of the radius, is rounding.
+    // A hundredth of a millimetre is rounding.
     assert_eq!(refused(&arc(",10.011")).0, [4]);
+    let large = "FEDRAT/100,MMPM\nGOTO/1000.0000,0,0\nCIRCLE/0,0,0,0,0,1,1000.05\nGOTO/0,1000.0000,0\n";
+    assert_eq!(refused(large).0, [4], "and stays that on a large circle");
+    // Whole numbers are no rounded ones: a half circle of half a millimetre.
+    let half = "FEDRAT/100,MMPM\nGOTO/0,0,10\nCIRCLE/.5,0,10,0,0,1,.5\nGOTO/1,0,10\n";
+    assert_eq!(refused(half).0, [0_u64; 0]);
     for sound in [",10.009", ",10,0.06,0.5", "", ","] {
         let (_, report) = run(&ac_machine(), &PostParameters::default(), &arc(sound)).expect("an arc");
         assert_eq!(report.arcs, 1, "{sound}");

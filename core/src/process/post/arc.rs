@@ -3,9 +3,10 @@
 use super::NotPosted;
 use crate::geometry::{Vec3, angle_about, trig};
 
-/// Ends may be off their circle by this \[mm\], or by this share of its radius: few decimals of a text, and chords.
+/// Ends may be off their circle by this \[mm\], or by this share of its radius, as six digits of it leave; few decimals of
+/// the text come on top.
 const OFF_CIRCLE_MM: f64 = 0.01;
-const OFF_CIRCLE_SHARE: f64 = 1e-3;
+const OFF_CIRCLE_SHARE: f64 = 1e-5;
 /// Ends this near are one point: a full circle \[mm\].
 const SAME_POINT_MM: f64 = 1e-6;
 /// Two ends rounded by half a unit each on every axis are apart by less than this \[units\].
@@ -56,7 +57,7 @@ impl Circle {
         };
         let ((from, low), (to, high)) = (across(start), across(end));
         let (radius_mm, other_mm) = (from.norm(), to.norm());
-        let off_mm = OFF_CIRCLE_MM.max(OFF_CIRCLE_SHARE * radius_mm);
+        let off_mm = OFF_CIRCLE_MM.max(OFF_CIRCLE_SHARE * radius_mm).max(ROUNDED_ENDS * unit_mm);
         if (radius_mm - other_mm).abs() > off_mm || radius_mm < SAME_POINT_MM {
             return Err(NotPosted::Arc { why: "its ends are not on one circle about its centre" });
         }

@@ -18,6 +18,9 @@ pub(super) enum Item {
     Point(Point),
 }
 
+/// Decimals that points written without any are taken to be right to.
+const WHOLE_NUMBERS_DECIMALS: i32 = 3;
+
 impl Item {
     /// The point that it is, if it is one.
     pub(super) fn point(&self) -> Option<Point> {
@@ -176,7 +179,11 @@ impl Points {
             if (start.axis - axis).norm() > SAME_AXIS {
                 return Err(NotPosted::Arc { why: "the tool axis turns along it" });
             }
-            let decimals = i32::from(motion.program_decimals.linear);
+            // Whole numbers are not rounded to millimetres.
+            let decimals = match motion.program_decimals.linear {
+                0 => WHOLE_NUMBERS_DECIMALS,
+                stated => i32::from(stated),
+            };
             let unit_mm = motion.mm_per_unit * 10.0_f64.powi(-decimals);
             let ends = [start.tip_mm, pose.tip_mm];
             let chords = circle.chords(ends, unit_mm, parameters.arc_tolerance.mm())?;
@@ -209,6 +216,8 @@ fn note(statement: &[u8]) -> Vec<u8> {
         note.push(match byte {
             b'(' => b'[',
             b')' => b']',
+            // The end of a tape or of a block for many controls, in comments too.
+            b'%' | b';' => b' ',
             b' '..=b'~' => *byte,
             _ => b' ',
         });

@@ -24,6 +24,9 @@ const OVERLAP: usize = 1024;
 /// What was written is handed on when it has come to this \[bytes\].
 const FLUSH_BYTES: usize = 1 << 18;
 
+/// More blocks a minute than any control takes, and than F has digits for.
+const MAX_PER_MIN: f64 = 1e8;
+
 /// What was made of the source.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PostReport {
@@ -304,6 +307,14 @@ impl Run<'_> {
         };
         if let Some((before, pose)) = self.last.filter(|_| !point.rapid) {
             self.swing(&before, &words, &pose, point);
+        }
+        if let Some(minutes) = minutes.filter(|minutes| *minutes > 0.0 && minutes * MAX_PER_MIN < 1.0) {
+            let per_min = 1.0 / minutes;
+            return self.faults.add(
+                point.line,
+                b"",
+                LineFaultKind::NotPosted(NotPosted::TooQuick { per_min }),
+            );
         }
         // A cut that goes nowhere takes no time that could be written: no block.
         let rests = minutes.is_some_and(|minutes| minutes <= 0.0);
