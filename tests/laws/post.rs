@@ -203,6 +203,45 @@ fn the_first_cut_takes_its_feed_where_nobody_knows_from_where_it_comes_and_its_t
 }
 
 #[test]
+fn where_a_from_behind_a_point_says_the_tool_is_no_way_of_the_machine_is_left_out_or_made_faster() {
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        let parameters = PostParameters { form, ..PostParameters::default() };
+        for from in ["100,0,0", "99.99,0,0", "100,0,0.0003", "0,0,50", "700,0,0"] {
+            let text = format!(
+                "FEDRAT/100,MMPM\nGOTO/0,0,50\nFROM/{from}\nGOTO/100,0,0\nGOTO/200,0,0\nGOTO/200,0,0\n"
+            );
+            let (output, _) = run(&ac_machine(), &parameters, &text).expect("posted");
+            let lines = scan(&output, ['A', 'C']);
+            let reached: Vec<_> = lines.iter().map(|line| (line.q.x, line.q.z)).collect();
+            assert_eq!(reached[..3], [(0.0, 50.0), (100.0, 0.0), (200.0, 0.0)], "{from} {reached:?}");
+            if form == PostForm::Machine {
+                // The way from the point before, or a longer one, at 100 mm/min.
+                let way_mm = 100.0 / lines[1].feed;
+                let said_mm = if from == "700,0,0" { 600.0 } else { 100.0_f64.hypot(50.0) };
+                assert!((way_mm / said_mm - 1.0).abs() < 0.002, "{from} {way_mm}");
+                assert_eq!(lines.len(), 3, "the last one rests");
+            }
+        }
+    }
+}
+
+#[test]
+fn steps_that_are_each_too_short_for_a_block_are_no_way_left_out() {
+    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::default() };
+    let mut text = "FEDRAT/100,MMPM\nGOTO/0,0,0\n".to_owned();
+    // Half a circle with a radius of 0.1 mm in steps under half the last decimal.
+    let steps = 8_000;
+    for k in 1..=steps {
+        let (sin, cos) = (std::f64::consts::PI * f64::from(k) / f64::from(steps)).sin_cos();
+        writeln!(text, "GOTO/{:.6},{:.6},0", 0.1 - 0.1 * cos, 0.1 * sin).expect("text");
+    }
+    let (output, _) = run(&ac_machine(), &parameters, &text).expect("posted");
+    let lines = scan(&output, ['A', 'C']);
+    let highest = lines.iter().map(|line| line.q.y).fold(0.0, f64::max);
+    assert!((highest - 0.1).abs() < 2e-4, "{highest} in {} blocks", lines.len());
+}
+
+#[test]
 fn stops_dwells_spindle_and_coolant_are_words_in_their_place() {
     let text = "SPINDL/RPM,900,CCLW\nCOOLNT/FLOOD\nFEDRAT/100,MMPM\nGOTO/1,0,0\nOPSTOP\nDELAY/1.5\nGOTO/2,0,0\nSTOP\n\
                 GOTO/3,0,0\nSPINDL/OFF\nFINI\nSTOP\n";

@@ -139,7 +139,7 @@ struct Run<'a> {
     points: Points,
     window: Vec<Item>,
     start_words_deg: Option<[f64; 2]>,
-    /// The last point written.
+    /// The last point written, where the machine stands.
     last: Option<(AxisWords, ToolPose)>,
     writer: Writer,
     read_back: PostedAgain<'a>,
@@ -310,31 +310,29 @@ impl Run<'_> {
         }
         if let Some(minutes) = minutes.filter(|minutes| *minutes > 0.0 && minutes * MAX_PER_MIN < 1.0) {
             let per_min = 1.0 / minutes;
-            return self.faults.add(
-                point.line,
-                b"",
-                LineFaultKind::NotPosted(NotPosted::TooQuick { per_min }),
-            );
+            let too_quick = NotPosted::TooQuick { per_min };
+            return self.faults.add(point.line, b"", LineFaultKind::NotPosted(too_quick));
         }
         // A cut that goes nowhere takes no time that could be written: no block.
-        let rests = minutes.is_some_and(|minutes| minutes <= 0.0);
-        if !rests {
-            let written =
-                self.writer.point(self.machine, &words, point, minutes, self.parameters, &mut self.out);
-            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad });
-            self.report.points += 1;
+        if minutes.is_some_and(|minutes| minutes <= 0.0) {
+            // The machine stays at the point before: ways are measured from there.
+            return;
         }
+        let written = self.writer.point(self.machine, &words, point, minutes, self.parameters, &mut self.out);
+        self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad });
+        self.report.points += 1;
         self.start_words_deg = Some(words.rotary_deg);
         self.last = Some((words, point.pose));
     }
 
     /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests. `None`
-    /// where it is not known from where it comes: there is no time, and the block keeps the feed. A `FROM/` behind a point
-    /// does not move the machine: the longer way counts, from there or from the last point written.
+    /// where it is not known from where it comes: there is no time, and the block keeps the feed. The way is the longer
+    /// one of that from where the source says and that from the last point written, where the machine stands: `FROM/`
+    /// behind a point says the first, and moves nothing.
     fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> Option<f64> {
-        let way_from = |start_mm: Vec3| (point.pose.tip_mm - start_mm).norm();
-        let written_mm = self.last.map(|(_, pose)| way_from(pose.tip_mm));
-        let way_mm = way_from(point.from_mm?).max(written_mm.unwrap_or(0.0));
+        let said_mm = (point.pose.tip_mm - point.from_mm?).norm();
+        let way_mm =
+            self.last.map_or(said_mm, |(_, pose)| said_mm.max((point.pose.tip_mm - pose.tip_mm).norm()));
         let least_mm = 0.5 / 10_f64.powi(i32::from(self.parameters.linear_decimals));
         if way_mm > least_mm {
             return Some(way_mm / feed);
