@@ -12,7 +12,7 @@ use crate::contact::Sampled;
 use crate::kinematics::Setup;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, InterpreterOptions, Motion};
-use crate::program::{Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// What the next motion of the written program has to be.
 pub(super) trait Awaited {
@@ -20,6 +20,15 @@ pub(super) trait Awaited {
     fn line(&self) -> u64;
     /// What is said where it never comes.
     fn missing(&self) -> &'static str;
+}
+
+/// A word that has the machine do something, as it was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MachineWord {
+    /// How many motions stand before its block.
+    pub(super) motions: u64,
+    pub(super) address: Address,
+    pub(super) value: f64,
 }
 
 /// Pairs every motion that is read with what was meant.
@@ -43,6 +52,10 @@ pub(super) struct ReadBack<E> {
     /// Queues that were worked off: their memory is used again.
     spare: Vec<VecDeque<E>>,
     pub(super) inventory: Inventory,
+    /// M, S, G4 and its P, in their order, where somebody takes them.
+    words: Option<VecDeque<MachineWord>>,
+    /// Motions before the batch at hand.
+    motions_before: u64,
 }
 
 impl<E: Awaited> ReadBack<E> {
@@ -61,6 +74,8 @@ impl<E: Awaited> ReadBack<E> {
             later: VecDeque::new(),
             spare: Vec::new(),
             inventory: Inventory::default(),
+            words: None,
+            motions_before: 0,
         }
     }
 
@@ -68,6 +83,31 @@ impl<E: Awaited> ReadBack<E> {
     pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
         self.vectors = ToolVectors::new(machine, setup);
         self
+    }
+
+    /// Words for the machine are kept until they are [taken](Self::take_word). Not where blocks are passed over.
+    pub(super) fn with_words(mut self) -> Self {
+        self.words = Some(VecDeque::new());
+        self
+    }
+
+    /// The next word for the machine that was read.
+    pub(super) fn take_word(&mut self) -> Option<MachineWord> {
+        self.words.as_mut()?.pop_front()
+    }
+
+    fn note_words(&mut self) {
+        let Some(words) = &mut self.words else { return };
+        for (index, block) in self.batch.blocks().iter().enumerate() {
+            for word in self.batch.words(block) {
+                let is_dwell = word.address == Address::G && (word.value - 4.0).abs() <= 0.0;
+                if is_dwell || matches!(word.address, Address::M | Address::S | Address::P) {
+                    let before = self.motions.partition_point(|motion| (motion.block as usize) < index);
+                    let motions = self.motions_before + before as u64;
+                    words.push_back(MachineWord { motions, address: word.address, value: word.value });
+                }
+            }
+        }
     }
 
     /// Lines are read as soon as they were fed.
@@ -106,7 +146,7 @@ impl<E: Awaited> ReadBack<E> {
         self.vectors.resolve(&mut [*last]);
         self.inventory.see_blocks(batch, blocks);
         self.blocks_before += self.batch.blocks().len() as u64 + blocks.len() as u64;
-        self.batch.forget();
+        self.batch.clear();
         self.motions.clear();
         self.seen = 0;
     }
@@ -189,12 +229,14 @@ impl<E: Awaited> ReadBack<E> {
                 return Ok(false);
             }
             self.blocks_before += before;
+            self.motions_before += self.motions.len() as u64;
             self.motions.clear();
             self.seen = 0;
             // Which words are a tool axis is known then.
             self.interpreter.interpret(&mut self.batch, &mut self.motions, &mut self.diagnostics);
             self.vectors.resolve(&mut self.motions);
             self.inventory.see(&self.batch);
+            self.note_words();
             if self.diagnostics.count(Severity::Refusal) > 0 {
                 let line = self.expected.front().map_or(0, Awaited::line);
                 return Err(failed(line, "the written program is not readable"));

@@ -121,18 +121,13 @@ impl<'a> Verifier<'a> {
         };
         let mut first = passage.motions.partition_point(|motion| (motion.block as usize) < from);
         loop {
+            let before = passage.motions.get(first).filter(|motion| (motion.block as usize) < to);
+            let Some(before) = before else { return Ok(fed) };
             let run = run_behind(&passage.motions, first, to);
-            if run < LEAST_RUN {
-                let short = passage.motions.get(first..first + run + 1);
-                if short.is_none_or(|short| short.iter().any(|motion| motion.block as usize >= to)) {
-                    return Ok(fed);
-                }
+            let last = passage.motions.get(first + run).filter(|_| run >= LEAST_RUN);
+            let Some(last) = last else {
                 first += run + 1;
                 continue;
-            }
-            let (Some(before), Some(last)) = (passage.motions.get(first), passage.motions.get(first + run))
-            else {
-                return Ok(fed);
             };
             let read_to = end_of(before.block as usize);
             self.read_back.feed(text.get(fed..read_to).unwrap_or_default());

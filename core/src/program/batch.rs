@@ -386,11 +386,7 @@ impl Batch {
     }
 
     /// Drops its blocks; memory is kept.
-    pub(crate) fn forget(&mut self) {
-        self.clear();
-    }
-
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.text.clear();
         self.blocks.clear();
         self.words.clear();

@@ -1,5 +1,7 @@
 //! The posted program read back as a control would read it, point by point against the source.
 
+use std::collections::VecDeque;
+
 use super::points::Point;
 use super::{PostForm, PostParameters};
 use crate::contact::Station;
@@ -8,8 +10,8 @@ use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
 use crate::process::Fault;
-use crate::process::read_back::{Awaited, ReadBack, failed};
-use crate::program::Dialect;
+use crate::process::read_back::{Awaited, MachineWord, ReadBack, failed};
+use crate::program::{Address, Dialect};
 
 /// Beyond the rounding of the words nothing may be lost [mm, rad].
 const ARITHMETIC: f64 = 1e-6;
@@ -39,6 +41,10 @@ pub(super) struct PostedAgain<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
     read_back: ReadBack<Expected>,
+    /// Words for the machine that have to come next.
+    words: VecDeque<MachineWord>,
+    /// Points that were written.
+    points: u64,
     mode: Interpolation,
     tip_mm: f64,
     axis_rad: f64,
@@ -52,7 +58,9 @@ impl<'a> PostedAgain<'a> {
         Self {
             machine,
             kinematics,
-            read_back: ReadBack::new(machine, Dialect::Iso, InterpreterOptions::default()),
+            read_back: ReadBack::new(machine, Dialect::Iso, InterpreterOptions::default()).with_words(),
+            words: VecDeque::new(),
+            points: 0,
             mode: match parameters.form {
                 PostForm::Tcp => Interpolation::Tcp,
                 PostForm::Machine => Interpolation::Machine,
@@ -67,6 +75,16 @@ impl<'a> PostedAgain<'a> {
 
     pub(super) fn await_next(&mut self, next: Expected) {
         self.read_back.await_next(next);
+        self.points += 1;
+    }
+
+    /// These words for the machine, parted by blanks, come next.
+    pub(super) fn await_words(&mut self, text: &str) {
+        let words = text.split_ascii_whitespace().filter_map(|word| {
+            let address = Address::from_letter(*word.as_bytes().first()?)?;
+            Some(MachineWord { motions: self.points, address, value: word.get(1..)?.parse().ok()? })
+        });
+        self.words.extend(words);
     }
 
     pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
@@ -77,12 +95,18 @@ impl<'a> PostedAgain<'a> {
     pub(super) fn finish(&mut self) -> Result<(), Fault> {
         self.read_back.end();
         self.read()?;
-        self.read_back.has_all()
+        self.read_back.has_all()?;
+        if self.words.is_empty() { Ok(()) } else { Err(failed(0, "a word for the machine is missing")) }
     }
 
     fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             self.check(&motion, &next)?;
+        }
+        while let Some(read) = self.read_back.take_word() {
+            if self.words.pop_front() != Some(read) {
+                return Err(failed(0, "a word for the machine is missing, one too many or elsewhere"));
+            }
         }
         // What is written here has nothing in it that a reader could wonder at.
         self.read_back.has_no_warning()
@@ -107,5 +131,74 @@ impl<'a> PostedAgain<'a> {
             return Err(failed(line, "a point stands elsewhere than in the source"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::kinematics::{Setup, ToolPose};
+    use crate::machine::{LocationError, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+
+    fn tables() -> Machine {
+        let axis = |letter, direction| RotaryAxis {
+            letter,
+            side: Side::Table,
+            direction,
+            point_mm: Vec3::zeros(),
+            travel_deg: None,
+            reversed: false,
+            location_error: LocationError::default(),
+        };
+        Machine::new(MachineParts {
+            name: "tables".to_owned(),
+            rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
+            linear_travel_mm: [None; 3],
+            squareness: Squareness::default(),
+            interpolation_period_s: 0.002,
+        })
+        .unwrap()
+    }
+
+    /// Two points with words between and behind them, read back as `text`.
+    fn read_back(text: &str) -> Result<(), Fault> {
+        let (machine, parameters) = (tables(), PostParameters::default());
+        let kinematics = Kinematics::new(&machine, &Setup::default());
+        let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
+        again.await_words("S1200 M3");
+        for (line, x_mm) in [(1, 0.0), (2, 10.0)] {
+            let pose = ToolPose { tip_mm: Vec3::new(x_mm, 0.0, 5.0), axis: Vec3::z() };
+            let point = Point { line, rapid: true, pose, from_mm: None, feed: None };
+            again.await_next(Expected { point, feed: None, residual_rad: 0.0 });
+            again.await_words("G4 P250");
+        }
+        again.await_words("M30");
+        again.take(text.as_bytes())?;
+        again.finish()
+    }
+
+    #[test]
+    fn no_word_for_the_machine_is_lost_doubled_moved_or_changed() {
+        let [spindle, first, dwell] = ["S1200 M3\n", "G0 X0 Y0 Z5 A0 C0\n", "G4 P250\n"];
+        let head = "%\nG21 G17 G90 G40 G80 G94\nG54\nG43.4 H1\n";
+        let second = "X10 Y0 Z5 A0 C0\n";
+        let program = |lines: &[&str]| format!("{head}{}G49\nM30\n%\n", lines.concat());
+        let found = read_back(&program(&[spindle, first, dwell, second, dwell]));
+        assert_eq!(found.map_err(|fault| fault.to_string()), Ok(()));
+        for wrong in [
+            &[spindle, first, second, dwell][..],
+            &[spindle, first, dwell, second],
+            &[first, dwell, second, dwell],
+            &[spindle, first, dwell, dwell, second],
+            &[spindle, first, dwell, second, dwell, dwell],
+            &[first, spindle, dwell, second, dwell],
+            &["S1200 M4\n", first, dwell, second, dwell],
+            &["S120 M3\n", first, dwell, second, dwell],
+            &[spindle, first, "G4 P25\n", second, dwell],
+            &[spindle, first, "M1\n", dwell, second, dwell],
+        ] {
+            assert!(read_back(&program(wrong)).is_err(), "{wrong:?}");
+        }
     }
 }

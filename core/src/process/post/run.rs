@@ -119,6 +119,7 @@ pub fn post(
         return Err(Fault::Lines(run.faults));
     }
     run.writer.close(parameters, &mut run.out);
+    run.read_back.await_words("M30");
     run.flush(output)?;
     run.read_back.finish()?;
     output.flush()?;
@@ -229,6 +230,7 @@ impl Run<'_> {
                     continue;
                 }
                 Item::Words(words) => {
+                    self.read_back.await_words(&words);
                     self.writer.line(&words, &mut self.out);
                     continue;
                 }
