@@ -15,6 +15,8 @@ COPY . .
 RUN touch core/src/lib.rs src/lib.rs src/main.rs && cargo build --locked --profile dist --bin trunnion
 
 FROM debian:bookworm-slim
+# Receivers of webhooks are trusted by the system's certificates.
+RUN apt-get update && apt-get install --yes --no-install-recommends ca-certificates && rm -rf /var/lib/apt/lists/*
 RUN groupadd --system --gid 10001 trunnion \
     && useradd --system --uid 10001 --gid trunnion --no-create-home --shell /usr/sbin/nologin trunnion \
     && install --directory --owner trunnion --group trunnion /data

@@ -22,34 +22,15 @@ use trunnion::wear::{OneAfterAnother, SideBySide};
 
 #[path = "../tests/models/mod.rs"]
 mod models;
+mod threads;
+
+use threads::Threads;
 
 struct OnDisk(PathBuf);
 
 impl ProgramSource for OnDisk {
     fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
         Ok(Box::new(File::open(&self.0)?))
-    }
-}
-
-/// Every part but the first in a thread of its own.
-struct Threads(usize);
-
-impl SideBySide for Threads {
-    fn parts(&self) -> usize {
-        self.0
-    }
-
-    fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
-        std::thread::scope(|scope| {
-            let mut parts = parts.into_iter();
-            let own = parts.next();
-            for part in parts {
-                scope.spawn(part);
-            }
-            if let Some(part) = own {
-                part();
-            }
-        });
     }
 }
 

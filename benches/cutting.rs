@@ -12,25 +12,12 @@ use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
 
+mod threads;
+
+use threads::Threads;
+
 const SAMPLES: usize = 200_000;
 const BLOCKS: usize = 50_000;
-
-/// Every part in a thread of its own.
-struct Threads(usize);
-
-impl SideBySide for Threads {
-    fn parts(&self) -> usize {
-        self.0
-    }
-
-    fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
-        std::thread::scope(|scope| {
-            for part in parts {
-                scope.spawn(part);
-            }
-        });
-    }
-}
 
 fn peak_memory_mib() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,5 +1,7 @@
 //! Every setting: type, unit, default, environment name. Flags win over environment over file.
 
+mod allowed;
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -7,6 +9,8 @@ use figment::Figment;
 use figment::providers::{Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+pub use allowed::{AllowedReceiver, NoReceiver};
 
 /// Declares each setting once: the field, its type, its default, the name of its environment variable, and what else its
 /// flag needs.
@@ -64,6 +68,8 @@ settings! {
     max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
+    /// Largest document beside a program, the form field `parameters` or `job` (bytes)
+    max_parameters_bytes: u64 = 1 << 20, "TRUNNION_MAX_PARAMETERS_BYTES";
     /// Most poses, joints or samples in one request
     max_poses: usize = 2_000_000, "TRUNNION_MAX_POSES";
     /// Largest estimated cost of one computation (s of one core)
@@ -78,6 +84,18 @@ settings! {
     max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
     /// How long a job is kept after it has ended (s); 0 keeps it for ever
     job_retention_s: f64 = 0.0, "TRUNNION_JOB_RETENTION_S";
+    /// Receivers of webhooks that are not public and are called all the same: networks and names, parted by commas
+    webhook_allow: Vec<AllowedReceiver> = Vec::new(), "TRUNNION_WEBHOOK_ALLOW", [value_delimiter = ','];
+    /// File (PEM) with certificates that receivers of webhooks are trusted by, besides those of the system
+    webhook_ca_file: Option<PathBuf> = None, "TRUNNION_WEBHOOK_CA_FILE";
+    /// Longest time for one attempt to deliver a webhook (s)
+    webhook_timeout_s: f64 = 15.0, "TRUNNION_WEBHOOK_TIMEOUT_S";
+    /// Pauses after attempts that failed, parted by commas; after one more attempt the webhook is given up (s)
+    webhook_pauses_s: Vec<f64> = WEBHOOK_PAUSES_S.to_vec(), "TRUNNION_WEBHOOK_PAUSES_S", [value_delimiter = ','];
+    /// Webhooks that are delivered at the same time
+    max_deliveries: usize = 16, "TRUNNION_MAX_DELIVERIES";
+    /// Those of them that go to one receiver
+    max_deliveries_per_receiver: usize = 2, "TRUNNION_MAX_DELIVERIES_PER_RECEIVER";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
     /// Largest file or table that one request makes (bytes)
@@ -111,6 +129,12 @@ settings! {
     /// Where the spans of requests are sent as OTLP over HTTP, such as `http://127.0.0.1:4318`; empty sends none
     otlp_endpoint: String = String::new(), "TRUNNION_OTLP_ENDPOINT";
 }
+
+/// The pauses that Standard Webhooks gives as its example: about three days in all.
+const WEBHOOK_PAUSES_S: [f64; 9] =
+    [5.0, 300.0, 1800.0, 7200.0, 18_000.0, 36_000.0, 50_400.0, 72_000.0, 86_400.0];
+/// Most attempts for one webhook.
+const MAX_WEBHOOK_PAUSES: f64 = 100.0;
 
 /// Form of the log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -246,6 +270,7 @@ impl Settings {
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;
         in_range("max_json_bytes", self.max_json_bytes as f64, 1.0, 1e9)?;
+        in_range("max_parameters_bytes", self.max_parameters_bytes as f64, 1.0, 1e9)?;
         in_range("max_poses", self.max_poses as f64, 1.0, 1e8)?;
         in_range("max_cost_s", self.max_cost_s, 1e-6, 1e6)?;
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
@@ -253,6 +278,13 @@ impl Settings {
         in_range("max_queued_jobs", self.max_queued_jobs as f64, 0.0, 100_000.0)?;
         in_range("max_event_streams", self.max_event_streams as f64, 0.0, 1e6)?;
         in_range("job_retention_s", self.job_retention_s, 0.0, 1e10)?;
+        in_range("webhook_timeout_s", self.webhook_timeout_s, 0.001, 3600.0)?;
+        in_range("webhook_pauses_s", self.webhook_pauses_s.len() as f64, 0.0, MAX_WEBHOOK_PAUSES)?;
+        for pause_s in &self.webhook_pauses_s {
+            in_range("webhook_pauses_s", *pause_s, 0.0, 1e7)?;
+        }
+        in_range("max_deliveries", self.max_deliveries as f64, 1.0, 1000.0)?;
+        in_range("max_deliveries_per_receiver", self.max_deliveries_per_receiver as f64, 1.0, 1000.0)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
         in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
         in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;

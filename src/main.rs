@@ -1,5 +1,6 @@
 //! The `trunnion` binary: reads its settings, starts the service, drains it. Everything else is in the library.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -9,7 +10,7 @@ fn main() -> ExitCode {
     match trunnion::cli::run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("trunnion: {error}");
+            let _nobody_reads = writeln!(std::io::stderr(), "trunnion: {error}");
             ExitCode::from(error.exit_code())
         }
     }

@@ -143,6 +143,8 @@ pub static IN_FLIGHT: Level = Level::new();
 pub static COMPUTING: Level = Level::new();
 /// Computations that wait for their turn.
 pub static WAITING: Level = Level::new();
+/// Attempts to deliver webhooks, by outcome.
+pub static WEBHOOK_ATTEMPTS: [Counter; 7] = [const { Counter::new() }; 7];
 /// Reads of the database.
 pub static STORE_READS: Times = Times::new();
 /// Write transactions, with their wait for the one connection that writes.

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 use super::{
-    CompensateArguments, ConfigCommand, KeysCommand, StartFault, backup, compensate, doctor, health, keys,
-    migrate, serve, settings,
+    CompensateArguments, ConfigCommand, KeysCommand, StartFault, WebhooksCommand, backup, compensate, doctor,
+    health, keys, migrate, serve, settings, webhooks,
 };
 use crate::config::{Flags, Settings};
 
@@ -35,6 +35,9 @@ pub enum Command {
     /// Make, list and revoke API keys, also while the service runs
     #[command(subcommand)]
     Keys(KeysCommand),
+    /// The secret that signs webhooks, also while the service runs
+    #[command(subcommand)]
+    Webhooks(WebhooksCommand),
     /// Bring the database to the newest schema, without serving
     Migrate,
     /// Copy the data directory, also while the service runs: database, files, manifest
@@ -72,6 +75,7 @@ pub fn run(cli: &Cli) -> Result<(), StartFault> {
         None | Some(Command::Serve) => serve::until_stopped(settings),
         Some(Command::Healthcheck) => health::check(&settings),
         Some(Command::Keys(command)) => keys::run(&settings, command),
+        Some(Command::Webhooks(command)) => webhooks::run(&settings, *command),
         Some(Command::Migrate) => Ok(migrate::run(&settings)?),
         Some(Command::Backup { target }) => Ok(backup::back_up(&settings, target)?),
         Some(Command::Restore { backup }) => Ok(backup::restore(&settings, backup)?),

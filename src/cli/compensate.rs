@@ -9,6 +9,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::CommandFault;
+use super::fault::is_over_its_limit;
 use super::migrate::block_on;
 use super::settings::say;
 use crate::config::Settings;
@@ -76,8 +77,10 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     };
     let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
     let blobs = Blobs::open(working.path())?;
-    let program = taken(&blobs, &arguments.input)?;
-    let surface = arguments.surface.as_ref().map(|path| taken(&blobs, path)).transpose()?;
+    let program = taken(&blobs, &arguments.input, "max_body_bytes", settings.max_body_bytes)?;
+    let surface = arguments.surface.as_ref();
+    let limit = settings.max_surface_bytes;
+    let surface = surface.map(|path| taken(&blobs, path, "max_surface_bytes", limit)).transpose()?;
     let means = Means {
         compensator: Arc::new(CutterContactCompensator { budget: Cost::budget_within(settings.max_cost_s) }),
         max_cost_s: settings.max_cost_s,
@@ -107,16 +110,17 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         }
     })?;
     let Finished { report, output, changes } = finished;
+    if arguments.report.is_none() {
+        // A report that nobody gets leaves no program either.
+        say(&report)?;
+    }
     for (made, path) in [(output, &arguments.output), (changes, &arguments.changes)] {
         if let (Some(made), Some(path)) = (made, path) {
             let mut source = File::open(made.path()).map_err(at("reading", made.path()))?;
             write_whole(path, &mut source)?;
         }
     }
-    match &arguments.report {
-        Some(path) => write_whole(path, &mut report.as_bytes()),
-        None => say(&report),
-    }
+    arguments.report.as_ref().map_or(Ok(()), |path| write_whole(path, &mut report.as_bytes()))
 }
 
 /// Looks at where results go before anything is done: each to a place of its own, in a folder that is there, and none over
@@ -167,16 +171,22 @@ fn profile_alone(text: Vec<u8>) -> (Vec<u8>, i64) {
     (serde_json::Value::Object(members).to_string().into_bytes(), revision.unwrap_or_default())
 }
 
-/// A file copied to where nobody changes it while it is worked on.
-fn taken(blobs: &Blobs, path: &Path) -> Result<Draft, CommandFault> {
-    let mut draft = blobs.draft()?;
-    if path == Path::new("-") {
-        io::copy(&mut io::stdin().lock(), &mut draft).map_err(at("reading", path))?;
+/// A file copied to where nobody changes it while it is worked on, up to the limit of a setting.
+fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit: u64) -> Result<Draft, CommandFault> {
+    let mut draft = blobs.draft()?.within(limit);
+    let copied = if path == Path::new("-") {
+        io::copy(&mut io::stdin().lock(), &mut draft)
     } else {
         let mut file = File::open(path).map_err(at("opening", path))?;
-        io::copy(&mut file, &mut draft).map_err(at("reading", path))?;
+        io::copy(&mut file, &mut draft)
+    };
+    match copied {
+        Ok(_bytes) => Ok(draft),
+        Err(fault) if is_over_its_limit(&fault) => {
+            Err(CommandFault::TooLarge { path: path.to_owned(), limit, setting })
+        }
+        Err(fault) => Err(at("reading", path)(fault)),
     }
-    Ok(draft)
 }
 
 /// Writes a file whole or not at all: beside its place first, on disk, then under its name.

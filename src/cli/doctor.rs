@@ -151,6 +151,14 @@ fn database(found: &Examination, quick: bool, findings: &mut Findings) {
     wrong.extend(files.changed.iter().map(|path| format!("{} has other bytes", path.display())));
     let how = if quick { "there, not read" } else { "there with the bytes of their digests" };
     findings.none_of("files", format!("{} named, all {how}", files.named), &wrong);
+    if let Some((waiting, given_up)) = found.deliveries {
+        let verdict = if given_up > 0 { Verdict::Note } else { Verdict::Sound };
+        findings.add(
+            verdict,
+            "webhooks",
+            format!("{waiting} wait to be delivered, {given_up} were given up"),
+        );
+    }
     if files.orphans + files.incomplete > 0 {
         let detail = format!(
             "{} files that no row names, {} incomplete ones: of requests under way, or swept at the next start",

@@ -70,7 +70,20 @@ pub enum CommandFault {
     /// Told to stop.
     #[error("told to stop; nothing was written")]
     Stopped,
-    /// The process could not be set up, or its output is closed.
+    /// A file is longer than its limit.
+    #[error("{} is larger than {limit} bytes ({setting})", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its limit \[bytes\].
+        limit: u64,
+        /// The setting that says so.
+        setting: &'static str,
+    },
+    /// What was to be printed was not.
+    #[error("standard output cannot be written: {0}")]
+    Print(std::io::Error),
+    /// The process could not be set up.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
 }
@@ -80,7 +93,7 @@ impl CommandFault {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Unsound { .. } | Self::UnreadableMachine(_) | Self::Machine(_) => 1,
+            Self::Unsound { .. } | Self::UnreadableMachine(_) | Self::Machine(_) | Self::TooLarge { .. } => 1,
             Self::Work(fault) if is_refusal(fault) => 1,
             _ => 2,
         }
@@ -95,7 +108,9 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::TooCostly(_)
         | JobFault::Servo(_)
         | JobFault::PartSurface(_) => true,
-        JobFault::Compensator(fault) => matches!(fault, CompensatorFault::Refused(_)),
+        JobFault::Compensator(CompensatorFault::Refused(_)) => true,
+        JobFault::Compensator(CompensatorFault::Io(fault)) => is_over_its_limit(fault),
+        JobFault::Compensator(_) => false,
         JobFault::Compute(ComputeFault::Busy | ComputeFault::Panicked)
         | JobFault::Blob(_)
         | JobFault::Store(_)
@@ -105,6 +120,11 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::ProcessDied
         | JobFault::Report(_) => false,
     }
+}
+
+/// Whether a file has come to the limit of a setting; a disk's own bound has a number.
+pub(super) fn is_over_its_limit(fault: &std::io::Error) -> bool {
+    fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none()
 }
 
 /// The fault with every place that it names, one a line.

@@ -1,8 +1,7 @@
 //! API keys from the command line, on the data directory itself.
 //!
-//! Where no service has the directory, the command takes its lock and brings the database to the newest form, so that a
-//! first key can be made before the first start. Where one has, the command writes beside it: one short transaction, in
-//! the form that the service keeps, and a mark that the service looks at before the next request.
+//! A first key can be made before the first start. Beside a service that runs, the command writes one short transaction, and
+//! a mark that the service looks at before the next request.
 
 use std::io::Write;
 use std::path::Path;
@@ -10,11 +9,11 @@ use std::path::Path;
 use clap::Subcommand;
 use thiserror::Error;
 
-use super::StartFault;
-use super::serve::on_a_local_disk;
+use super::settings::put;
+use super::{StartFault, beside};
 use crate::config::Settings;
 use crate::jobs::{IssueFault, IssuedKey, Sources, issue_key};
-use crate::store::{Actor, ApiKeyRow, DirectoryLock, LockFault, Store, StoreError, mark_key_change};
+use crate::store::{Actor, ApiKeyRow, Store, StoreError, mark_key_change};
 use crate::wire::{ApiKeyDocument, ApiKeyRequest, AuditOrigin, Scope};
 
 /// What can be done with keys.
@@ -53,8 +52,11 @@ pub enum KeysFault {
     /// The database could not be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
+    /// The new key could not be stored.
+    #[error("the key that was printed opens nothing, it could not be stored: {0}")]
+    NotStored(StoreError),
     /// The random id of the new key is that of another.
-    #[error("the new key would have had the id of another; nothing was stored, try again")]
+    #[error("the key that was printed opens nothing, it would have had the id of another: try again")]
     SameId,
     /// No such key.
     #[error("there is no key {id}")]
@@ -65,9 +67,16 @@ pub enum KeysFault {
     /// The change is made, but a service that runs may see it a second later.
     #[error("done, but the running service could not be told: {0}")]
     Mark(std::io::Error),
-    /// The key could not be printed; it is revoked by its id.
-    #[error("cannot print: {0}")]
+    /// What was to be printed was not; a key that nobody has seen is not stored.
+    #[error("standard output cannot be written, and nothing was done: {0}")]
     Print(std::io::Error),
+}
+
+impl KeysFault {
+    /// Whether what was asked for is at fault.
+    pub(super) fn is_refusal(&self) -> bool {
+        matches!(self, Self::Issue(IssueFault::Invalid(_)) | Self::NotFound { .. })
+    }
 }
 
 /// Does what the command says.
@@ -80,15 +89,8 @@ pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), Star
             std::fs::create_dir_all(directory)
                 .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
         }
-        on_a_local_disk(directory)?;
-        let file = directory.join("trunnion.sqlite");
         // Held to the end.
-        let (store, _lock) = match DirectoryLock::take(directory) {
-            Ok(lock) => (Store::open(&file, 1).await, Some(lock)),
-            Err(LockFault::Taken(_)) => (Store::open_beside(&file).await, None),
-            Err(fault) => return Err(fault.into()),
-        };
-        let store = store.map_err(KeysFault::from)?;
+        let (store, _lock) = beside::open(directory).await?;
         let done = work(&store, directory, command).await;
         store.close().await;
         Ok(done?)
@@ -107,24 +109,22 @@ async fn work(store: &Store, directory: &Path, command: &KeysCommand) -> Result<
                 expires_at: expires_at.clone(),
             };
             let IssuedKey { row, key } = issue_key(&request, &sources)?;
-            if !store.add_api_key(&row, None, &actor).await? {
+            // A key that was stored first and then not printed would be alive with nobody to have it.
+            put(&format!("{key}\n")).map_err(KeysFault::Print)?;
+            if !store.add_api_key(&row, None, &actor).await.map_err(KeysFault::NotStored)? {
                 return Err(KeysFault::SameId);
             }
-            print(&format!("{key}\n"))?;
-            eprintln!("key {}: shown this once, and stored nowhere", row.document.id);
+            let id = &row.document.id;
+            let _nobody_reads = writeln!(std::io::stderr(), "key {id}: shown this once, and stored nowhere");
             mark()
         }
-        KeysCommand::List => print(&table(&store.every_api_key().await?)),
+        KeysCommand::List => put(&table(&store.every_api_key().await?)).map_err(KeysFault::Print),
         KeysCommand::Revoke { id } => {
             let revoked = store.revoke_api_key(id, &sources.timestamp(), &actor).await?;
             revoked.ok_or_else(|| KeysFault::NotFound { id: id.clone() })?;
             mark()
         }
     }
-}
-
-fn print(text: &str) -> Result<(), KeysFault> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(KeysFault::Print)
 }
 
 /// One line for each key, columns parted by tabs.

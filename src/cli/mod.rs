@@ -2,6 +2,7 @@
 
 mod arguments;
 mod backup;
+mod beside;
 mod compensate;
 mod doctor;
 mod fault;
@@ -14,6 +15,7 @@ mod otlp;
 mod serve;
 mod settings;
 mod tls;
+mod webhooks;
 
 pub use arguments::{Cli, Command, run};
 pub use compensate::CompensateArguments;
@@ -22,3 +24,4 @@ pub use keys::{KeysCommand, KeysFault};
 pub use serve::{Guarding, Running, StartFault, start};
 pub use settings::ConfigCommand;
 pub use tls::TlsFault;
+pub use webhooks::{WebhooksCommand, WebhooksFault};

@@ -13,7 +13,7 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
-use super::{CommandFault, KeysFault, TlsFault, logs, tls};
+use super::{CommandFault, KeysFault, TlsFault, WebhooksFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
 use crate::http::observation::Exporter;
 use crate::http::{AppState, connections::Cap, router};
@@ -75,6 +75,9 @@ pub enum StartFault {
     /// A command about keys failed.
     #[error(transparent)]
     Keys(#[from] KeysFault),
+    /// A command about webhooks failed.
+    #[error(transparent)]
+    Webhooks(#[from] WebhooksFault),
     /// The service that was asked is not ready.
     #[error("the service at {address} is not ready: {answer}")]
     NotReady {
@@ -109,12 +112,14 @@ pub enum StartFault {
 }
 
 impl StartFault {
-    /// Status that the process ends with.
+    /// Status that the process ends with: 1 where it looked and says no, 2 where it could not do its work.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Command(fault) => fault.exit_code(),
-            _ => 1,
+            Self::Keys(fault) if fault.is_refusal() => 1,
+            Self::NotReady { .. } => 1,
+            _ => 2,
         }
     }
 }

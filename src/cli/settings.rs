@@ -1,6 +1,6 @@
 //! Prints what the settings are and where each comes from, and the description of the interface.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Subcommand;
@@ -55,5 +55,11 @@ pub(super) fn describe_interface() -> Result<(), CommandFault> {
 
 /// A line on standard output.
 pub(super) fn say(line: &str) -> Result<(), CommandFault> {
-    writeln!(std::io::stdout(), "{line}").map_err(CommandFault::Process)
+    put(&format!("{line}\n")).map_err(CommandFault::Print)
+}
+
+/// Text on standard output, handed over when this returns.
+pub(super) fn put(text: &str) -> io::Result<()> {
+    let mut output = io::stdout().lock();
+    output.write_all(text.as_bytes()).and_then(|()| output.flush())
 }

@@ -17,7 +17,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
     Need::Scope(match (method, route) {
         ("GET" | "HEAD", open) if is_open(open) => return Need::Nothing,
 
-        (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit") => Scope::Admin,
+        (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit" | "/v1/webhooks/secret") => Scope::Admin,
         ("GET" | "HEAD", _) => Scope::Read,
 
         ("PUT" | "DELETE", "/v1/machines/{machine_id}") => Scope::Machines,
@@ -45,7 +45,8 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
             | "/v1/servo-matching"
             | "/v1/scallop-height"
             | "/v1/wear-advice"
-            | "/v1/jobs",
+            | "/v1/jobs"
+            | "/v1/jobs/{id}/deliveries",
         )
         | ("DELETE", "/v1/jobs/{id}") => Scope::Compute,
 

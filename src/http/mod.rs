@@ -34,6 +34,7 @@ mod service;
 mod servo;
 mod state;
 mod wear;
+mod webhooks;
 
 pub use openapi::{document, operations};
 pub use router::{behind_the_edge, router};

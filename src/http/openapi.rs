@@ -8,6 +8,7 @@ use utoipa::openapi::{OpenApi as Document, PathItem};
 use super::access::{Need, needed};
 use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
+use super::webhooks::describe;
 
 /// What no route says.
 #[derive(OpenApi)]
@@ -26,6 +27,7 @@ use super::refusals::responses;
         (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
         (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
         (name = "jobs", description = "Everything that was computed, with its report and its program"),
+        (name = "webhooks", description = "The ends of jobs, told to who posted them and signed"),
         (name = "keys", description = "Who may do what, and who did what"),
         (name = "service", description = "The service itself"),
     ),
@@ -37,6 +39,7 @@ pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
+    describe(&mut document);
     document
 }
 

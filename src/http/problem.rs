@@ -75,6 +75,8 @@ catalogue! {
         "The job waits, runs, has failed or was cancelled: the detail says which. GET /v1/jobs/{id} says where it stands and, where it failed, why.";
     JobEnded = CONFLICT, "job-ended", "The job has ended",
         "A job that has succeeded or failed can no longer be cancelled. What came of it stays.";
+    NothingToDeliver = CONFLICT, "nothing-to-deliver", "There is nothing to deliver",
+        "The job was posted without callback_url, or it has not ended yet: the detail says which.";
     MethodNotAllowed = METHOD_NOT_ALLOWED, "method-not-allowed", "The resource does not have this method",
         "The Allow header names the methods it has.";
     NotAcceptable = NOT_ACCEPTABLE, "not-acceptable", "No representation fits the Accept header",

@@ -21,7 +21,7 @@ use super::observation::{Operations, watch};
 use super::problem::Problem;
 use super::{
     AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
-    servo, wear,
+    servo, wear, webhooks,
 };
 
 /// Every described route, and the description.
@@ -34,6 +34,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(wear::router())
         .merge(calibrations::router())
         .merge(jobs::router())
+        .merge(webhooks::router())
         .merge(keys::router())
         .merge(audit::router())
         .merge(service::router())

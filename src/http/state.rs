@@ -14,7 +14,8 @@ use super::problem::Problem;
 use super::rates::Rates;
 use crate::config::Settings;
 use crate::jobs::{
-    Compensator, Compute, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool, open_data_directory,
+    Compensator, Compute, Courier, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool,
+    open_data_directory,
 };
 use crate::meter::Counter;
 use crate::store::Store;
@@ -46,6 +47,8 @@ pub struct AppState {
     pub(super) began: Instant,
     /// Jobs that wait and run.
     pub queue: Queue,
+    /// What tells the ends of jobs.
+    pub courier: Courier,
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
     /// The API keys.
@@ -95,7 +98,9 @@ impl AppState {
             Problem::of_job,
         )
         .await?;
+        let courier = Courier::open(store.clone(), sources.clone(), queue.clone(), &settings)?;
         Ok(Self {
+            courier,
             store,
             compute,
             spool,

@@ -153,6 +153,16 @@ impl KeyRing {
         self.keys.is_empty()
     }
 
+    /// Whether whoever was let in with the key of this id, or without one, still would be.
+    #[must_use]
+    pub fn still_opens(&self, id: Option<&str>, now: impl FnOnce() -> Timestamp) -> bool {
+        let Some(id) = id else { return self.is_empty() };
+        self.keys.get(id).is_some_and(|key| {
+            let ended = || key.expires_at.as_ref().is_some_and(|at| super::timestamp(now()) >= *at);
+            key.revoked_at.is_none() && !ended()
+        })
+    }
+
     /// The key with this text. Who does not have the secret learns nothing about the key, neither by the answer nor by
     /// the time it takes.
     ///

@@ -98,7 +98,23 @@ impl Sources {
         let ago = SignedDuration::try_from_secs_f64(seconds_s).unwrap_or(SignedDuration::ZERO);
         timestamp(self.clock.certain().checked_sub(ago).unwrap_or(Timestamp::MIN))
     }
+
+    /// The time `seconds_s` from now, as it is stored.
+    #[must_use]
+    pub fn timestamp_after(&self, seconds_s: f64) -> String {
+        after(self.clock.now(), seconds_s)
+    }
 }
+
+/// The time `seconds_s` after `time`, as it is stored.
+#[must_use]
+pub(super) fn after(time: Timestamp, seconds_s: f64) -> String {
+    let ahead = SignedDuration::try_from_secs_f64(seconds_s).unwrap_or(SignedDuration::MAX);
+    timestamp(time.checked_add(ahead).unwrap_or(LAST))
+}
+
+/// The last time whose text sorts behind all others.
+const LAST: Timestamp = Timestamp::constant(253_402_207_200, 0);
 
 /// RFC 3339, UTC, always three decimals, so that stored times sort as text.
 #[must_use]

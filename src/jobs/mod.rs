@@ -22,6 +22,7 @@ mod spool;
 mod verification;
 mod wear;
 mod wear_program;
+mod webhooks;
 mod work;
 
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
@@ -45,6 +46,10 @@ pub use spool::{Spool, SpoolFault, Upload};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
+pub use webhooks::{
+    Courier, DeliveriesReading, NotAllowed, Receivers, SECRET_OVERLAP_S, TrustFault, new_webhook_secret,
+    signs_now,
+};
 pub use work::{
     ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,
 };

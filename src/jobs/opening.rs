@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::Sources;
+use super::webhooks::{TrustFault, new_webhook_secret};
 use crate::config::Settings;
 use crate::store::{Actor, BlobFault, Blobs, NewRevision, Store, StoreError, sha256_hex};
 use crate::wire::{AuditOrigin, Fault, MachineProfile, example_machine};
@@ -16,6 +17,12 @@ pub enum OpenFault {
     /// The files.
     #[error("the files cannot be used: {0}")]
     Blobs(#[from] BlobFault),
+    /// The certificates that receivers of webhooks are trusted by.
+    #[error(transparent)]
+    Trust(#[from] TrustFault),
+    /// The system gives no random numbers.
+    #[error("the system gives no random numbers: {0}")]
+    NoRandomness(getrandom::Error),
     /// The example profile: a fault of ours.
     #[error("the example machine has {} faults", .0.len())]
     Example(Vec<Fault>),
@@ -50,6 +57,11 @@ pub async fn open_data_directory(
         // Nobody else has the directory, so nothing can have come first.
         let _stored =
             store.put_machine(new, None, None, &Actor::without_request(AuditOrigin::Service)).await?;
+    }
+    if store.webhook_secrets().await?.is_empty() {
+        let secret = new_webhook_secret().map_err(OpenFault::NoRandomness)?;
+        let by = Actor::without_request(AuditOrigin::Service);
+        store.add_first_webhook_secret(&secret, &sources.timestamp(), &by).await?;
     }
     Ok((store, blobs))
 }

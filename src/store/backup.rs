@@ -94,9 +94,12 @@ pub enum BackupFault {
     /// The database is damaged.
     #[error("the database is damaged: {0}")]
     Damaged(String),
+    /// A file that jobs name is not there, however often the database was copied anew.
+    #[error("{} is named by a job and is not there; the doctor names every one", .0.display())]
+    Lost(PathBuf),
     /// Jobs went on giving up files while they were copied.
-    #[error("files vanished while they were copied, {ATTEMPTS} times in a row")]
-    Unquiet,
+    #[error("{ATTEMPTS} times jobs gave up files while they were copied, the last time {}; try again", .0.display())]
+    Unquiet(PathBuf),
 }
 
 fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> BackupFault + 'a {
@@ -146,6 +149,7 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
     if lies_within(target, data_dir)? {
         return Err(BackupFault::Within(target.to_owned()));
     }
+    let mut vanished: Vec<PathBuf> = Vec::new();
     for _ in 0..ATTEMPTS {
         let staging = staging_beside(target)?;
         let copy = staging.path().join(DATABASE_NAME);
@@ -157,7 +161,9 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
         let mut files = BTreeMap::new();
         files.insert(DATABASE_NAME.to_owned(), digested(&copy)?);
         File::open(&copy).and_then(|file| file.sync_all()).map_err(at("synchronising", &copy))?;
-        if copy_blobs(&named, data_dir, staging.path(), &mut files)? {
+        if let Some(gone) = copy_blobs(&named, data_dir, staging.path(), &mut files)? {
+            vanished.push(gone);
+        } else {
             let software_version = env!("CARGO_PKG_VERSION").to_owned();
             let manifest = Manifest { format: FORMAT, software_version, created_at, schema, rows, files };
             let text = serde_json::to_vec_pretty(&manifest).unwrap_or_default();
@@ -166,7 +172,9 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
             return Ok(manifest);
         }
     }
-    Err(BackupFault::Unquiet)
+    let last = vanished.pop().unwrap_or_default();
+    // Each copy of the database is newer than the file's absence before it: what it still names was not given up.
+    Err(if vanished.contains(&last) { BackupFault::Lost(last) } else { BackupFault::Unquiet(last) })
 }
 
 /// Whether a place that is not there yet is in this directory.
@@ -250,19 +258,19 @@ async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     Ok(found)
 }
 
-/// Copies every file named; `false` where one has vanished meanwhile.
+/// Copies every file named; gives the one that was not there, if one was not.
 fn copy_blobs(
     named: &BTreeSet<Sha256Hex>,
     data_dir: &Path,
     target: &Path,
     files: &mut BTreeMap<String, BackupFile>,
-) -> Result<bool, BackupFault> {
+) -> Result<Option<PathBuf>, BackupFault> {
     for sha256 in named {
         let name = blob_name(sha256);
         let from = data_dir.join(&name);
         let copied = match copy_whole(&from, &target.join(&name)) {
             Err(BackupFault::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                return Ok(false);
+                return Ok(Some(from));
             }
             copied => copied?,
         };
@@ -271,7 +279,7 @@ fn copy_blobs(
         }
         files.insert(name, copied);
     }
-    Ok(true)
+    Ok(None)
 }
 
 /// Path of a kept file within a data directory.

@@ -128,6 +128,27 @@ impl DatabaseFile {
         Ok(named)
     }
 
+    /// How many ends of jobs are still to be told, and how many were given up; nothing in a schema without them.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn deliveries(&mut self) -> Result<Option<(u64, u64)>, StoreError> {
+        let there: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM sqlite_schema WHERE name = 'deliveries'")
+            .fetch_one(&mut self.connection)
+            .await
+            .doing("asking for the tables")?;
+        if there == 0 {
+            return Ok(None);
+        }
+        let (waiting, given_up): (i64, i64) = sqlx::query_as(
+            "SELECT COUNT(*) FILTER (WHERE state = 'waiting'), COUNT(*) FILTER (WHERE state = 'given-up') FROM deliveries",
+        )
+        .fetch_one(&mut self.connection)
+        .await
+        .doing("counting webhooks")?;
+        Ok(Some((waiting.unsigned_abs(), given_up.unsigned_abs())))
+    }
+
     /// Writes a copy as it is at this moment to a file that is not there yet. Writers go on meanwhile.
     ///
     /// # Errors

@@ -59,6 +59,9 @@ pub enum StoreError {
         /// Why.
         source: serde_json::Error,
     },
+    /// The secret that was made at the first start is gone.
+    #[error("there is no secret to sign webhooks with")]
+    NoSecret,
     /// A statement failed otherwise.
     #[error("while {doing}: {source}")]
     Statement {

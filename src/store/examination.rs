@@ -22,6 +22,8 @@ pub struct Examination {
     pub rows: u64,
     /// The files beside it.
     pub files: Files,
+    /// Ends of jobs that are still to be told, and those that were given up; none in schemas without them.
+    pub deliveries: Option<(u64, u64)>,
 }
 
 /// What was found of the files beside a database.
@@ -53,9 +55,10 @@ pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, Stor
     // Files first: what is named afterwards may have come meanwhile, and is not missed.
     let there = files_below(&data_dir.join("blobs"));
     let named = file.named_blobs().await?;
+    let deliveries = file.deliveries().await?;
     file.close().await;
     let files = compared(data_dir, &named, &there, digests);
-    Ok(Examination { sqlite_version, schema, structural_faults, broken_references, rows, files })
+    Ok(Examination { sqlite_version, schema, structural_faults, broken_references, rows, files, deliveries })
 }
 
 fn compared(data_dir: &Path, named: &BTreeSet<Sha256Hex>, there: &[PathBuf], digests: bool) -> Files {

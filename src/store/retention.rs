@@ -7,7 +7,7 @@ const REMOVED_AT_ONCE: i64 = 200;
 
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose key, where they had one, was used before
-    /// `keys_since`. Gives the digests that the removed ones named, and none once there is nothing left to remove.
+    /// `keys_since`; one whose end is still to be told stays. Gives the digests that the removed ones named, and none once there is nothing left to remove.
     ///
     /// # Errors
     /// The database failed.
@@ -26,6 +26,7 @@ impl Store {
                     "DELETE FROM jobs WHERE seq IN (
                          SELECT seq FROM jobs j WHERE finished_at < ?
                              AND NOT EXISTS (SELECT 1 FROM idempotency_keys k WHERE k.job_id = j.id)
+                             AND NOT EXISTS (SELECT 1 FROM deliveries d WHERE d.job_id = j.id AND d.state = 'waiting')
                          ORDER BY finished_at LIMIT ?)
                      RETURNING input_sha256, surface_sha256, output_sha256, changes_sha256",
                     ended_before,

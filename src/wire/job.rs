@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Fault, FaultList};
+use super::{CallbackUrl, Fault, FaultList};
 
 /// What a job computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -145,8 +145,6 @@ pub struct JobRequest<P> {
 
 /// Longest id of the client's own \[characters\].
 const MAX_EXTERNAL_ID: usize = 200;
-/// Longest address \[bytes\].
-const MAX_URL: usize = 2048;
 
 impl<P> JobRequest<P> {
     /// Finds what is wrong outside the parameters.
@@ -158,90 +156,8 @@ impl<P> JobRequest<P> {
                 format!("not a text of 1 to {MAX_EXTERNAL_ID} characters without control characters");
             faults.push(|| Fault::new("/external_id", detail));
         }
-        if let Some(detail) = self.callback_url.as_deref().and_then(url_fault) {
-            faults.push(|| Fault::new("/callback_url", detail));
+        if let Some(Err(fault)) = self.callback_url.as_deref().map(str::parse::<CallbackUrl>) {
+            faults.push(|| Fault::new("/callback_url", fault.to_string()));
         }
-    }
-}
-
-/// What is wrong with an address that is to be called.
-fn url_fault(url: &str) -> Option<&'static str> {
-    let Some((scheme, rest)) = url.split_once("://") else { return Some("not an absolute address") };
-    let authority = rest.split(['/', '?']).next().unwrap_or_default();
-    if !(scheme.eq_ignore_ascii_case("http") || scheme.eq_ignore_ascii_case("https")) {
-        Some("only http and https addresses are called")
-    } else if url.len() > MAX_URL {
-        Some("longer than 2048 bytes")
-    } else if url.contains('#') {
-        Some("an address that is called has no fragment")
-    } else if authority.contains('@') {
-        Some("an address with a user name or a password is not taken")
-    } else if !url.bytes().all(|byte| byte.is_ascii_graphic() && !b"\"<>\\^`{|}".contains(&byte)) {
-        Some("not an address: characters outside ASCII and the like are percent-encoded")
-    } else if !is_authority(authority) {
-        Some("an address has a host, and a port between 1 and 65535 where it has one")
-    } else {
-        None
-    }
-}
-
-/// Whether a text is a host, perhaps with a port.
-fn is_authority(text: &str) -> bool {
-    let (host, port) = if let Some(rest) = text.strip_prefix('[') {
-        let Some((host, port)) = rest.split_once(']') else { return false };
-        if host.parse::<std::net::Ipv6Addr>().is_err() {
-            return false;
-        }
-        (host, port)
-    } else {
-        let (host, port) = text.split_at(text.find(':').unwrap_or(text.len()));
-        if !host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._~%".contains(&byte)) {
-            return false;
-        }
-        (host, port)
-    };
-    let port_fits = match port.strip_prefix(':') {
-        None => port.is_empty(),
-        Some(port) => port.parse::<u16>().is_ok_and(|port| port > 0),
-    };
-    !host.is_empty() && host.len() <= 253 && port_fits
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_addresses_that_can_be_called_are_taken() {
-        for url in [
-            "http://mes.example.com",
-            "https://mes.example.com:8443/jobs?line=4&x=%20",
-            "HTTPS://10.0.0.7/x",
-            "http://[::1]:9/",
-        ] {
-            assert_eq!(url_fault(url), None, "{url}");
-        }
-        for url in [
-            "",
-            "mes.example.com",
-            "/jobs",
-            "ftp://mes.example.com",
-            "http://",
-            "http:///x",
-            "http://:80",
-            "http://a:0",
-            "http://a:65536",
-            "http://a:x",
-            "http://user:word@a",
-            "http://a/#end",
-            "http://a/b c",
-            "http://[::1",
-            "http://[g]/",
-            "http://\u{e4}.example",
-            "http://a\nb",
-        ] {
-            assert!(url_fault(url).is_some(), "{url}");
-        }
-        assert!(url_fault(&format!("http://a/{}", "x".repeat(MAX_URL))).is_some());
     }
 }

@@ -7,6 +7,7 @@ mod calibration_answer;
 mod calibration_history;
 mod calibration_run;
 mod calibration_words;
+mod callback_url;
 mod compensation;
 mod drive;
 mod fault;
@@ -42,6 +43,7 @@ mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
 mod wear_trend;
+mod webhook;
 
 pub use api_key::{ApiKeyDocument, ApiKeyRequest, NewApiKeyDocument, NoScope, Scope, is_slug};
 pub use audit::{AuditAction, AuditEntry, AuditOrigin};
@@ -58,6 +60,7 @@ pub use calibration_history::{
     trend_table, trend_unit,
 };
 pub use calibration_run::{fit_fault, sphere_fault};
+pub use callback_url::{CallbackFault, CallbackUrl, Host};
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
     Interpolation, Output, Provenance, Warning,
@@ -124,4 +127,8 @@ pub use wear_tool::ToolDoc;
 pub use wear_trend::{
     FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
     WearTrendPoint, WearWarning, wear_trend_table,
+};
+pub use webhook::{
+    Deliveries, DeliveryAttempt, DeliveryDocument, DeliveryOutcome, DeliveryState, PreviousSecret,
+    WebhookSecret, WebhookSecretDocument, event_type, job_event, webhook_id,
 };

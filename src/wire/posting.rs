@@ -10,7 +10,7 @@ use super::{
 use crate::machine::Machine;
 use crate::process::{PostForm, PostParameters, PostReport};
 use crate::program;
-use crate::units::{Angle, Length};
+use crate::units::Length;
 
 /// Most digits behind the point.
 const MAX_DECIMALS: u8 = 6;
@@ -33,6 +33,8 @@ pub struct PostingParameters {
     #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     pub work_offset_mm: Fixed<3>,
     /// Tool length; matters to head axes only.
+    #[schema(minimum = 0)]
+    #[param(minimum = 0)]
     pub tool_length_mm: f64,
     /// Whether measured errors of the machine count.
     #[param(inline)]
@@ -41,9 +43,9 @@ pub struct PostingParameters {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[param(inline)]
     pub start: Option<RotaryWords>,
-    /// H of G43.4.
-    #[schema(default = 1, minimum = 0, maximum = 9999)]
-    #[param(default = 1, minimum = 0, maximum = 9999)]
+    /// H of G43.4; H0 would be no length at all.
+    #[schema(default = 1, minimum = 1, maximum = 9999)]
+    #[param(default = 1, minimum = 1, maximum = 9999)]
     pub length_offset_number: u32,
     /// Digits behind the point of X Y Z.
     #[schema(default = 4, minimum = 1, maximum = 6)]
@@ -95,7 +97,10 @@ impl PostingParameters {
         let [min, max] = ARC_TOLERANCE_RANGE_UM;
         faults.check_range(|| "/arc_tolerance_um".to_owned(), self.arc_tolerance_um, min, max);
         let number = f64::from(self.length_offset_number);
-        faults.check_range(|| "/length_offset_number".to_owned(), number, 0.0, f64::from(MAX_LENGTH_NUMBER));
+        faults.check_range(|| "/length_offset_number".to_owned(), number, 1.0, f64::from(MAX_LENGTH_NUMBER));
+        if self.tool_length_mm < 0.0 {
+            faults.push(|| Fault::new("/tool_length_mm", "a tool reaches out of its spindle: not negative"));
+        }
         if !matches!(self.dialect, Dialect::Auto | Dialect::Apt) {
             faults.push(|| Fault::new("/dialect", "only cutter location data is posted: auto or apt"));
         }
@@ -182,6 +187,8 @@ pub struct PostingFindings {
     pub arcs: u64,
     /// Statements for the post-processor that stand in the program as comments.
     pub comments: u64,
+    /// Statements for the post-processor that are words of the program: stops, dwells, spindle, coolant.
+    pub post_words: u64,
     /// Stretches of points over which ways were chosen, each knowing at least the next 1024 points.
     pub windows: u64,
     /// Points at which a rotary axis turns by more than 120°.
@@ -211,15 +218,16 @@ impl PostingFindings {
             points: core.points,
             arcs: core.arcs,
             comments: core.notes,
+            post_words: core.words,
             windows: core.windows,
             rewinds: core.rewinds,
             pole_holds: core.pole_holds,
             read_back: PostingReadBack {
                 max_tip_um: Length::from_mm(core.largest_tip_error_mm).um(),
-                max_axis_urad: Angle::from_deg(core.largest_axis_error_deg).urad(),
+                max_axis_urad: core.largest_axis_error.urad(),
             },
             between_points: PostingBetweenPoints {
-                max_axis_urad: Angle::from_deg(core.largest_axis_swing_deg).urad(),
+                max_axis_urad: core.largest_axis_swing.urad(),
                 max_axis_line: core.axis_swing_line,
                 max_tip_um: Length::from_mm(core.largest_tip_swing_mm).um(),
                 max_tip_line: core.tip_swing_line,
@@ -231,13 +239,19 @@ impl PostingFindings {
 
 fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
     // A program with an upright tool is held at the pole all along, and misses nothing.
-    let missed = core.largest_axis_error_deg > 10_f64.powi(-i32::from(rotary_decimals));
+    let missed = core.largest_axis_error.deg() > 10_f64.powi(-i32::from(rotary_decimals));
     [
         (
             "post_words_as_comments",
-            "statements for the post-processor are comments: spindle, coolant and tools are for whoever frames the program",
+            "statements for the post-processor are comments: tools are for whoever frames the program",
             core.notes,
             None,
+        ),
+        (
+            "post_words_not_done",
+            "a statement that the machine should do something for is a comment, as its form is not plain",
+            core.not_done,
+            core.first_not_done_line,
         ),
         (
             "rewind",

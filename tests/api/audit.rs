@@ -199,7 +199,8 @@ async fn pages_of_the_log_follow_each_other() {
             None => break,
         }
     }
-    assert_eq!(seen, ["c", "b", "a", "example-ac-table"]);
+    // The first secret of webhooks is no machine's.
+    assert_eq!(seen, json!(["c", "b", "a", null, "example-ac-table"]).as_array().unwrap().as_slice());
     problem(app.get("/v1/audit?action=anything").await, "invalid-request").await;
 }
 
@@ -216,7 +217,7 @@ async fn neither_the_log_nor_a_key_can_be_changed_behind_its_back() {
     let mut connection = sqlx::SqliteConnection::connect(&file).await.unwrap();
     let rows: i64 =
         sqlx::query_scalar("SELECT COUNT(*) FROM audit").fetch_one(&mut connection).await.unwrap();
-    assert_eq!(rows, 4);
+    assert_eq!(rows, 5);
     for statement in [
         "DELETE FROM audit",
         "UPDATE audit SET key_id = 'somebody'",

@@ -336,6 +336,126 @@ fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
 }
 
 #[test]
+fn every_command_ends_with_2_where_it_could_not_do_its_work_and_with_1_where_it_says_no() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("garbage")).unwrap();
+    std::fs::write(at("garbage/trunnion.sqlite"), "no database at all, but long enough to be looked at")
+        .unwrap();
+    std::fs::write(at("file"), "").unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().to_string();
+    let nowhere = format!("127.0.0.1:{}", {
+        std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+    });
+    for (data, arguments, code) in [
+        ("data", &["--listen", &port][..], 2),
+        ("garbage", &["serve", "--listen", "127.0.0.1:0"], 2),
+        ("file", &["serve", "--listen", "127.0.0.1:0"], 2),
+        ("garbage", &["migrate"], 2),
+        ("file", &["migrate"], 2),
+        ("none", &["keys", "list"], 2),
+        ("garbage", &["keys", "list"], 2),
+        ("keyless", &["keys", "create", "--name", "a", "--scopes", "admin", "--expires-at", "soon"], 1),
+        ("keyless", &["keys", "revoke", "nobody"], 1),
+        ("none", &["backup", "elsewhere"], 2),
+        ("none", &["restore", "elsewhere"], 2),
+        ("garbage", &["doctor"], 1),
+        ("none", &["healthcheck", "--listen", &nowhere], 1),
+        ("none", &["config", "show", "--config", "nosuch.toml"], 2),
+        ("none", &["config", "show", "--max-poses", "0"], 2),
+        ("none", &["turn"], 2),
+    ] {
+        let output = trunnion(&at(data), arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", said(&output));
+        assert!(!output.stderr.is_empty(), "{arguments:?}");
+    }
+    drop(taken);
+}
+
+/// The command with an output that nobody reads.
+fn unread(data: &Path, arguments: &[&str]) -> Output {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+    for (_, name) in ENVIRONMENT {
+        command.env_remove(name);
+    }
+    command.env("TRUNNION_DATA_DIR", data).args(arguments);
+    command.stdout(writer).stderr(std::process::Stdio::piped());
+    command.spawn().unwrap().wait_with_output().unwrap()
+}
+
+#[test]
+fn what_cannot_be_printed_is_said_in_its_own_words_and_leaves_nothing() {
+    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let (data, input, output) = (bench.at("data"), bench.at("in.nc"), bench.at("out.nc"));
+    let machine = bench.at("machine.json");
+    let create = ["keys", "create", "--name", "office", "--scopes", "admin"];
+    let compensate = [
+        "compensate",
+        path(&input),
+        path(&output),
+        "--machine",
+        path(&machine),
+        "--parameters",
+        "{\"location_errors\": true}",
+    ];
+    for arguments in
+        [&["openapi"][..], &["config", "show"], &["doctor"], &create, &["keys", "list"], &compensate]
+    {
+        let ended = unread(&data, arguments);
+        let text = said(&ended);
+        assert_eq!(ended.status.code(), Some(2), "{arguments:?}: {text}");
+        assert!(text.starts_with("trunnion: standard output cannot be written"), "{arguments:?}: {text}");
+    }
+    assert!(!output.exists());
+    // The key that nobody saw was not made.
+    let list = trunnion(&data, &["keys", "list"]);
+    assert_eq!((list.status.code(), said(&list).lines().count()), (Some(0), 1), "{}", said(&list));
+}
+
+#[test]
+fn the_limits_of_the_settings_hold_on_the_command_line() {
+    let program = "G1 X1.000 Y1.000 Z1.000 A0.000 C0.000 F100.\nG1 X8.000 A3.000 C6.000\n";
+    let bench = Bench::new(program, &ac_table());
+    let parameters = ["--parameters", "{\"cc\": {\"tool_radius_mm\": 5}}"];
+    let with = |limit: &[&str]| bench.compensate(&[&parameters[..], limit].concat());
+    let length = program.len();
+    let (fits, over) = (length.to_string(), (length - 1).to_string());
+    assert_eq!(with(&["--max-body-bytes", &fits]).status.code(), Some(0));
+    std::fs::remove_file(bench.at("out.nc")).unwrap();
+    for (limit, bytes) in
+        [("--max-body-bytes", over.as_str()), ("--max-body-bytes", "1"), ("--max-result-bytes", "20")]
+    {
+        let done = with(&[limit, bytes]);
+        assert_eq!(done.status.code(), Some(1), "{limit} {bytes}: {}", said(&done));
+        assert!(said(&done).contains(&format!("than {bytes} bytes")), "{}", said(&done));
+        assert!(!bench.at("out.nc").exists());
+    }
+}
+
+#[tokio::test]
+async fn a_backup_names_the_file_that_is_missing() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |_| {}).await;
+    posted(&app).await;
+    app.stop().await;
+    let blob = files(&data.join("blobs")).pop().unwrap();
+    std::fs::remove_file(&blob).unwrap();
+    let refused = trunnion(&data, &["backup", path(&folder.path().join("backup"))]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    let name = blob.file_name().unwrap().to_str().unwrap();
+    assert!(
+        said(&refused).contains(&format!("{name} is named by a job and is not there")),
+        "{}",
+        said(&refused)
+    );
+    assert!(!folder.path().join("backup").exists());
+}
+
+#[test]
 fn what_is_refused_on_the_command_line_is_named_and_nothing_is_written() {
     let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\nG1 X[#<_x>] A1\n", &ac_table());
     std::fs::write(bench.at("out.nc"), "as it was").unwrap();

@@ -9,8 +9,10 @@ use reqwest::{Method, RequestBuilder, Response};
 use serde_json::Value;
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::queue::{Held, accepted, cc, running, spawn_held};
+use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
+use crate::receiver::Receiver;
 use crate::support::{App, spawn_real};
+use crate::webhooks::{at_once, calling};
 
 /// One way to send an operation's request.
 #[derive(Debug)]
@@ -102,6 +104,7 @@ impl Described {
                 let makes = match path.rsplit('/').next() {
                     Some("residuals") => "verification",
                     Some("changes") => "compensation",
+                    Some("deliveries") => return told(app).await,
                     _ => "cc-compensation",
                 };
                 let path = format!("/v1/machines/{{machine_id}}/{makes}");
@@ -178,6 +181,15 @@ impl Described {
         let inner = schema.get("items")?;
         items.into_iter().find_map(|(index, item)| self.misfit(inner, item, &format!("{at}/{index}")))
     }
+}
+
+/// The id of a job whose end is told to nobody who can be found.
+async fn told(app: &App) -> String {
+    let mut order = cc("example-ac-table");
+    order["callback_url"] = "http://mes.invalid/".into();
+    let place = accepted(app, &order, "g1\n").await;
+    ended(app, &place).await;
+    place.rsplit('/').next().unwrap().to_owned()
 }
 
 /// Media types of the answers that are no refusals; one empty one where there is no body.
@@ -298,6 +310,25 @@ async fn every_example_of_the_description_is_answered_as_described() {
         }
     }
     assert!(tried >= 35, "only {tried} requests");
+}
+
+#[tokio::test]
+async fn what_is_sent_to_receivers_fits_its_description() {
+    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let sent = &described.document["webhooks"]["job-ended"]["post"];
+    let content = &sent["requestBody"]["content"]["application/json"];
+    let schema = described.resolved(&content["schema"]);
+    assert_eq!(described.misfit(schema, &content["example"], ""), None);
+    let app = spawn_held(&Arc::<Held>::default(), at_once).await;
+    let mut receiver = Receiver::saying(&[]).await;
+    for program in ["g1\n", "REFUSE\n"] {
+        accepted(&app, &calling(&receiver.url()), program).await;
+        let told = receiver.next().await;
+        assert_eq!(described.misfit(schema, &told.json(), ""), None, "{}", told.json());
+        for header in parameters(sent, "header") {
+            assert!(told.headers.contains_key(header["name"].as_str().unwrap()), "{header}");
+        }
+    }
 }
 
 #[test]

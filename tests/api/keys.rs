@@ -17,6 +17,8 @@ const SCOPES: &[(&str, &str)] = &[
     ("get /v1/keys/{id}", "admin"),
     ("delete /v1/keys/{id}", "admin"),
     ("get /v1/audit", "admin"),
+    ("get /v1/webhooks/secret", "admin"),
+    ("post /v1/webhooks/secret/rotation", "admin"),
     ("put /v1/machines/{machine_id}", "machines"),
     ("delete /v1/machines/{machine_id}", "machines"),
     ("post /v1/machines/{machine_id}/calibrations", "calibrations"),
@@ -33,6 +35,7 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/wear-compensation", "compute"),
     ("post /v1/jobs", "compute"),
     ("delete /v1/jobs/{id}", "compute"),
+    ("post /v1/jobs/{id}/deliveries", "compute"),
     ("post /v1/scallop-height", "compute"),
     ("post /v1/servo-matching", "compute"),
     ("post /v1/servo-simulations", "compute"),
@@ -487,7 +490,8 @@ async fn a_body_does_not_name_a_machine_out_of_reach() {
         let path = operation.path.as_str();
         let by_path = path.contains("{machine_id}") || path.contains("{id}") || operation.method == "get";
         let tried = bodies.iter().any(|(known, _)| *known == path) || path == "/v1/jobs";
-        let nowhere = ["/v1/keys", "/v1/scallop-height", "/v1/wear-advice"].contains(&path);
+        let nowhere = ["/v1/keys", "/v1/scallop-height", "/v1/wear-advice", "/v1/webhooks/secret/rotation"]
+            .contains(&path);
         assert!(by_path || tried || nowhere, "{path}: can its body name a machine?");
         if path == "/v1/jobs" && operation.method == "post" {
             let post = async |machine: &str| {

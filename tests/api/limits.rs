@@ -70,6 +70,28 @@ async fn json_at_the_limit_is_taken_and_one_byte_more_is_not() {
 }
 
 #[tokio::test]
+async fn parameters_beside_a_program_have_a_limit_of_their_own() {
+    let text = json!({"tool_radius_mm": 5}).to_string();
+    let app = spawn_with(|settings| settings.max_parameters_bytes = text.len() as u64).await;
+    let send = |path: &'static str, field: &'static str, text: String| {
+        let program = reqwest::multipart::Part::text("G1 X1 Y1 Z1 A0 C0 F100\n").file_name("a.nc");
+        let form = reqwest::multipart::Form::new().text(field, text).part("program", program);
+        app.client.post(app.url(path)).multipart(form).send()
+    };
+    let path = "/v1/machines/example-ac-table/cc-compensation";
+    assert_eq!(send(path, "parameters", text.clone()).await.unwrap().status(), 200);
+    for (path, field, bytes) in [
+        (path, "parameters", 1),
+        (path, "parameters", 100_000),
+        ("/v1/jobs", "job", 1),
+        ("/v1/jobs", "job", 100_000),
+    ] {
+        let over = text.clone() + &" ".repeat(bytes);
+        problem(send(path, field, over).await.unwrap(), "body-too-large").await;
+    }
+}
+
+#[tokio::test]
 async fn a_computation_over_the_cost_limit_is_refused_before_it_starts() {
     let app = spawn_with(|settings| settings.max_cost_s = 1e-6).await;
     problem(app.post_text(PATH, "text/plain", "WAIT\n".repeat(100)).await, "too-costly").await;

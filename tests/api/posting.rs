@@ -49,7 +49,7 @@ async fn points_become_a_program_whose_words_reach_them() {
     let disposition = response.headers()["content-disposition"].to_str().unwrap().to_owned();
     assert!(disposition.ends_with("-posted.nc\""), "{disposition}");
     let program = response.text().await.unwrap();
-    assert!(program.contains("G93") && program.contains("(SPINDL/RPM,8000,CLW)"), "{program}");
+    assert!(program.contains("G93") && program.contains("\nS8000 M3\n"), "{program}");
     // The words, put through the forward kinematics, give the points back to the rounding of four decimals.
     let joints = words(&program);
     let body = json!({"joints": joints, "work_offset_mm": [12, -7, 35]});
@@ -75,7 +75,8 @@ async fn points_become_a_program_whose_words_reach_them() {
         assert_eq!(report[member], job[member], "{member}");
     }
     assert_eq!((&report["dialect"], &report["output_dialect"]), (&json!("apt"), &json!("iso")));
-    assert_eq!((&report["points"], &report["comments"]), (&json!(60), &json!(2)), "{report}");
+    assert_eq!((&report["points"], &report["comments"]), (&json!(60), &json!(1)), "{report}");
+    assert_eq!(report["post_words"], 1, "{report}");
     assert!(report["read_back"]["max_tip_um"].as_f64().unwrap() < 0.1, "{report}");
     assert!(report["between_points"]["max_tip_um"].as_f64().unwrap() > 1.0, "{report}");
     assert_eq!(report["warnings"][0]["kind"], "post_words_as_comments", "{report}");
@@ -142,6 +143,7 @@ async fn what_does_not_fit_is_named_and_nothing_is_stored() {
             &["/length_offset_number", "/work_offset_mm/1"],
         ),
         ("interpolation=joints", &["/interpolation"]),
+        ("length_offset_number=0&tool_length_mm=-5", &["/length_offset_number", "/tool_length_mm"]),
         ("surface=1", &["/surface"]),
     ] {
         let found = problem(posted(&app, query, FLANK).await, "invalid-request").await;
@@ -178,4 +180,16 @@ async fn a_cut_that_leaves_its_path_between_two_points_is_refused_with_its_line(
     assert_eq!(refusal["line"], 5);
     // The control keeps the tip on its line.
     assert_eq!(posted(&app, "interpolation=tcp", text).await.status(), 200);
+}
+
+#[tokio::test]
+async fn what_the_machine_should_have_done_and_is_a_comment_is_counted_with_its_line() {
+    let app = spawn().await;
+    let text = "FEDRAT/100,MMPM\nSPINDL/SFM,90,CLW\nGOTO/1,1,1\nCOOLNT/THRU\nSTOP\nGOTO/2,1,1\n";
+    let request = app.client.post(app.url(PATH)).header("accept", "application/json").body(text);
+    let report: Value = request.send().await.unwrap().json().await.unwrap();
+    assert_eq!((&report["comments"], &report["post_words"]), (&json!(2), &json!(1)), "{report}");
+    let warnings = report["warnings"].as_array().unwrap();
+    let told = warnings.iter().find(|warning| warning["kind"] == "post_words_not_done").unwrap();
+    assert_eq!((&told["count"], &told["line"]), (&json!(2), &json!(2)), "{report}");
 }

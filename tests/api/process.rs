@@ -55,6 +55,19 @@ fn a_wrong_setting_ends_it_with_a_reason() {
     }
 }
 
+#[cfg(not(feature = "otlp"))]
+#[test]
+fn spans_that_this_binary_cannot_send_are_not_promised() {
+    let data = TempDir::new().unwrap();
+    let mut command = binary(&data);
+    command.args(["--listen", "127.0.0.1:0", "--otlp-endpoint", "http://127.0.0.1:4318"]);
+    let output = command.stderr(Stdio::piped()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("http://127.0.0.1:4318") && text.contains("feature otlp"), "{text}");
+    assert!(output.stdout.is_empty() && !data.path().join("data").exists());
+}
+
 #[test]
 fn flags_win_over_the_file_and_the_file_over_the_defaults() {
     let folder = TempDir::new().unwrap();

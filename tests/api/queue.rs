@@ -496,3 +496,49 @@ async fn a_key_posts_jobs_for_its_machines_alone_and_the_audit_log_names_it() {
         assert!(text.lines().any(|found| found == line), "{text}");
     }
 }
+
+#[tokio::test]
+async fn whoever_loses_the_key_is_told_no_more_of_a_job() {
+    let held = Arc::<Held>::default();
+    let mut app = spawn_held(&held, |_| {}).await;
+    let place = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
+    running(&app, &place).await;
+    let stranger = reqwest::Client::builder().no_proxy().build().unwrap();
+    let follow = async |key: &str| {
+        let follow = stranger.get(app.url(&format!("{place}/events"))).bearer_auth(key);
+        let following = follow.send().await.unwrap();
+        assert_eq!(following.status(), 200);
+        following
+    };
+    // Let in without a key, before there was one.
+    let open = follow("").await;
+    app.close().await;
+    let follow = async |key: &str| {
+        let follow = stranger.get(app.url(&format!("{place}/events"))).bearer_auth(key);
+        let following = follow.send().await.unwrap();
+        assert_eq!(following.status(), 200);
+        following
+    };
+    open.text().await.unwrap();
+    // Revoked while it follows.
+    let (goes, stays) = (app.new_key(&["read"], None).await, app.new_key(&["read"], None).await);
+    let [gone, still] = [follow(&goes).await, follow(&stays).await];
+    let id = goes.split('_').nth(1).unwrap();
+    let revoked = app.client.delete(app.url(&format!("/v1/keys/{id}"))).send().await.unwrap();
+    assert_eq!(revoked.status(), 204);
+    assert!(!gone.text().await.unwrap().contains("succeeded"));
+    // Ended while it follows: the clock of tests goes on with every look at it.
+    let ends = jiff::Timestamp::from_second(1_772_000_000 + 600).unwrap();
+    let body = json!({"name": "for a while", "scopes": ["read"], "expires_at": ends.to_string()});
+    let made: Value = app.post_json("/v1/keys", &body).await.json().await.unwrap();
+    let ended_key = follow(made["key"].as_str().unwrap()).await;
+    let clock = async {
+        for _look in 0..600 {
+            app.get("/v1/webhooks/secret").await;
+        }
+    };
+    clock.await;
+    assert!(!ended_key.text().await.unwrap().contains("succeeded"));
+    held.release();
+    assert!(still.text().await.unwrap().contains("succeeded"));
+}

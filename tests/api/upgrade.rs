@@ -18,6 +18,7 @@ const KEY: &str = "trn_0123456789ab_5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e5e
 const CALIBRATIONS: i64 = 20_261_121_020_000;
 const WEAR_HISTORY: i64 = 20_261_121_030_000;
 const KEYS: i64 = 20_261_121_060_000;
+const WEBHOOKS: i64 = 20_261_122_000_000;
 
 /// Every schema of which a database is kept, oldest first.
 fn schemas() -> Vec<(i64, PathBuf)> {
@@ -44,7 +45,7 @@ async fn open(data: &Path) -> SqlitePool {
 #[tokio::test]
 async fn a_database_of_every_schema_kept_opens_with_what_it_holds() {
     let schemas = schemas();
-    assert!(schemas.len() >= 8 && schemas[0].0 == 20_260_101_000_000, "{schemas:?}");
+    assert!(schemas.len() >= 10 && schemas[0].0 == 20_260_101_000_000, "{schemas:?}");
     for (schema, path) in schemas {
         let directory = TempDir::new().unwrap();
         let data = directory.path();
@@ -77,6 +78,11 @@ async fn a_database_of_every_schema_kept_opens_with_what_it_holds() {
         if schema >= WEAR_HISTORY {
             let entries = get("/v1/machines/old/tools/T12/wear-entries").await;
             assert_eq!(entries["items"][0]["radius_wear_um"], 24.5, "{schema}: {entries}");
+        }
+        if schema >= WEBHOOKS {
+            let deliveries = get(&format!("/v1/jobs/{JOB}/deliveries")).await;
+            assert_eq!(deliveries["delivery"]["state"], "delivered", "{schema}: {deliveries}");
+            assert_eq!(deliveries["items"][0]["status"], 204, "{schema}: {deliveries}");
         }
         app.stop().await;
 

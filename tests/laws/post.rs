@@ -56,10 +56,7 @@ fn the_machine_reaches_every_point_with_its_tool_axis_in_both_forms() {
                 worst[1] = worst[1].max(t.cross(axis).norm());
             }
             println!("{} {form:?}: {:.2e} mm {:.2e} rad, {report:?}", part.name, worst[0], worst[1]);
-            assert!(
-                worst[0] <= ROUNDING_MM
-                    && worst[1] <= ROUNDING_RAD + report.largest_axis_error_deg.to_radians()
-            );
+            assert!(worst[0] <= ROUNDING_MM && worst[1] <= ROUNDING_RAD + report.largest_axis_error.rad());
             assert!(report.largest_tip_error_mm <= ROUNDING_MM && report.points == points.len() as u64);
             assert!(report.pole_holds > 0 || worst[1] <= ROUNDING_RAD);
             // The posted program is one of this machine: it is read as it was written.
@@ -160,4 +157,114 @@ fn lines_that_cannot_be_posted_are_all_named() {
     assert!(
         faults.kept.iter().all(|fault| matches!(fault.kind, LineFaultKind::OutOfTravel { axis: 'A', .. }))
     );
+}
+
+/// The blocks of a posted program without its comments.
+fn blocks(text: &str, parameters: &PostParameters) -> Vec<String> {
+    let (output, _) = run(&ac_machine(), parameters, text).expect("posted");
+    output.lines().filter(|line| !line.starts_with('(')).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_posted_program_leaves_the_control_in_feed_per_minute_and_without_tool_centre_point_control() {
+    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::default() };
+    let text = "FEDRAT/100,MMPM\nGOTO/1,1,1\nGOTO/2,1,1\n";
+    let written = blocks(text, &machine);
+    assert_eq!(written[written.len() - 3..], ["G94", "M30", "%"]);
+    let per_turn = "FEDRAT/0.1,MMPR\nGOTO/1,1,1\nGOTO/2,1,1\n";
+    let written = blocks(per_turn, &PostParameters::default());
+    assert_eq!(written[written.len() - 4..], ["G94", "G49", "M30", "%"]);
+    let written = blocks(text, &PostParameters::default());
+    assert_eq!(written[written.len() - 3..], ["G49", "M30", "%"]);
+    assert!(!written.iter().skip(2).any(|block| block.contains("G94")), "{written:?}");
+}
+
+#[test]
+fn the_first_cut_takes_its_feed_where_nobody_knows_from_where_it_comes_and_its_time_where_the_source_says() {
+    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::default() };
+    let unknown = blocks("FEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n", &parameters);
+    assert!(unknown[3].starts_with("G1 X10.0000") && unknown[3].ends_with(" F100.0"), "{unknown:?}");
+    // 5 mm at 100 mm/min are a twentieth of a minute.
+    assert!(unknown[4].starts_with("G93 X15.0000") && unknown[4].ends_with(" F20.0"), "{unknown:?}");
+    let from = blocks("FROM/8,0,0\nFEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n", &parameters);
+    assert!(from[3].starts_with("G93 G1 X10.0000") && from[3].ends_with(" F50.0"), "{from:?}");
+    assert!(from[4].starts_with("X15.0000") && from[4].ends_with(" F20.0"), "{from:?}");
+    // A tool change moves the machine.
+    let behind_a_change = "RAPID\nGOTO/0,0,9\nLOADTL/1\nFEDRAT/100,MMPM\nGOTO/10,0,0\n";
+    let changed = blocks(behind_a_change, &parameters);
+    assert!(changed[4].starts_with("G1 X10.0000") && changed[4].ends_with(" F100.0"), "{changed:?}");
+}
+
+#[test]
+fn stops_dwells_spindle_and_coolant_are_words_in_their_place() {
+    let text = "SPINDL/RPM,900,CCLW\nCOOLNT/FLOOD\nFEDRAT/100,MMPM\nGOTO/1,0,0\nOPSTOP\nDELAY/1.5\nGOTO/2,0,0\nSTOP\n\
+                GOTO/3,0,0\nSPINDL/OFF\nFINI\nSTOP\n";
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        let parameters = PostParameters { form, ..PostParameters::default() };
+        let written = blocks(text, &parameters);
+        let (_, report) = run(&ac_machine(), &parameters, text).expect("posted");
+        assert_eq!((report.words, report.notes, report.blocks_out), (6, 0, written.len() as u64));
+        let at = |block: &str| written.iter().position(|written| written == block).expect("a block");
+        let point = |word: &str| written.iter().position(|block| block.contains(word)).expect("a point");
+        let places = [
+            at("S900 M4"),
+            at("M8"),
+            point("X1.0000"),
+            at("M1"),
+            at("G4 P1500"),
+            point("X2.0000"),
+            at("M0"),
+            point("X3.0000"),
+            at("M5"),
+        ];
+        assert!(places.is_sorted(), "{written:?}");
+        assert_eq!(written.iter().filter(|block| *block == "M0").count(), 1, "the end is the end");
+    }
+}
+
+/// The lines refused, with the reason of the first.
+fn refused(text: &str) -> (Vec<u64>, LineFaultKind) {
+    let Err(Fault::Lines(faults)) = run(&ac_machine(), &PostParameters::default(), text) else {
+        panic!("not refused: {text}");
+    };
+    (faults.kept.iter().map(|fault| fault.line).collect(), faults.kept[0].kind.clone())
+}
+
+#[test]
+fn another_tool_behind_a_cut_is_refused_and_the_one_before_it_is_not() {
+    let change = LineFaultKind::NotPosted(NotPosted::ToolChange);
+    let cutter = LineFaultKind::NotPosted(NotPosted::CutterChange);
+    let head = "LOADTL/1\nCUTTER/10\nFEDRAT/100,MMPM\nGOTO/1,0,0\n";
+    for (behind, lines, kind) in [
+        ("LOADTL/2\nGOTO/2,0,0\n", vec![5], &change),
+        ("TURRET/2\nCUTTER/8\nGOTO/2,0,0\n", vec![5, 6], &change),
+        ("UNLOAD/1\nLOADTL/2\n", vec![6], &change),
+        ("CUTTER/8\nGOTO/2,0,0\n", vec![5], &cutter),
+    ] {
+        let (found, why) = refused(&format!("{head}{behind}"));
+        assert_eq!((&found, &why), (&lines, kind), "{behind}");
+    }
+    let (found, why) = refused("FEDRAT/100,MMPM\nGOTO/1,0,0\nLOADTL/1\nGOTO/2,0,0\n");
+    assert_eq!((found, &why), (vec![3], &change));
+    for sound in [
+        format!("LOADTL/7\nCUTTER/2\n{head}GOTO/2,0,0\n"),
+        format!("RAPID\nGOTO/0,0,9\n{head}TURRET/1\nCUTTER/ 10\nGOTO/2,0,0\nUNLOAD/1\n"),
+    ] {
+        run(&ac_machine(), &PostParameters::default(), &sound).expect("one tool");
+    }
+}
+
+#[test]
+fn a_circle_whose_radius_is_not_that_of_its_ends_is_refused() {
+    let arc =
+        |radius: &str| format!("FEDRAT/100,MMPM\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1{radius}\nGOTO/0,10,0\n");
+    let (lines, why) = refused(&arc(",12"));
+    let stated = NotPosted::ArcRadius { stated_mm: 12.0, start_mm: 10.0, end_mm: 10.0 };
+    assert_eq!((lines, why), (vec![4], LineFaultKind::NotPosted(stated)));
+    // A hundredth of a millimetre, or a thousandth of the radius, is rounding.
+    assert_eq!(refused(&arc(",10.011")).0, [4]);
+    for sound in [",10.009", ",10,0.06,0.5", "", ","] {
+        let (_, report) = run(&ac_machine(), &PostParameters::default(), &arc(sound)).expect("an arc");
+        assert_eq!(report.arcs, 1, "{sound}");
+    }
 }

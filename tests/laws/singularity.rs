@@ -3,7 +3,9 @@
 
 use std::ops::ControlFlow;
 
-use trunnion::kinematics::SingularityKind;
+use trunnion::geometry::Vec3;
+use trunnion::kinematics::{Kinematics, SingularityKind};
+use trunnion::machine::{Machine, Preset};
 use trunnion::process::{
     CcParameters, Fault, LeftReason, MemorySpool, RegionTreatment, SingularityAction, SingularityParameters,
     SingularityReport, compensate, treat_and_compensate, treat_singular_regions,
@@ -411,4 +413,54 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
             _ => assert_eq!(line, worst),
         }
     }
+}
+
+/// The pass in tool vectors of ten decimals (G43.5) in place of A and C.
+fn in_vectors(pass: &PolePass, kinematics: &Kinematics) -> String {
+    let axes = pass.machine.rotary_axes();
+    let mut angles_deg = [0.0; 2];
+    let mut text = String::new();
+    for line in pass.text.replace("G43.4", "G43.5").lines() {
+        let mut words = Vec::new();
+        for word in line.split_whitespace() {
+            match axes.iter().position(|axis| word.starts_with(axis.letter.as_char())) {
+                Some(k) => angles_deg[k] = word[1..].parse::<f64>().expect("a number"),
+                None => words.push(word.to_owned()),
+            }
+        }
+        // Every numbered block is a point of the pass.
+        if line.starts_with('N') {
+            let axis = kinematics.axis([0, 1].map(|k: usize| axes[k].angle_rad(angles_deg[k])));
+            let before_feed = words.iter().position(|word| word.starts_with('F')).unwrap_or(words.len());
+            words.insert(before_feed, format!("I{:.10} J{:.10} K{:.10}", axis.x, axis.y, axis.z));
+        }
+        text.push_str(&(words.join(" ") + "\n"));
+    }
+    text
+}
+
+#[test]
+fn tool_vectors_are_turned_into_words_on_the_machine_as_the_request_has_it() {
+    let shape = PassShape { lean_deg: 3.0, miss_deg: 1.0, motions: 240, decimals: 6, ..PassShape::PLAIN };
+    let mut pass = pole_pass("ac-table", true, shape);
+    // A machine whose measured errors do not count for this request.
+    let mut parts = Preset::by_id("ac-table").expect("a preset").parts();
+    for axis in &mut parts.rotary_axes {
+        axis.travel_deg = None;
+        axis.location_error.rotation_rad = Vec3::new(6e-4, -5e-4, 0.0);
+    }
+    pass.machine = Machine::new(parts).expect("a machine");
+    pass.setup.apply_errors = false;
+    let kinematics = Kinematics::new(&pass.machine, &pass.setup);
+    let singularity = SingularityParameters::new(SingularityAction::Report);
+    let (_, by_words) = treat(&pass, &singularity).expect("reported");
+    pass.text = in_vectors(&pass, &kinematics);
+    let (_, by_vectors) = treat(&pass, &singularity).expect("reported");
+    let [[words], [vectors]] = [by_words.regions.as_slice(), by_vectors.regions.as_slice()] else {
+        panic!("{:?} {:?}", by_words.regions, by_vectors.regions)
+    };
+    assert_eq!(words.motions, vectors.motions);
+    // Six decimals of a degree, ten of a vector; the tilt would be 3e-2.
+    let off_deg = (words.least_angle.deg() - vectors.least_angle.deg()).abs();
+    assert!(off_deg < 1e-5, "{off_deg}");
 }

@@ -7,7 +7,8 @@ use trunnion::contact::{
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
 use trunnion::machine::{Machine, RotaryLetter, Tool};
-use trunnion::motion::{AxisWords, FeedMode, Interpolation};
+use trunnion::motion::{AxisWords, FeedMode, FeedRules, Interpolation};
+use trunnion::program::Dialect;
 use trunnion::units::Length;
 
 use crate::tables::tables;
@@ -109,7 +110,7 @@ fn p0_table_1_has_the_length_time_and_contact_distances_it_states() {
     let block = SourceBlock::new(&machine, &kinematics, tool, mode, ends, carry);
     assert!((block.line.start_mm - points[0].1).norm() < 1e-12);
     assert!((block.line.start_mm + block.line.along_mm - points[1].1).norm() < 1e-12);
-    let time = BlockTime::of(&block, &block.whole(), 1.0);
+    let time = BlockTime::of(&block, &block.whole(), 1.0, FeedRules::of(Dialect::Iso).paths);
     assert!((time.path_units - 2.069_816_113).abs() < 5e-10, "{}", time.path_units);
     let tau_s = block_time_s(FeedMode::PerMinute, 1000.0, &time).expect("a feed");
     assert!(((tau_s / 0.002).ceil() - 63.0).abs() < 1e-12);
@@ -152,7 +153,7 @@ fn inserted_feeds_share_the_block_s_time() {
         &kinematics,
         [words([100.0, 0.0, 0.0], [0.0, 0.0]), words([110.0, 0.0, 0.0], [0.0, 5.0])],
     );
-    let whole = BlockTime::of(&block, &block.whole(), 1.0);
+    let whole = BlockTime::of(&block, &block.whole(), 1.0, FeedRules::of(Dialect::Iso).paths);
     let half = BlockTime { path_units: 4.0, turn_deg: 2.5 };
     let tau_s = block_time_s(FeedMode::PerMinute, 600.0, &whole).expect("a feed");
     let feed = feed_word(FeedMode::PerMinute, 600.0, &whole, &half, 0.5).expect("a feed");

@@ -2,7 +2,7 @@
 
 use super::{Segment, SourceBlock};
 use crate::geometry::Vec3;
-use crate::motion::{FeedMode, Interpolation};
+use crate::motion::{AxisWords, FeedMode, FeedPath, FeedPaths};
 use crate::units::S_PER_MIN;
 
 /// A linear path shorter than this is none: the block is purely rotary \[mm or inch\].
@@ -11,29 +11,45 @@ const PURELY_ROTARY_UNITS: f64 = 1e-9;
 /// What a block's time depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockTime {
-    /// Length that F in G94 is measured along: words in machine interpolation, tip in W with TCP, in program units
-    /// (mm or inch).
+    /// Length that an F which is a speed is measured along, in program units (mm or inch).
     pub path_units: f64,
     /// Largest rotary travel \[deg\].
     pub turn_deg: f64,
 }
 
 impl BlockTime {
-    /// Of a segment of a block; a program unit is `mm_per_unit` millimetres.
+    /// Of a segment of a block; a program unit is `mm_per_unit` millimetres, and a speed counts along `paths`.
     #[must_use]
-    pub fn of(block: &SourceBlock<'_>, segment: &Segment, mm_per_unit: f64) -> Self {
+    pub fn of(block: &SourceBlock<'_>, segment: &Segment, mm_per_unit: f64, paths: FeedPaths) -> Self {
         let [a, b] = segment.ends;
-        let path_mm = match block.mode {
-            Interpolation::Machine => (Vec3::from(b.words.linear_mm) - Vec3::from(a.words.linear_mm)).norm(),
-            Interpolation::Tcp => (b.pose.tip_mm - a.pose.tip_mm).norm(),
-        };
-        let turn = |k: usize| (b.words.rotary_deg[k] - a.words.rotary_deg[k]).abs();
+        let by_words = Self::of_words([&a.words, &b.words], mm_per_unit);
+        match paths.of(block.mode) {
+            FeedPath::LinearAxes => by_words,
+            FeedPath::Tip => {
+                Self { path_units: (b.pose.tip_mm - a.pose.tip_mm).norm() / mm_per_unit, ..by_words }
+            }
+        }
+    }
+
+    /// Of a motion between words whose X Y Z are what a speed counts along: the axes', or the tip's under
+    /// tool-centre-point control.
+    #[must_use]
+    pub fn of_words(ends: [&AxisWords; 2], mm_per_unit: f64) -> Self {
+        let [a, b] = ends;
+        let path_mm = (Vec3::from(b.linear_mm) - Vec3::from(a.linear_mm)).norm();
+        let turn = |k: usize| (b.rotary_deg[k] - a.rotary_deg[k]).abs();
         Self { path_units: path_mm / mm_per_unit, turn_deg: turn(0).max(turn(1)) }
+    }
+
+    /// Whether only rotary axes move, and F counts degrees.
+    #[must_use]
+    pub fn is_purely_rotary(&self) -> bool {
+        self.path_units <= PURELY_ROTARY_UNITS
     }
 
     /// What F counts along: program units, or degrees where the block is purely rotary.
     fn travel(&self) -> f64 {
-        if self.path_units > PURELY_ROTARY_UNITS { self.path_units } else { self.turn_deg }
+        if self.is_purely_rotary() { self.turn_deg } else { self.path_units }
     }
 }
 

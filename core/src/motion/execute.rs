@@ -3,7 +3,7 @@
 use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
-use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
+use super::{ContactWords, FeedMode, FeedRules, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
 };
@@ -122,7 +122,9 @@ impl Interpreter {
             }
             None => self.move_axes(index, block, reason, motions),
             // F of a dwell may be a time.
-            Some(Action::Consume) if self.block.has(Address::F) && self.dialect != Dialect::Siemens => {
+            Some(Action::Consume)
+                if self.block.has(Address::F) && FeedRules::of(self.dialect).dwell_may_set_feed =>
+            {
                 self.modal.feed = ModalFeed::Unknown;
             }
             Some(Action::Consume | Action::Frame) => {}

@@ -1,5 +1,7 @@
 //! Feed as the program gives it.
 
+use super::FeedPaths;
+
 /// How an F word is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FeedMode {
@@ -24,6 +26,8 @@ pub struct Feed {
     pub raw: f64,
     /// Digits behind the point of that number.
     pub decimals: u8,
+    /// What it counts along where it is a speed.
+    pub paths: FeedPaths,
     /// Whether the F word stands in the motion's own block.
     pub word_in_block: bool,
 }

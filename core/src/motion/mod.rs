@@ -15,6 +15,7 @@ mod codes;
 mod conversational_tests;
 mod execute;
 mod feed;
+mod feed_rules;
 mod interpreter;
 mod modal;
 mod motions;
@@ -41,6 +42,7 @@ mod unfollowable;
 mod words;
 
 pub use feed::{Feed, FeedMode};
+pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};
 pub use interpreter::{Interpreter, InterpreterOptions};
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
 pub use unfollowable::{ModalGroup, Unfollowable};

@@ -3,8 +3,8 @@
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
 use super::{
-    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
-    MotionKind, Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, FeedRules, Interpolation,
+    ModalGroup, Motion, MotionKind, Unfollowable,
 };
 use crate::program::{Address, Block, Dialect, round_to_decimals};
 
@@ -276,15 +276,21 @@ impl Interpreter {
     #[inline]
     fn feed(&self) -> Feed {
         let mode = self.modal.feed_mode;
+        let rules = FeedRules::of(self.dialect);
+        let paths = rules.paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
-            ModalFeed::Given(..) if mode == Some(FeedMode::InverseTime) && !word_in_block => None,
+            ModalFeed::Given(..)
+                if mode == Some(FeedMode::InverseTime) && !word_in_block && !rules.inverse_time_goes_on =>
+            {
+                None
+            }
             ModalFeed::Given(raw, decimals) => Some((raw, decimals)),
             ModalFeed::NeverGiven if mode == Some(FeedMode::PerMinute) => self.feed_before_the_first(),
             ModalFeed::NeverGiven | ModalFeed::Unknown => None,
         };
         let Some((raw, decimals)) = stands else {
-            return Feed { mode, value: None, raw: 0.0, decimals: 0, word_in_block };
+            return Feed { mode, value: None, raw: 0.0, decimals: 0, paths, word_in_block };
         };
         let value = match mode {
             Some(FeedMode::PerMinute | FeedMode::PerRevolution) => {
@@ -293,7 +299,7 @@ impl Interpreter {
             Some(FeedMode::InverseTime) => Some(raw),
             None => None,
         };
-        Feed { mode, value, raw, decimals, word_in_block }
+        Feed { mode, value, raw, decimals, paths, word_in_block }
     }
 
     /// The feed stated from outside, as an F word would be written in the program's units: the fewest decimals that

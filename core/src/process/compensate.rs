@@ -98,7 +98,7 @@ pub(super) fn compensate_from(
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
     let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
-    let (mut writing, mut written) = (Written::default(), Written::default());
+    let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {
             return Err(Fault::Cancelled);
@@ -169,12 +169,12 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
 
 /// Text of the output, and what it has to mean.
 #[derive(Debug, Default)]
-struct Written<'a> {
+struct Outgoing<'a> {
     text: Vec<u8>,
     expected: VecDeque<Expected<'a>>,
 }
 
-impl Written<'_> {
+impl Outgoing<'_> {
     fn clear(&mut self) {
         self.text.clear();
         self.expected.clear();
@@ -246,7 +246,7 @@ impl<'a> Work<'a> {
     }
 
     /// Goes on with a stretch, to its end or until enough is written to be handed over.
-    fn stretch(&mut self, stretch: &Stretch, out: &mut Written<'a>) -> Result<(), Fault> {
+    fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<'a>) -> Result<(), Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
             if self.at.motion == 0 && self.at.copied == 0 {
                 self.inventory.see(&passage.batch);
@@ -269,7 +269,7 @@ impl<'a> Work<'a> {
         &mut self,
         passage: &Passage,
         following: Option<&Motion>,
-        out: &mut Written<'a>,
+        out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         let Passage { batch, motions } = passage;
         while let Some(motion) = motions.get(self.at.motion) {
@@ -318,7 +318,7 @@ impl<'a> Work<'a> {
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
-        out: &mut Written<'a>,
+        out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
         let effort = &mut self.judge.effort;
         let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, effort);
@@ -364,7 +364,12 @@ impl<'a> Work<'a> {
     }
 
     /// Gives a block left alone its feed back, where divided blocks before it took it.
-    fn restore_feed(&mut self, batch: &Batch, motion: &Motion, out: &mut Written<'a>) -> Result<bool, Fault> {
+    fn restore_feed(
+        &mut self,
+        batch: &Batch,
+        motion: &Motion,
+        out: &mut Outgoing<'a>,
+    ) -> Result<bool, Fault> {
         if !self.emitter.owes_feed() {
             return Ok(false);
         }
@@ -384,7 +389,7 @@ impl<'a> Work<'a> {
     }
 
     /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
-    fn settle(&mut self, passage: &Passage, out: &mut Written<'a>) -> Result<(), Fault> {
+    fn settle(&mut self, passage: &Passage, out: &mut Outgoing<'a>) -> Result<(), Fault> {
         let Some(first) = passage.batch.blocks().first() else { return Ok(()) };
         let written_from = out.text.len();
         self.emitter

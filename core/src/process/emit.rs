@@ -6,9 +6,11 @@ use super::judge::Checked;
 use super::numbering::Numbering;
 use super::plan::Division;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
-use crate::motion::{AxisWords, ContactWords, Feed, FeedMode, Interpolation, Motion, Unfollowable};
+use crate::motion::{
+    AxisWords, ContactWords, Feed, FeedForm, FeedMode, FeedRules, Interpolation, Motion, Unfollowable,
+};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, Dialect, MAX_DECIMALS, NewWord, WriteFault, print_changed,
+    Address, Batch, Block, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed,
     print_changed_without, print_inserted_without, round_to_decimals,
 };
 
@@ -82,7 +84,7 @@ impl Emitter {
     /// one.
     pub(super) fn count_feed(&mut self, batch: &Batch, words: &[NewWord]) -> bool {
         let states_feed =
-            batch.dialect() == Dialect::Apt && words.iter().any(|word| word.address == Address::F);
+            form(batch) == FeedForm::Statement && words.iter().any(|word| word.address == Address::F);
         self.feed_blocks += u64::from(states_feed);
         states_feed
     }
@@ -165,7 +167,7 @@ impl Emitter {
         let block = &checked.block;
         let index = motion.block as usize;
         let mut words = Words::new(batch, checked, motion, division);
-        let source_time = BlockTime::of(block, &block.whole(), motion.mm_per_unit);
+        let source_time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
         let mut modal_feed = self.owed.map_or(motion.feed.raw, |_| f64::NAN);
         if motion.feed.word_in_block {
             // Whatever was modal before, the source block states its own.
@@ -182,14 +184,12 @@ impl Emitter {
             if division.carries_feed
                 && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
             {
-                // A table row has a cell for F whether it changes or not.
-                let always =
-                    motion.feed.mode == Some(FeedMode::InverseTime) || batch.dialect() == Dialect::Csv;
+                let form = form(batch);
+                let always = motion.feed.mode == Some(FeedMode::InverseTime) || form == FeedForm::Cell;
                 if always || differs(feed.value, modal_feed) {
                     list.push(feed);
                     modal_feed = feed.value;
-                    // In cutter location data a feed is a statement of its own.
-                    self.feed_blocks += u64::from(batch.dialect() == Dialect::Apt);
+                    self.feed_blocks += u64::from(form == FeedForm::Statement);
                 }
             }
             let dropped = words.dropped(k == last);
@@ -212,8 +212,8 @@ impl Emitter {
             decimals: feed.decimals,
             mode: feed.mode,
         });
-        // There, statements between this point and the next may belong to the next.
-        if batch.dialect() == Dialect::Apt
+        // Statements between this point and the next may belong to the next.
+        if form(batch) == FeedForm::Statement
             && let Some(owed) = self.owed.take()
         {
             crate::program::print_feed_only(batch, index, owed.raw, owed.decimals, out)?;
@@ -222,6 +222,11 @@ impl Emitter {
         }
         Ok(())
     }
+}
+
+/// How a feed stands in programs of this batch's dialect.
+fn form(batch: &Batch) -> FeedForm {
+    FeedRules::of(batch.dialect()).form
 }
 
 fn differs(a: f64, b: f64) -> bool {
@@ -238,7 +243,7 @@ fn part_feed(
 ) -> Option<NewWord> {
     let (mode, _) = (feed.mode?, feed.value?);
     let share = segment.fraction[1] - segment.fraction[0];
-    let part_time = BlockTime::of(&checked.block, segment, motion.mm_per_unit);
+    let part_time = BlockTime::of(&checked.block, segment, motion.mm_per_unit, motion.feed.paths);
     let value = feed_word(mode, feed.raw, source_time, &part_time, share)?;
     Some(rounded_feed(feed, value))
 }

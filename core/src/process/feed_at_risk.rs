@@ -1,12 +1,7 @@
 //! Whether the F that divided blocks owe would meet another meaning before a motion gives it back.
 
-use crate::motion::FeedMode;
-use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Dialect, Keyword, Word};
-
-/// G codes by which F counts in other units or along something else, in tenths: inch and metric, G93 to G97.
-fn changes_feed(tenths: u32) -> bool {
-    matches!(tenths, 200 | 210 | 700 | 710 | 7000 | 7100 | 930..=979)
-}
+use crate::motion::{FeedMode, FeedRules};
+use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, Word};
 
 /// G codes behind which a block with axis words moves at feed, in tenths: G1 to G3, and canned cycles.
 fn moves_at_feed(tenths: u32) -> bool {
@@ -20,6 +15,7 @@ fn moves_at_feed(tenths: u32) -> bool {
 /// The number of G93 is meant for its own block. Where the mode changes it is at risk only if something then moves
 /// without an F of its own: controls that keep the number would take it.
 pub(super) fn feed_at_risk(batch: &Batch, first: usize, owed_in: Option<FeedMode>) -> Option<bool> {
+    let rules = FeedRules::of(batch.dialect());
     let mut is_rapid = false;
     let mut is_changed = false;
     for block in batch.blocks().get(first..).unwrap_or_default() {
@@ -34,7 +30,7 @@ pub(super) fn feed_at_risk(batch: &Batch, first: usize, owed_in: Option<FeedMode
         if words.iter().any(|word| word.address == Address::F) {
             return Some(is_dwell(words));
         }
-        if says_otherwise(batch, block, words) {
+        if block.kind == BlockKind::Words && words.iter().any(|word| rules.is_changed_by(word)) {
             is_changed = true;
             if owed_in != Some(FeedMode::InverseTime) {
                 return Some(true);
@@ -100,18 +96,34 @@ fn takes_axis_words(word: &Word) -> bool {
     by_statement || by_code
 }
 
-/// Whether the block gives F another meaning, or may.
-fn says_otherwise(batch: &Batch, block: &Block, words: &[Word]) -> bool {
-    if block.kind != BlockKind::Words {
-        return false;
+#[cfg(test)]
+mod tests {
+    use super::{FeedMode, feed_at_risk};
+    use crate::program::{Batch, Dialect, ReadLimits, Reader};
+
+    fn at_risk(dialect: Dialect, text: &str) -> Option<bool> {
+        let mut reader = Reader::new(Some(dialect), ReadLimits::default());
+        reader.feed(text.as_bytes());
+        reader.finish();
+        let mut batch = Batch::new();
+        assert!(reader.next_batch(&mut batch).expect("text"));
+        feed_at_risk(&batch, 0, Some(FeedMode::PerMinute))
     }
-    let codes = words.iter().filter(|word| word.address == Address::G);
-    let by_code = codes.filter_map(Word::code_tenths).any(changes_feed);
-    // FAUTO and its kin; M136 and M137.
-    let by_statement = batch.dialect() == Dialect::Heidenhain
-        && words.iter().any(|word| match word.address {
-            Address::M => matches!(word.code_tenths(), Some(1360 | 1370)),
-            _ => word.keyword() == Some(Keyword::FeedElsewhere),
-        });
-    by_code || by_statement
+
+    #[test]
+    fn every_code_of_a_dialect_that_gives_f_another_meaning_is_seen() {
+        for (dialect, codes) in [
+            (Dialect::Iso, &["G20", "G21", "G93", "G94", "G95", "G96"][..]),
+            (Dialect::Siemens, &["G70", "G700", "G710", "G93", "G95", "G96", "G961", "G971", "G973"]),
+        ] {
+            for code in codes {
+                assert_eq!(at_risk(dialect, &format!("{code}\nG1 X5\n")), Some(true), "{code}");
+            }
+            assert_eq!(at_risk(dialect, "G64\nG1 X5\n"), Some(false));
+        }
+        for (line, expected) in [("M136", true), ("M137", true), ("L X+1 R0 FAUTO", true), ("M8", false)] {
+            let text = format!("0 BEGIN PGM A MM\n1 {line}\n2 L X+5\n");
+            assert_eq!(at_risk(Dialect::Heidenhain, &text), Some(expected), "{line}");
+        }
+    }
 }

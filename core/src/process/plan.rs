@@ -123,7 +123,7 @@ fn interpolation_steps(
     checked: &Checked<'_>,
     motion: &Motion,
 ) -> Result<u32, LineFaultKind> {
-    let time = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
+    let time = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit, motion.feed.paths);
     let (Some(mode), Some(_)) = (motion.feed.mode, motion.feed.value) else {
         return Err(LineFaultKind::NoFeed);
     };
@@ -146,10 +146,10 @@ pub(super) fn check_feeds(
     motion: &Motion,
     nodes: &[Node],
 ) -> Result<(), LineFaultKind> {
-    let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit);
+    let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit, motion.feed.paths);
     for segment in segments(&checked.block, nodes) {
         let share = segment.fraction[1] - segment.fraction[0];
-        let part = BlockTime::of(&checked.block, &segment, motion.mm_per_unit);
+        let part = BlockTime::of(&checked.block, &segment, motion.mm_per_unit, motion.feed.paths);
         let feed = motion
             .feed
             .mode

@@ -130,11 +130,23 @@ impl<E: Awaited> ReadBack<E> {
         Ok(true)
     }
 
+    /// Everything expected must have come.
+    pub(super) fn has_all(&self) -> Result<(), Fault> {
+        self.expected.front().map_or(Ok(()), |next| Err(failed(next.line(), next.missing())))
+    }
+
+    /// Nothing was read so far that is warned of.
+    pub(super) fn has_no_warning(&self) -> Result<(), Fault> {
+        if self.diagnostics.count(Severity::Warning) == 0 {
+            return Ok(());
+        }
+        let line = self.expected.front().map_or(0, Awaited::line);
+        Err(failed(line, "the written program is not readable"))
+    }
+
     /// Everything expected must have come, and nothing of the source be lost or doubled.
     pub(super) fn is_whole(&self, source: &Inventory) -> Result<(), Fault> {
-        if let Some(next) = self.expected.front() {
-            return Err(failed(next.line(), next.missing()));
-        }
+        self.has_all()?;
         if !source.is_kept_by(&self.inventory) {
             return Err(failed(0, "blocks or words that are not to be changed were lost or doubled"));
         }

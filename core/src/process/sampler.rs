@@ -63,8 +63,7 @@ impl Piece {
         }
         let travel = Vec3::from(end.linear_mm) - Vec3::from(start.linear_mm);
         let path_mm = travel.norm();
-        let turn = |k: usize| (end.rotary_deg[k] - start.rotary_deg[k]).abs();
-        let time = BlockTime { path_units: path_mm / motion.mm_per_unit, turn_deg: turn(0).max(turn(1)) };
+        let time = BlockTime::of_words([&start, &end], motion.mm_per_unit);
         let duration_s = (motion.feed.mode.zip(motion.feed.value))
             .and_then(|(mode, _)| block_time_s(mode, motion.feed.raw, &time))
             .filter(|duration_s| duration_s.is_finite())

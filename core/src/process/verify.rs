@@ -349,7 +349,7 @@ impl<'a> Verifier<'a> {
         let (source, block) = (&group.source, &group.checked.block);
         let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
         let time_s = |feed, segment: &Segment| {
-            block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit))
+            block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit, source.feed.paths))
         };
         // In G95 the spindle decides: the plan's formula is all there is.
         let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };

@@ -58,7 +58,8 @@ struct JobRequestDoc {
     /// Your own id.
     #[schema(min_length = 1, max_length = 200, example = "WO-4711/20")]
     external_id: Option<String>,
-    /// Who is told of the job's end, an `http` or `https` address.
+    /// Who is told of the job's end, an `http` or `https` address that is public or that the operator allows; signed as
+    /// Standard Webhooks describes.
     #[schema(max_length = 2048, example = "https://mes.example.com/trunnion")]
     callback_url: Option<String>,
 }
@@ -124,7 +125,15 @@ pub(super) async fn create_job(
     choose(request.headers(), &["application/json"])?;
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let read = |text: &[u8]| Ok(JobOrder::read(text)?);
+    let read = |text: &[u8]| {
+        let order = JobOrder::read(text)?;
+        let url = order.callback_url.as_deref().and_then(|url| url.parse().ok());
+        if let Some(Err(fault)) = url.map(|url| app.courier.admit(&url)) {
+            let fault = Fault::new("/callback_url", fault.to_string());
+            return Err(JobFault::Parameters(vec![fault]).into());
+        }
+        Ok(order)
+    };
     let Form { document, program, file_name, surface } = take_form(&app, &parts, body, "job", read).await?;
     let invalid =
         |pointer, detail| Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(pointer, detail)]);

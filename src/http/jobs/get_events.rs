@@ -12,9 +12,11 @@ use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::Instant;
 
 use super::find;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
@@ -30,11 +32,14 @@ const ACCEL_BUFFERING: HeaderName = HeaderName::from_static("x-accel-buffering")
 const BETWEEN_LOOKS: Duration = Duration::from_millis(250);
 /// Time between two comments that keep a silent connection open.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
+/// Time between two looks whether the key that a client came with still opens anything.
+const BETWEEN_KEY_LOOKS: Duration = Duration::from_secs(1);
 
 /// Follow a job
 ///
 /// Server-sent events: `state` with state and progress, once for the state there is and again at every change; `progress`
-/// while the job runs. The stream ends after a final state. A client that comes back with `Last-Event-ID` is not told
+/// while the job runs. The stream ends after a final state, and when the API key is revoked
+/// or ends. A client that comes back with `Last-Event-ID` is not told
 /// again what it knows; where that was a final state, the answer is 204.
 #[utoipa::path(
     get,
@@ -56,6 +61,7 @@ pub(super) async fn get_job_events(
     State(app): State<AppState>,
     Path(id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["text/event-stream"])?;
@@ -72,7 +78,9 @@ pub(super) async fn get_job_events(
         Problem::new(ProblemType::Busy, format!("{most} clients follow jobs already"))
     })?;
     let first = if known { None } else { Some(now) };
-    let follower = Follower { app, id, changes, told: now, first, _place: place };
+    let key_look = Instant::now() + BETWEEN_KEY_LOOKS;
+    let follower =
+        Follower { app, id, key_id: caller.key_id, key_look, changes, told: now, first, _place: place };
     let events = stream::unfold(follower, |mut follower| async move {
         let event = follower.next().await?;
         Some((Ok::<_, Infallible>(event), follower))
@@ -120,6 +128,10 @@ fn thousandths(share: f64) -> u16 {
 struct Follower {
     app: AppState,
     id: String,
+    /// The key that the client came with.
+    key_id: Option<Arc<str>>,
+    /// When it is looked at again.
+    key_look: Instant,
     changes: Receiver<Arc<str>>,
     told: Seen,
     /// Told at once.
@@ -128,7 +140,7 @@ struct Follower {
 }
 
 impl Follower {
-    /// The next event; none after a final state, or when the service stops.
+    /// The next event; none after a final state, when the service stops, or when the client would not be let in any more.
     async fn next(&mut self) -> Option<Event> {
         if let Some(first) = self.first.take() {
             return Some(first.event(true));
@@ -136,6 +148,13 @@ impl Follower {
         while !self.told.state.is_final() {
             let now = tokio::select! {
                 () = self.app.queue.stopping().cancelled() => return None,
+                () = tokio::time::sleep_until(self.key_look) => {
+                    if !self.is_let_in().await {
+                        return None;
+                    }
+                    self.key_look = Instant::now() + BETWEEN_KEY_LOOKS;
+                    continue;
+                }
                 changed = self.changes.recv() => match changed {
                     Ok(id) if *id != *self.id => continue,
                     Ok(_) | Err(RecvError::Lagged(_)) => {
@@ -155,5 +174,15 @@ impl Follower {
             }
         }
         None
+    }
+
+    async fn is_let_in(&self) -> bool {
+        let now = || self.app.sources.clock.now();
+        // As long as the keys cannot be read, nobody new is let in either.
+        self.app
+            .keys
+            .current(&self.app.store)
+            .await
+            .is_ok_and(|ring| ring.still_opens(self.key_id.as_deref(), now))
     }
 }

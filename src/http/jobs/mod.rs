@@ -2,6 +2,7 @@
 
 mod cancel_job;
 mod create_job;
+mod deliver_again;
 mod get_changes;
 mod get_events;
 mod get_job;
@@ -9,6 +10,7 @@ mod get_plot;
 mod get_program;
 mod get_report;
 mod get_residuals;
+mod list_deliveries;
 mod list_jobs;
 
 use axum::response::Response;
@@ -30,6 +32,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(list_jobs::list_jobs, create_job::create_job))
         .routes(routes!(get_job::get_job, cancel_job::cancel_job))
         .routes(routes!(get_events::get_job_events))
+        .routes(routes!(list_deliveries::list_job_deliveries, deliver_again::deliver_job_again))
         .routes(routes!(get_program::get_job_program))
         .routes(routes!(get_report::get_job_report))
         .routes(routes!(get_residuals::get_job_residuals))

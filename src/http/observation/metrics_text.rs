@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::operations::{Operations, STATUSES};
-use crate::jobs::QueueReading;
+use crate::jobs::{DeliveriesReading, QueueReading};
 use crate::meter::{self, CLASSES_S, Counter, Times};
+use crate::wire::DeliveryOutcome;
 
 /// What is asked of others at the moment of reading.
 #[derive(Debug, Clone, Copy, Default)]
@@ -17,6 +18,8 @@ pub(in crate::http) struct Readings {
     pub(in crate::http) uptime_s: f64,
     /// What waits and runs of posted jobs, where the store tells.
     pub(in crate::http) queue: Option<QueueReading>,
+    /// What waits of webhooks, where the store tells.
+    pub(in crate::http) deliveries: Option<DeliveriesReading>,
 }
 
 /// The whole text. Series that never counted are left out.
@@ -34,6 +37,16 @@ pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings
         text.single("trunnion_jobs_running", "gauge", "Posted jobs that are computed.", running);
         let help = "Since when the oldest of the jobs that wait does.";
         text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
+    }
+    if let Some(DeliveriesReading { waiting, oldest_s }) = readings.deliveries {
+        text.single("trunnion_webhooks_waiting", "gauge", "Ends of jobs that are to be told.", waiting);
+        let help = "Since when the oldest of them is.";
+        text.single("trunnion_webhooks_oldest_waiting_seconds", "gauge", help, oldest_s);
+    }
+    let attempts = "trunnion_webhook_attempts_total";
+    text.family(attempts, "counter", "Attempts to deliver webhooks.");
+    for (outcome, count) in DeliveryOutcome::ALL.iter().zip(&meter::WEBHOOK_ATTEMPTS) {
+        text.sample(&format!("{attempts}{{outcome=\"{}\"}}", outcome.as_str()), count.get());
     }
     requests(&mut text, operations);
     for (name, kind, help, value) in [

@@ -34,7 +34,8 @@ struct PostingForm {
 /// APT points become an ISO program for the machine by the inverse kinematics: tool tips under G43.4, or axis positions with
 /// inverse time. Ways through the rotary axes have the fewest rewinds, then the least travel. The answer is the program; with
 /// `Accept: application/json` its report. Every block is read back and put through the forward kinematics before the first
-/// byte is answered; kept as a job. Statements for the post-processor become comments.
+/// byte is answered; kept as a job. Plain statements for the post-processor become words, others comments; another tool
+/// behind a cut is refused.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/posting",

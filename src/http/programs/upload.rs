@@ -45,8 +45,6 @@ fn named(given: Option<String>, program: &Draft, media_type: Option<&str>) -> St
 }
 
 const MULTIPART: &str = "multipart/form-data";
-/// Largest `parameters` field (bytes).
-const MAX_PARAMETERS_BYTES: usize = 1 << 20;
 
 /// Takes the upload, up to the limits on bodies and surfaces.
 pub(super) async fn take<P: DeserializeOwned>(
@@ -61,7 +59,7 @@ pub(super) async fn take<P: DeserializeOwned>(
     let surface = if with_surface { app.settings.max_surface_bytes } else { 0 };
     let limit = app.settings.max_body_bytes.saturating_add(surface);
     if content_length(&parts.headers)
-        .is_some_and(|length| length > limit.saturating_add(MAX_PARAMETERS_BYTES as u64))
+        .is_some_and(|length| length > limit.saturating_add(app.settings.max_parameters_bytes))
     {
         return Err(incoming.refuse_length(limit).await);
     }
@@ -147,7 +145,7 @@ pub(in crate::http) async fn take_form<D>(
     }
     let limit = app.settings.max_body_bytes.saturating_add(app.settings.max_surface_bytes);
     if content_length(&parts.headers)
-        .is_some_and(|length| length > limit.saturating_add(MAX_PARAMETERS_BYTES as u64))
+        .is_some_and(|length| length > limit.saturating_add(app.settings.max_parameters_bytes))
     {
         return Err(incoming.refuse_length(limit).await);
     }
@@ -180,9 +178,9 @@ async fn form<D>(
                 let mut text = Vec::new();
                 while let Some(chunk) = paused(app, field.chunk()).await? {
                     text.extend_from_slice(&chunk);
-                    if text.len() > MAX_PARAMETERS_BYTES {
-                        let detail =
-                            format!("the field {document_name} is larger than {MAX_PARAMETERS_BYTES} bytes");
+                    let limit = app.settings.max_parameters_bytes;
+                    if text.len() as u64 > limit {
+                        let detail = format!("the field {document_name} is larger than {limit} bytes");
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }

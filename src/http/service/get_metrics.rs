@@ -39,6 +39,7 @@ pub(super) async fn get_metrics(
         uptime_s: app.began.elapsed().as_secs_f64(),
         // A store that does not answer shows by what is missing.
         queue: app.queue.reading().await.ok(),
+        deliveries: app.courier.reading().await.ok(),
     };
     let text = metrics_text(&app.operations, &readings);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())

@@ -39,10 +39,10 @@ pub(super) struct Limit {
     /// Unit of the value; `1` of a number of things.
     #[schema(example = "bytes")]
     unit: &'static str,
-    /// Status of the answer to what is over it; null where the connection is closed instead.
+    /// Status of the answer to what is over it; null where the connection is closed or the thing waits instead.
     #[schema(example = 413)]
     status: Option<u16>,
-    /// Type of the problem that is answered; null where the connection is closed instead.
+    /// Type of the problem that is answered; null where the connection is closed or the thing waits instead.
     #[schema(example = "/problems/body-too-large")]
     problem: Option<String>,
 }
@@ -55,6 +55,7 @@ const LIMITS: &[Row] = &[
     ("max_surface_bytes", |s| s.max_surface_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_surface_memory_bytes", |s| s.max_surface_memory_bytes as f64, "bytes", Some(ProblemType::Busy)),
     ("max_json_bytes", |s| s.max_json_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
+    ("max_parameters_bytes", |s| s.max_parameters_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_result_bytes", |s| s.max_result_bytes as f64, "bytes", Some(ProblemType::ResultTooLarge)),
     ("max_url_bytes", |s| s.max_url_bytes as f64, "bytes", Some(ProblemType::UrlTooLong)),
     ("max_header_bytes", |s| s.max_header_bytes as f64, "bytes", Some(ProblemType::HeaderTooLarge)),
@@ -64,6 +65,8 @@ const LIMITS: &[Row] = &[
     ("max_waiting_computations", |s| s.max_waiting_computations as f64, "1", Some(ProblemType::Busy)),
     ("max_queued_jobs", |s| s.max_queued_jobs as f64, "1", Some(ProblemType::QueueFull)),
     ("max_event_streams", |s| s.max_event_streams as f64, "1", Some(ProblemType::Busy)),
+    ("max_deliveries", |s| s.max_deliveries as f64, "1", None),
+    ("max_deliveries_per_receiver", |s| s.max_deliveries_per_receiver as f64, "1", None),
     ("max_connections", |s| s.max_connections as f64, "1", None),
     ("max_rate_per_s", |s| s.max_rate_per_s, "1/s", Some(ProblemType::TooManyRequests)),
     ("max_burst_requests", |s| f64::from(s.max_burst_requests), "1", Some(ProblemType::TooManyRequests)),
@@ -71,6 +74,7 @@ const LIMITS: &[Row] = &[
     ("header_timeout_s", |s| s.header_timeout_s, "s", None),
     ("body_pause_timeout_s", |s| s.body_pause_timeout_s, "s", Some(ProblemType::RequestTimeout)),
     ("answer_pause_timeout_s", |s| s.answer_pause_timeout_s, "s", None),
+    ("webhook_timeout_s", |s| s.webhook_timeout_s, "s", None),
 ];
 
 /// The limits of the service

@@ -73,6 +73,8 @@ struct Shared {
     changes: broadcast::Sender<Arc<str>>,
     /// There may be something in the queue.
     more: Notify,
+    /// An end is to be told to somebody.
+    told: Notify,
     /// Nothing new is begun.
     stopping: CancellationToken,
     /// The database is about to close.
@@ -114,6 +116,7 @@ impl Queue {
             gate: Mutex::new(()),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             more: Notify::new(),
+            told: Notify::new(),
             stopping: CancellationToken::new(),
             halted: CancellationToken::new(),
             tasks: TaskTracker::new(),
@@ -239,6 +242,12 @@ impl Queue {
         self.0.changes.subscribe()
     }
 
+    /// Notified when a job has ended that somebody is to be told of.
+    #[must_use]
+    pub fn told(&self) -> &Notify {
+        &self.0.told
+    }
+
     /// Cancelled once the service stops.
     #[must_use]
     pub fn stopping(&self) -> &CancellationToken {
@@ -285,13 +294,17 @@ impl Shared {
         let _followers = self.changes.send(id.into());
     }
 
-    /// Called once after every end of a job, when it is stored: whoever is to be told of ends is told from here.
+    /// Called once after every end of a job, when it is stored: what is to be told of it stands in the database
+    /// already (`store::deliveries`).
     async fn on_finished(&self, id: &str) {
         self.changed(id);
         match self.store.job(id).await {
             Ok(Some(job)) => {
                 let state = job.document.state.as_str();
                 tracing::info!(job_id = id, state, attempts = job.document.attempts, "a job ended");
+                if job.document.callback_url.is_some() {
+                    self.told.notify_one();
+                }
             }
             Ok(None) => {}
             Err(fault) => tracing::error!(job_id = id, error = %fault, "an ended job cannot be read"),

@@ -1,8 +1,8 @@
 //! APT statement words.
 
 use super::{Code, MotionMode, Statement, Transformation};
-use crate::motion::FeedMode;
-use crate::program::Keyword;
+use crate::motion::FeedRules;
+use crate::program::{Dialect, Keyword};
 use crate::units::MM_PER_INCH;
 
 /// The meaning of a statement word.
@@ -20,12 +20,6 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         K::Rapid => Statement::Next(MotionMode::Rapid),
         K::Circle => Statement::Next(MotionMode::Arc),
         K::FeedElsewhere => Statement::OtherFeed,
-        K::MmPerMinute => Statement::FeedUnit(FeedMode::PerMinute, Some(1.0)),
-        K::InchPerMinute => Statement::FeedUnit(FeedMode::PerMinute, Some(MM_PER_INCH)),
-        K::UnitPerMinute => Statement::FeedUnit(FeedMode::PerMinute, None),
-        K::MmPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, Some(1.0)),
-        K::InchPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, Some(MM_PER_INCH)),
-        K::UnitPerRevolution => Statement::FeedUnit(FeedMode::PerRevolution, None),
         K::CycleOn => Statement::InCycle(true),
         K::CycleOff => Statement::InCycle(false),
         K::MultaxOn => Statement::Multax(true),
@@ -36,7 +30,10 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         K::SurfaceMotion => Statement::Contour,
         K::ToolCall => Statement::ToolCall,
         K::EndPgm => Statement::End,
-        _ => return Code::Unknown,
+        other => match FeedRules::of(Dialect::Apt).word(other) {
+            Some((mode, mm_per_unit)) => Statement::FeedUnit(mode, mm_per_unit),
+            None => return Code::Unknown,
+        },
     };
     Code::Statement(statement)
 }

@@ -1,8 +1,8 @@
 //! Heidenhain conversational words and M codes.
 
 use super::{Code, MCode, MotionMode, Statement, Transformation};
-use crate::motion::FeedMode;
-use crate::program::Keyword;
+use crate::motion::FeedRules;
+use crate::program::{Dialect, Keyword};
 use crate::units::MM_PER_INCH;
 
 /// The meaning of an M code of so many tenths. Those of the machine's builder are taken to leave the path alone.
@@ -22,11 +22,9 @@ pub(super) fn m_meaning(tenths: u32) -> MCode {
         1270 => MCode::ShortestPath(false),
         1280 => MCode::Tcp(true),
         1290 => MCode::Tcp(false),
-        1360 => MCode::Feed(FeedMode::PerRevolution),
-        1370 => MCode::Feed(FeedMode::PerMinute),
         // A retraction along the tool, a basic rotation that goes: the axes stand elsewhere.
         1400 | 1430 => MCode::Elsewhere,
-        _ => MCode::Plain,
+        code => FeedRules::of(Dialect::Heidenhain).m_mode(code).map_or(MCode::Plain, MCode::Feed),
     }
 }
 

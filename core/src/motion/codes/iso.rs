@@ -1,6 +1,8 @@
 //! ISO 6983 and RS274 codes.
 
-use super::{Code, FeedMode, MCode, MotionMode, ToolLength, Transformation};
+use super::{Code, MCode, MotionMode, ToolLength, Transformation};
+use crate::motion::FeedRules;
+use crate::program::Dialect;
 use crate::units::MM_PER_INCH;
 
 /// User codes by which RS274 machines switch their kinematics: linear positions are lost, and what is interpolated
@@ -97,9 +99,6 @@ pub(super) fn meaning(tenths: u32) -> Code {
         900 => Incremental(false),
         910 => Incremental(true),
         921..=923 => OtherShift,
-        930 => Feed(FeedMode::InverseTime),
-        940 => Feed(FeedMode::PerMinute),
-        950 => Feed(FeedMode::PerRevolution),
-        _ => Unknown,
+        code => FeedRules::of(Dialect::Iso).g_mode(code).map_or(Unknown, Feed),
     }
 }

@@ -1,7 +1,8 @@
 //! Sinumerik codes and statement words.
 
-use super::{Code, FeedMode, MCode, MotionMode, ProgramFrame, ToolLength, Transformation};
-use crate::program::Keyword;
+use super::{Code, MCode, MotionMode, ProgramFrame, ToolLength, Transformation};
+use crate::motion::FeedRules;
+use crate::program::{Dialect, Keyword};
 use crate::units::MM_PER_INCH;
 
 /// The meaning of the G code of so many tenths.
@@ -36,13 +37,10 @@ pub(super) fn meaning(tenths: u32) -> Code {
         740 | 750 => Reference,
         900 => Incremental(false),
         910 => Incremental(true),
-        930 => Feed(FeedMode::InverseTime),
-        940 | 9610 | 9710 => Feed(FeedMode::PerMinute),
-        950 | 960 | 970 | 9730 => Feed(FeedMode::PerRevolution),
         // Exact stop and continuous path; corners and ends of compensated contours; ISO mode off.
         90 | 600 | 6010 | 6020 | 6030 | 620 | 6210 | 640 | 6410 | 6420 | 6430 | 6440 | 6450 | 4500 | 4510
         | 4600 | 4610 | 4620 | 1400 | 1410 | 1420 | 1430 | 3400 | 3410 | 2900 | 9620 | 9720 => Harmless,
-        _ => Unknown,
+        code => FeedRules::of(Dialect::Siemens).g_mode(code).map_or(Unknown, Feed),
     }
 }
 

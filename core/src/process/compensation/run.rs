@@ -21,7 +21,6 @@ use super::unmodelled::Unmodelled;
 use super::{LineCursor, LineMap};
 use crate::kinematics::Setup;
 use crate::machine::{LocationError, Machine, Squareness, Tool};
-use crate::units::{Angle, Length};
 use crate::wear::SideBySide;
 
 /// Compensates a program for everything its parameters name, in one pass over the upload and one more over each step's
@@ -394,13 +393,13 @@ fn location_report(moved: &Moved, has_errors: bool) -> LocationErrorReport {
         has_errors,
         motions_posted: posting.posted,
         motions_turned: posting.turned,
-        max_tip: Length::from_mm(posting.tip.value),
+        max_tip: posting.tip.value,
         max_tip_line: posting.tip.line,
-        max_axis: Angle::from_rad(posting.axis.value),
+        max_axis: posting.axis.value,
         max_axis_line: posting.axis.line,
-        max_turn: Angle::from_deg(posting.turn.value),
+        max_turn: posting.turn.value,
         max_turn_line: posting.turn.line,
-        max_axis_left: Angle::from_rad(posting.left.value),
+        max_axis_left: posting.left.value,
         max_axis_left_line: posting.left.line,
         held_at_pole: posting.held,
     }

@@ -3,8 +3,9 @@
 use super::NotPosted;
 use crate::geometry::{Vec3, angle_about, trig};
 
-/// Ends may be off their circle by this \[mm\], or by this share of its radius: six decimals of a text, and chords.
+/// Ends may be off their circle by this \[mm\], or by this share of its radius: few decimals of a text, and chords.
 const OFF_CIRCLE_MM: f64 = 0.01;
+const OFF_CIRCLE_SHARE: f64 = 1e-3;
 /// Ends this near are one point: a full circle \[mm\].
 const SAME_POINT_MM: f64 = 1e-6;
 /// Two ends rounded by half a unit each on every axis are apart by less than this \[units\].
@@ -12,11 +13,12 @@ const ROUNDED_ENDS: f64 = 2.0;
 /// Most chords of an arc.
 const MAX_CHORDS: f64 = 100_000.0;
 
-/// `CIRCLE/x,y,z,i,j,k…`: centre and axis; the arc turns counterclockwise seen from where the axis points to.
+/// `CIRCLE/x,y,z,i,j,k[,r…]`: centre, axis and radius; the arc turns counterclockwise seen from where the axis points to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Circle {
     centre_mm: Vec3,
     axis: Vec3,
+    radius_mm: Option<f64>,
 }
 
 impl Circle {
@@ -32,7 +34,8 @@ impl Circle {
         let mut vector = || Some(Vec3::new(numbers.next()??, numbers.next()??, numbers.next()??));
         let centre_mm = vector()? * mm_per_unit;
         let axis = vector()?.try_normalize(1e-3)?;
-        Some(Self { centre_mm, axis })
+        let radius_mm = numbers.next().flatten().map(|radius| radius * mm_per_unit);
+        Some(Self { centre_mm, axis, radius_mm })
     }
 
     /// The points behind `start` at which chords end, `end` the last. Both are written in units of `unit_mm`, their last
@@ -53,8 +56,14 @@ impl Circle {
         };
         let ((from, low), (to, high)) = (across(start), across(end));
         let (radius_mm, other_mm) = (from.norm(), to.norm());
-        if (radius_mm - other_mm).abs() > OFF_CIRCLE_MM.max(1e-3 * radius_mm) || radius_mm < SAME_POINT_MM {
+        let off_mm = OFF_CIRCLE_MM.max(OFF_CIRCLE_SHARE * radius_mm);
+        if (radius_mm - other_mm).abs() > off_mm || radius_mm < SAME_POINT_MM {
             return Err(NotPosted::Arc { why: "its ends are not on one circle about its centre" });
+        }
+        if let Some(stated_mm) = self.radius_mm
+            && [radius_mm, other_mm].iter().any(|radius| (radius - stated_mm).abs() > off_mm)
+        {
+            return Err(NotPosted::ArcRadius { stated_mm, start_mm: radius_mm, end_mm: other_mm });
         }
         let turn = angle_about(self.axis, from, to);
         let is_open = turn.abs() * radius_mm <= (ROUNDED_ENDS * unit_mm).max(SAME_POINT_MM);

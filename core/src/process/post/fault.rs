@@ -29,6 +29,26 @@ pub enum NotPosted {
         /// What is wrong with it.
         why: &'static str,
     },
+    /// The radius that the circle states is not that of its ends.
+    #[error(
+        "the arc cannot be posted: its circle states the radius {stated_mm} mm, its ends are {start_mm} mm and {end_mm} mm from the centre"
+    )]
+    ArcRadius {
+        /// As stated \[mm\].
+        stated_mm: f64,
+        /// Of the start \[mm\].
+        start_mm: f64,
+        /// Of the end \[mm\].
+        end_mm: f64,
+    },
+    /// Another tool behind a cut.
+    #[error(
+        "another tool behind a cut cannot be posted: one length and one tool hold for the whole program; split the data here"
+    )]
+    ToolChange,
+    /// Another cutter behind a cut.
+    #[error("another cutter behind a cut cannot be posted: it is another tool; split the data here")]
+    CutterChange,
     /// The rotary axes cannot point the tool that way.
     #[error(
         "the tool axis stands {tilt_deg:.4}° from the rotary axis next to the workpiece; the machine reaches {min_deg:.4}° to {max_deg:.4}°"

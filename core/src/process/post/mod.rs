@@ -6,6 +6,7 @@ mod parameters;
 mod points;
 mod read_back;
 mod run;
+mod statement;
 mod write;
 
 pub use fault::NotPosted;

@@ -10,7 +10,7 @@ pub enum PostForm {
     /// Tool tips in W under G43.4; F is the tip's feed.
     #[default]
     Tcp,
-    /// Axis positions in the work offset; F is inverse time (G93).
+    /// Axis positions in the work offset; F is inverse time (G93), but where the way to a point is not known.
     Machine,
 }
 

@@ -1,17 +1,20 @@
 //! From the motions of cutter location data to points of a posted program.
 
 use super::arc::Circle;
+use super::statement::{Posted, posted};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::motion::{FeedMode, Motion, MotionKind, Unfollowable};
-use crate::program::{Batch, Block, Keyword};
+use crate::program::{Address, Batch, Block, Keyword, Word};
 
 /// What goes into the posted program, in its order.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
     /// A statement for the post-processor, as a comment.
     Note(Vec<u8>),
+    /// A statement for the post-processor, as words.
+    Words(String),
     Point(Point),
 }
 
@@ -20,7 +23,7 @@ impl Item {
     pub(super) fn point(&self) -> Option<Point> {
         match self {
             Self::Point(point) => Some(*point),
-            Self::Note(_) => None,
+            Self::Note(_) | Self::Words(_) => None,
         }
     }
 }
@@ -32,6 +35,8 @@ pub(super) struct Point {
     pub(super) line: u64,
     pub(super) rapid: bool,
     pub(super) pose: ToolPose,
+    /// Where the tip comes from, as far as the source says \[mm\].
+    pub(super) from_mm: Option<Vec3>,
     /// mm/min or mm a turn; of rapids none.
     pub(super) feed: Option<(FeedMode, f64)>,
 }
@@ -47,27 +52,90 @@ pub(super) struct Points {
     circle: Option<Circle>,
     mm_per_unit: Option<f64>,
     last: Option<ToolPose>,
+    /// The statement of the tool in the spindle.
+    tool: Option<ToolName>,
+    /// What tells the cutter from others.
+    cutter: Option<f64>,
+    /// Whether a point was gone to at feed.
+    has_cut: bool,
+    ended: bool,
     pub(super) arcs: u64,
     pub(super) notes: u64,
+    pub(super) words: u64,
+    /// Statements for the machine that are comments, and the first one's line.
+    pub(super) not_done: u64,
+    pub(super) first_not_done_line: Option<u64>,
+}
+
+/// A tool as `LOADTL/` names it: by its number, or by the statement where it has none.
+#[derive(Debug, Clone, PartialEq)]
+enum ToolName {
+    Number(f64),
+    Text(Vec<u8>),
 }
 
 impl Points {
     /// What a block without a motion says.
-    pub(super) fn statement(&mut self, batch: &Batch, block: &Block) -> Option<Item> {
-        let keyword = batch.words(block).iter().find_map(crate::program::Word::keyword)?;
+    ///
+    /// # Errors
+    /// Why it cannot be posted.
+    pub(super) fn statement(&mut self, batch: &Batch, block: &Block) -> Result<Option<Item>, NotPosted> {
+        let Some(keyword) = batch.words(block).iter().find_map(Word::keyword).filter(|_| !self.ended) else {
+            return Ok(None);
+        };
+        let text = batch.block_text(block);
         match keyword {
             Keyword::BeginMm => self.mm_per_unit = Some(1.0),
             Keyword::BeginInch => self.mm_per_unit = Some(crate::units::MM_PER_INCH),
-            Keyword::Circle => {
-                self.circle = Circle::read(batch.block_text(block), self.mm_per_unit.unwrap_or(1.0));
+            Keyword::Circle => self.circle = Circle::read(text, self.mm_per_unit.unwrap_or(1.0)),
+            Keyword::EndPgm => self.ended = true,
+            Keyword::PostWord => match posted(text) {
+                Posted::Words(words) => {
+                    self.words += 1;
+                    return Ok(Some(Item::Words(words)));
+                }
+                Posted::Comment => return Ok(Some(self.note(text))),
+                Posted::NotDone => {
+                    self.not_done += 1;
+                    self.first_not_done_line.get_or_insert(block.line);
+                    return Ok(Some(self.note(text)));
+                }
+            },
+            Keyword::ToolCall => {
+                self.load(batch, block)?;
+                return Ok(Some(self.note(text)));
             }
-            Keyword::PostWord | Keyword::ToolCall | Keyword::Cutter => {
-                self.notes += 1;
-                return Some(Item::Note(note(batch.block_text(block))));
+            Keyword::Cutter => {
+                let cutter = value_of(batch, block, Address::P);
+                if self.has_cut && cutter != self.cutter {
+                    return Err(NotPosted::CutterChange);
+                }
+                self.cutter = cutter;
+                return Ok(Some(self.note(text)));
             }
             _ => {}
         }
-        None
+        Ok(None)
+    }
+
+    fn note(&mut self, statement: &[u8]) -> Item {
+        self.notes += 1;
+        Item::Note(note(statement))
+    }
+
+    /// `LOADTL/` and its like. The program has one length offset and no tool change: whoever frames it puts the tool in
+    /// before its first block, and cannot put another one in behind a cut.
+    fn load(&mut self, batch: &Batch, block: &Block) -> Result<(), NotPosted> {
+        let text = batch.block_text(block).trim_ascii().to_ascii_uppercase();
+        if text.starts_with(b"UNLOAD") {
+            return Ok(());
+        }
+        let tool = value_of(batch, block, Address::T).map_or(ToolName::Text(text), ToolName::Number);
+        if self.has_cut && self.tool.as_ref() != Some(&tool) {
+            return Err(NotPosted::ToolChange);
+        }
+        (self.tool, self.last) = (Some(tool), None);
+        Ok(())
     }
 
     /// The points of a motion.
@@ -95,8 +163,13 @@ impl Points {
         let pose = ToolPose { tip_mm: Vec3::from(tip), axis };
         let rapid = motion.kind == MotionKind::Rapid;
         let feed = if rapid { None } else { Some(feed(parameters.form, motion)?) };
-        let point = |tip_mm: Vec3| {
-            Item::Point(Point { line: motion.line, rapid, pose: ToolPose { tip_mm, axis }, feed })
+        self.has_cut |= !rapid;
+        // What FROM/ says is newer than the point before.
+        let mut from_mm =
+            motion.vector_start.map(|(tip, _)| Vec3::from(tip)).or(before.map(|before| before.tip_mm));
+        let mut point = |tip_mm: Vec3| {
+            let from_mm = from_mm.replace(tip_mm);
+            Item::Point(Point { line: motion.line, rapid, pose: ToolPose { tip_mm, axis }, from_mm, feed })
         };
         if motion.kind == MotionKind::Arc {
             self.arcs += 1;
@@ -124,6 +197,11 @@ fn feed(form: PostForm, motion: &Motion) -> Result<(FeedMode, f64), NotPosted> {
         (Some(mode), Some(value)) if value > 0.0 => Ok((mode, value)),
         _ => Err(NotPosted::NoFeed),
     }
+}
+
+/// The number of this word of the block, where it is one.
+fn value_of(batch: &Batch, block: &Block, address: Address) -> Option<f64> {
+    batch.words(block).iter().find(|word| word.address == address && word.is_known()).map(|word| word.value)
 }
 
 /// The statement on one line between round brackets.

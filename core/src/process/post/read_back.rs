@@ -1,17 +1,15 @@
 //! The posted program read back as a control would read it, point by point against the source.
 
-use std::collections::VecDeque;
-
 use super::points::Point;
 use super::{PostForm, PostParameters};
 use crate::contact::Station;
 use crate::geometry::angle_between;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind};
+use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
 use crate::process::Fault;
-use crate::process::read_back::failed;
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::process::read_back::{Awaited, ReadBack, failed};
+use crate::program::Dialect;
 
 /// Beyond the rounding of the words nothing may be lost [mm, rad].
 const ARITHMETIC: f64 = 1e-6;
@@ -26,15 +24,21 @@ pub(super) struct Expected {
     pub(super) residual_rad: f64,
 }
 
+impl Awaited for Expected {
+    fn line(&self) -> u64 {
+        self.point.line
+    }
+
+    fn missing(&self) -> &'static str {
+        "a motion is missing"
+    }
+}
+
 /// Reads what is written and measures how far it is off.
-pub(super) struct ReadBack<'a> {
+pub(super) struct PostedAgain<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
-    reader: Reader,
-    interpreter: Interpreter,
-    batch: Batch,
-    motions: Vec<Motion>,
-    expected: VecDeque<Expected>,
+    read_back: ReadBack<Expected>,
     mode: Interpolation,
     tip_mm: f64,
     axis_rad: f64,
@@ -42,17 +46,13 @@ pub(super) struct ReadBack<'a> {
     pub(super) largest_axis_rad: f64,
 }
 
-impl<'a> ReadBack<'a> {
+impl<'a> PostedAgain<'a> {
     pub(super) fn new(machine: &'a Machine, kinematics: &'a Kinematics, parameters: &PostParameters) -> Self {
         let half = |decimals: u8| 0.5 / 10_f64.powi(i32::from(decimals));
         Self {
             machine,
             kinematics,
-            reader: Reader::new(Some(Dialect::Iso), ReadLimits::default()),
-            interpreter: Interpreter::new(machine, InterpreterOptions::default()),
-            batch: Batch::new(),
-            motions: Vec::new(),
-            expected: VecDeque::new(),
+            read_back: ReadBack::new(machine, Dialect::Iso, InterpreterOptions::default()),
             mode: match parameters.form {
                 PostForm::Tcp => Interpolation::Tcp,
                 PostForm::Machine => Interpolation::Machine,
@@ -66,38 +66,26 @@ impl<'a> ReadBack<'a> {
     }
 
     pub(super) fn await_next(&mut self, next: Expected) {
-        self.expected.push_back(next);
+        self.read_back.await_next(next);
     }
 
     pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.reader.feed(bytes);
+        self.read_back.feed(bytes);
         self.read()
     }
 
     pub(super) fn finish(&mut self) -> Result<(), Fault> {
-        self.reader.finish();
+        self.read_back.end();
         self.read()?;
-        match self.expected.front() {
-            Some(next) => Err(failed(next.point.line, "a motion is missing")),
-            None => Ok(()),
-        }
+        self.read_back.has_all()
     }
 
     fn read(&mut self) -> Result<(), Fault> {
-        while self.reader.next_batch(&mut self.batch)? {
-            let mut diagnostics = Diagnostics::new();
-            self.motions.clear();
-            self.interpreter.interpret(&mut self.batch, &mut self.motions, &mut diagnostics);
-            let line = self.expected.front().map_or(0, |next| next.point.line);
-            if diagnostics.count(Severity::Refusal) + diagnostics.count(Severity::Warning) > 0 {
-                return Err(failed(line, "the written program is not readable"));
-            }
-            for motion in std::mem::take(&mut self.motions) {
-                let next = self.expected.pop_front().ok_or(failed(motion.line, "a motion too many"))?;
-                self.check(&motion, &next)?;
-            }
+        while let Some((motion, next)) = self.read_back.next()? {
+            self.check(&motion, &next)?;
         }
-        Ok(())
+        // What is written here has nothing in it that a reader could wonder at.
+        self.read_back.has_no_warning()
     }
 
     fn check(&mut self, read: &Motion, next: &Expected) -> Result<(), Fault> {

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::ops::ControlFlow;
 
 use super::points::{Item, Point, Points};
-use super::read_back::{Expected, ReadBack};
+use super::read_back::{Expected, PostedAgain};
 use super::write::{Writer, words};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::contact::{Station, rotary_rad};
@@ -16,6 +16,7 @@ use crate::process::fault::LineFaultKind;
 use crate::process::stream::{Passage, Passages};
 use crate::process::{Fault, LineFaults, ProgramSource};
 use crate::program::Dialect;
+use crate::units::Angle;
 
 /// Points through which one way is chosen, and how many of them are looked at again with the next ones.
 const WINDOW: usize = 4096;
@@ -36,6 +37,12 @@ pub struct PostReport {
     pub arcs: u64,
     /// Statements for the post-processor that were carried along as comments.
     pub notes: u64,
+    /// Statements for the post-processor that are words of the program: M0 M1, G4, S M3 M4 M5, M7 M8 M9.
+    pub words: u64,
+    /// Of the comments those that the machine should have done something for, and the first one's line.
+    pub not_done: u64,
+    /// Line of the first of them.
+    pub first_not_done_line: Option<u64>,
     /// Ways were chosen over so many stretches of points, each with knowledge of the next ones only.
     pub windows: u64,
     /// Points at which a rotary axis turns by more than the threshold, and the first one's line.
@@ -48,10 +55,10 @@ pub struct PostReport {
     pub pole_holds: u64,
     /// Largest distance of a tip, read back, from the source's \[mm\].
     pub largest_tip_error_mm: f64,
-    /// Largest angle of a tool axis, read back, from the source's \[deg\].
-    pub largest_axis_error_deg: f64,
-    /// Half way between two points: largest angle of the tool axis from the great circle \[deg\], and the line.
-    pub largest_axis_swing_deg: f64,
+    /// Largest angle of a tool axis, read back, from the source's.
+    pub largest_axis_error: Angle,
+    /// Half way between two points: largest angle of the tool axis from the great circle, and the line.
+    pub largest_axis_swing: Angle,
     /// Line of that motion.
     pub axis_swing_line: Option<u64>,
     /// Half way between two points: largest distance of the tip from the straight line \[mm\]; in machine coordinates
@@ -65,7 +72,8 @@ pub struct PostReport {
 /// points, rewinds first, so that memory does not grow with the program. Rotary words are rounded before the linear
 /// ones are computed. Every point is read back and put through the forward kinematics before this returns.
 ///
-/// Statements for the post-processor become comments: spindle, coolant and tools are for the caller's frame.
+/// Statements for the post-processor become words where their form is plain, else comments; tools are for the caller's
+/// frame, which can put in one: another one behind a cut is refused.
 ///
 /// # Errors
 /// Lines that cannot be posted, all of them; another dialect than cutter location data; the write fails. `output` then
@@ -88,7 +96,7 @@ pub fn post(
         start_words_deg: parameters.start_words_deg,
         last: None,
         writer: Writer::default(),
-        read_back: ReadBack::new(machine, &kinematics, parameters),
+        read_back: PostedAgain::new(machine, &kinematics, parameters),
         out: Vec::new(),
         faults: LineFaults::default(),
         report: PostReport::default(),
@@ -114,9 +122,10 @@ pub fn post(
     let mut report = run.report;
     report.blocks_in = passages.blocks;
     report.blocks_out = run.writer.blocks;
-    (report.arcs, report.notes) = (run.points.arcs, run.points.notes);
+    (report.arcs, report.notes, report.words) = (run.points.arcs, run.points.notes, run.points.words);
+    (report.not_done, report.first_not_done_line) = (run.points.not_done, run.points.first_not_done_line);
     report.largest_tip_error_mm = run.read_back.largest_tip_mm;
-    report.largest_axis_error_deg = run.read_back.largest_axis_rad.to_degrees();
+    report.largest_axis_error = Angle::from_rad(run.read_back.largest_axis_rad);
     Ok(report)
 }
 
@@ -130,7 +139,7 @@ struct Run<'a> {
     /// The last point written.
     last: Option<(AxisWords, ToolPose)>,
     writer: Writer,
-    read_back: ReadBack<'a>,
+    read_back: PostedAgain<'a>,
     out: Vec<u8>,
     faults: LineFaults,
     report: PostReport,
@@ -154,7 +163,13 @@ impl Run<'_> {
                 }
             }
             if !moves {
-                self.window.extend(self.points.statement(batch, block));
+                match self.points.statement(batch, block) {
+                    Ok(item) => self.window.extend(item),
+                    Err(why) => {
+                        let kind = LineFaultKind::NotPosted(why);
+                        self.faults.add(block.line, batch.block_text(block), kind);
+                    }
+                }
             }
             if self.window.len() >= WINDOW {
                 self.settle(false, output, stop)?;
@@ -208,6 +223,10 @@ impl Run<'_> {
                 Item::Note(note) => {
                     self.out.extend_from_slice(&note);
                     self.out.push(b'\n');
+                    continue;
+                }
+                Item::Words(words) => {
+                    self.writer.line(&words, &mut self.out);
                     continue;
                 }
                 Item::Point(point) => point,
@@ -280,16 +299,14 @@ impl Run<'_> {
     fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {
         let words = words(self.machine, self.kinematics, point, rotary_deg, self.parameters);
         let minutes = match (self.parameters.form, point.feed) {
-            (PostForm::Machine, Some((FeedMode::PerMinute, feed))) => {
-                Some(self.minutes(&words, point, feed)).filter(|minutes| *minutes > 0.0)
-            }
+            (PostForm::Machine, Some((FeedMode::PerMinute, feed))) => self.minutes(&words, point, feed),
             _ => None,
         };
         if let Some((before, pose)) = self.last.filter(|_| !point.rapid) {
             self.swing(&before, &words, &pose, point);
         }
         // A cut that goes nowhere takes no time that could be written: no block.
-        let rests = self.parameters.form == PostForm::Machine && point.feed.is_some() && minutes.is_none();
+        let rests = minutes.is_some_and(|minutes| minutes <= 0.0);
         if !rests {
             let written =
                 self.writer.point(self.machine, &words, point, minutes, self.parameters, &mut self.out);
@@ -300,17 +317,17 @@ impl Run<'_> {
         self.last = Some((words, point.pose));
     }
 
-    /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests.
-    fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> f64 {
-        let Some((before, pose)) = self.last else {
-            // Nothing is known of the way to the first point: at a minute it cannot be too fast for long.
-            return 1.0;
-        };
-        let way_mm = (point.pose.tip_mm - pose.tip_mm).norm();
-        let turn_deg =
-            before.rotary_deg.iter().zip(&words.rotary_deg).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
+    /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests. `None`
+    /// where it is not known from where it comes: there is no time, and the block keeps the feed.
+    fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> Option<f64> {
+        let way_mm = (point.pose.tip_mm - point.from_mm?).norm();
         let least_mm = 0.5 / 10_f64.powi(i32::from(self.parameters.linear_decimals));
-        (if way_mm > least_mm { way_mm } else { turn_deg }) / feed
+        if way_mm > least_mm {
+            return Some(way_mm / feed);
+        }
+        let (before, _) = self.last?;
+        let turns = before.rotary_deg.iter().zip(&words.rotary_deg).map(|(a, b)| (b - a).abs());
+        Some(turns.fold(0.0, f64::max) / feed)
     }
 
     /// How far the machine is off half way between two points.
@@ -319,9 +336,9 @@ impl Run<'_> {
         let rotary_deg = [0, 1].map(|k: usize| half(before.rotary_deg[k], words.rotary_deg[k]));
         let axis = self.kinematics.axis(rotary_rad(self.machine, rotary_deg));
         if let Some(middle) = (from.axis + point.pose.axis).try_normalize(1e-6) {
-            let swing_deg = angle_between(axis, middle).to_degrees();
-            if swing_deg > self.report.largest_axis_swing_deg {
-                self.report.largest_axis_swing_deg = swing_deg;
+            let swing = Angle::from_rad(angle_between(axis, middle));
+            if swing > self.report.largest_axis_swing {
+                self.report.largest_axis_swing = swing;
                 self.report.axis_swing_line = Some(point.line);
             }
         }

@@ -46,7 +46,12 @@ impl Writer {
         self.mode = Some(FeedMode::PerMinute);
     }
 
+    /// Leaves the control as it was found: M30 takes back neither inverse time nor tool-centre-point control everywhere, and
+    /// whoever frames the program may end it without.
     pub(super) fn close(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
+        if self.mode != Some(FeedMode::PerMinute) {
+            self.line("G94", out);
+        }
         if parameters.form == PostForm::Tcp {
             self.line("G49", out);
         }

@@ -60,7 +60,7 @@ pub(super) fn rotary_steps_deg(segment: &Segment) -> [f64; 2] {
 /// The time of the whole block \[s\], if its feed tells.
 pub(super) fn time_s(block: &SourceBlock<'_>, motion: &Motion) -> Option<f64> {
     let (mode, _) = motion.feed.mode.zip(motion.feed.value)?;
-    let time = BlockTime::of(block, &block.whole(), motion.mm_per_unit);
+    let time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
     block_time_s(mode, motion.feed.raw, &time).filter(|time_s| time_s.is_finite() && *time_s > 0.0)
 }
 

@@ -131,7 +131,7 @@ impl<'a> Planner<'a> {
             return Ok(None);
         }
         let unit = pending.motion.mm_per_unit;
-        let time = |block: &SourceBlock<'_>| BlockTime::of(block, &block.whole(), unit);
+        let time = |block: &SourceBlock<'_>| BlockTime::of(block, &block.whole(), unit, feed.paths);
         let source = self.cutting.block(pending.mode, pending.ends, [None, None]);
         let stations = ends.map(|words| self.station(pending.mode, words));
         let written = self.cutting.block(pending.mode, stations, [None, None]);

@@ -20,16 +20,17 @@ const INSTANT_S: f64 = 1e-9;
 /// What arithmetic may add to an angle \[rad\].
 const ARITHMETIC_RAD: f64 = 1e-12;
 
-/// The words of u and v at each point of a region \[deg\], and when the points are reached.
+/// The words of u and v at each point of a region \[deg\], and when the points are reached: in seconds, or counted in
+/// motions where a feed does not tell.
 struct Way {
     words_deg: Vec<[f64; 2]>,
-    at: Vec<f64>,
+    clock: Vec<f64>,
 }
 
 impl Way {
-    /// The largest speed of an axis, in degrees per unit of `at`.
+    /// The largest speed of an axis, in degrees per unit of the clock.
     fn fastest(&self) -> f64 {
-        let steps = self.words_deg.windows(2).zip(self.at.windows(2));
+        let steps = self.words_deg.windows(2).zip(self.clock.windows(2));
         steps
             .map(|(words, at)| {
                 let step = |k: usize| (words[1][k] - words[0][k]).abs();
@@ -81,13 +82,13 @@ impl Planner<'_> {
             .collect();
         // Where no time is known, every block counts alike.
         let times = times.unwrap_or_else(|| vec![1.0; region.len()]);
-        let mut at = vec![0.0];
+        let mut clock = vec![0.0];
         let mut now = 0.0;
         for time in times {
             now += time;
-            at.push(now);
+            clock.push(now);
         }
-        Way { words_deg: words_deg.collect(), at }
+        Way { words_deg: words_deg.collect(), clock }
     }
 
     /// The way with the slowest axis next to the workpiece; the ends stay.
@@ -115,7 +116,7 @@ impl Planner<'_> {
             }
             rooms.push([low.min(words[0]), high.max(words[0])]);
         }
-        let first_words = taut_string(&source.at, &rooms);
+        let first_words = taut_string(&source.clock, &rooms);
         let words_deg = first_words
             .into_iter()
             .enumerate()
@@ -129,7 +130,7 @@ impl Planner<'_> {
                 [first_deg, kinematics.best_second_deg(axis, first_deg, second_deg)]
             })
             .collect();
-        Ok(Way { words_deg, at: source.at.clone() })
+        Ok(Way { words_deg, clock: source.clock.clone() })
     }
 
     /// What rounding of the rotary words leaves of the tolerance of the tool axis \[rad\].

@@ -6,17 +6,18 @@ use super::course::Point;
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Motion};
+use crate::units::{Angle, Length};
 
-/// A number and the line where it stands.
+/// The largest of a quantity and the line where it stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(in crate::process) struct Largest {
-    pub(in crate::process) value: f64,
+pub(in crate::process) struct Largest<T> {
+    pub(in crate::process) value: T,
     pub(in crate::process) line: Option<u64>,
 }
 
-impl Largest {
-    /// Takes a number that may be the largest.
-    pub(in crate::process) fn take(&mut self, value: f64, line: u64) {
+impl<T: PartialOrd> Largest<T> {
+    /// Takes one that may be the largest.
+    pub(in crate::process) fn take(&mut self, value: T, line: u64) {
         if value > self.value {
             *self = Self { value, line: Some(line) };
         }
@@ -30,14 +31,14 @@ pub(in crate::process) struct Posting {
     pub(in crate::process) posted: u64,
     /// Those whose rotary words changed.
     pub(in crate::process) turned: u64,
-    /// Distance between the tips of the machine as it is and as meant \[mm\].
-    pub(in crate::process) tip: Largest,
-    /// Angle between their tool axes \[rad\].
-    pub(in crate::process) axis: Largest,
-    /// Change of a rotary word \[deg\].
-    pub(in crate::process) turn: Largest,
-    /// Angle between the written tool axis and the one meant \[rad\].
-    pub(in crate::process) left: Largest,
+    /// Distance between the tips of the machine as it is and as meant.
+    pub(in crate::process) tip: Largest<Length>,
+    /// Angle between their tool axes.
+    pub(in crate::process) axis: Largest<Angle>,
+    /// Change of a rotary word.
+    pub(in crate::process) turn: Largest<Angle>,
+    /// Angle between the written tool axis and the one meant.
+    pub(in crate::process) left: Largest<Angle>,
     /// Motions that end inside the pole cone, and the first of them.
     pub(in crate::process) held: u64,
     first_held: Option<u64>,
@@ -58,13 +59,13 @@ impl Posting {
         }
         let line = motion.line;
         self.posted += 1;
-        self.tip.take((point.real.tip_mm - point.pose.tip_mm).norm(), line);
-        self.axis.take(angle_between(point.real.axis, point.pose.axis), line);
+        self.tip.take(Length::from_mm((point.real.tip_mm - point.pose.tip_mm).norm()), line);
+        self.axis.take(Angle::from_rad(angle_between(point.real.axis, point.pose.axis)), line);
         let turns = (0..machine.rotary_axes().len())
             .map(|k| (written.rotary_deg[k] - source.rotary_deg[k]).abs())
             .fold(0.0, f64::max);
         self.turned += u64::from(turns > 0.0);
-        self.turn.take(turns, line);
+        self.turn.take(Angle::from_deg(turns), line);
         self.held += u64::from(point.held);
         self.first_held = self.first_held.or(Some(line).filter(|_| point.held));
     }

@@ -16,6 +16,7 @@ use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
 use crate::motion::{InterpreterOptions, Motion, MotionKind};
 use crate::program::Dialect;
+use crate::units::Angle;
 
 /// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
@@ -58,7 +59,7 @@ pub(super) struct WearVerifier<'a> {
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
     /// Angle between the tool axis read and the one meant \[rad\].
-    pub(super) axis_left: Largest,
+    pub(super) axis_left: Largest<Angle>,
 }
 
 impl<'a> WearVerifier<'a> {
@@ -153,7 +154,7 @@ impl<'a> WearVerifier<'a> {
         if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
             return Err(failed(line, "the tool axis is elsewhere"));
         }
-        self.axis_left.take(axis_rad, line);
+        self.axis_left.take(Angle::from_rad(axis_rad), line);
         self.tell(point, axis_rad, off_mm.norm(), change);
         if !point.has_contact {
             self.contact_mm = None;

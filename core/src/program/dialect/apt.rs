@@ -9,7 +9,8 @@ use super::scan::{Number, Scan, Spelling, extent, fingerprint, number};
 use crate::program::line::{line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode, Keyword, WordForm};
 
-const POINT: [Address; 9] = [
+/// The values of a `GOTO/` in their order.
+pub(in crate::program) const POINT: [Address; 9] = [
     Address::X,
     Address::Y,
     Address::Z,

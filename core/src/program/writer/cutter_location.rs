@@ -3,24 +3,12 @@
 use super::style::Style;
 use super::{NewWord, line_ending};
 use crate::program::batch::FeedStatement;
+use crate::program::dialect::apt::POINT;
 use crate::program::{Address, Batch, Block, Keyword, WordForm};
-
-/// The values of a `GOTO/` in their order.
-const VALUES: [Address; 9] = [
-    Address::X,
-    Address::Y,
-    Address::Z,
-    Address::TI,
-    Address::TJ,
-    Address::TK,
-    Address::NX,
-    Address::NY,
-    Address::NZ,
-];
 
 /// How many values a row has that needs these: three, six or nine.
 fn row_length(needs: impl Fn(Address) -> bool) -> usize {
-    VALUES.iter().rposition(|address| needs(*address)).map_or(3, |last| (last / 3 + 1) * 3)
+    POINT.iter().rposition(|address| needs(*address)).map_or(3, |last| (last / 3 + 1) * 3)
 }
 
 /// The point again with other values, behind a feed statement where the words have a feed.
@@ -43,7 +31,7 @@ pub(super) fn print_point(
     let is_row = words.iter().any(|word| word.keyword() == Some(Keyword::Goto))
         && words.iter().all(|word| word.form != WordForm::Incremental);
     let length = row_length(|address| has_value(address) || keeps(address));
-    let own = VALUES.iter().filter(|address| source(**address).is_some()).count();
+    let own = POINT.iter().filter(|address| source(**address).is_some()).count();
     if !is_row || length != own {
         print_row(batch, block, new, dropped, out);
         return;
@@ -82,7 +70,7 @@ pub(super) fn insert_point(
 fn print_row(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address], out: &mut Vec<u8>) {
     let words = batch.words(source);
     let style = Style::new(batch, source);
-    let is_value = |address: Address| VALUES.contains(&address);
+    let is_value = |address: Address| POINT.contains(&address);
     let mut own = words.iter().filter(|word| is_value(word.address));
     let (first, second) = (own.next(), own.next());
     let last = words.iter().rev().find(|word| is_value(word.address));
@@ -105,7 +93,7 @@ fn print_row(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address]
     let length = row_length(|address| {
         find(address).is_some() || (old(address).is_some() && !dropped.contains(&address))
     });
-    for (index, address) in VALUES.into_iter().take(length).enumerate() {
+    for (index, address) in POINT.into_iter().take(length).enumerate() {
         if index > 0 {
             out.extend_from_slice(between);
         }

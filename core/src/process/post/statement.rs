@@ -1,0 +1,119 @@
+//! Statements for the post-processor: which of them are words of the posted program.
+
+/// Longest dwell that is written \[s\], and fastest spindle \[1/min\]: what is over them is a mistake of the text.
+const MAX_DWELL_S: f64 = 9999.0;
+const MAX_SPINDLE_PER_MIN: f64 = 1e6;
+/// Statements that switch or move something on the machine: as comments they are not done.
+const FOR_THE_MACHINE: [&str; 9] =
+    ["STOP", "OPSTOP", "DELAY", "SPINDL", "COOLNT", "AUXFUN", "PREFUN", "CLAMP", "INSERT"];
+
+/// What becomes of a statement.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Posted {
+    /// A block with these words.
+    Words(String),
+    /// A comment, and nothing is lost: it is for people, or for the caller's frame.
+    Comment,
+    /// A comment, though the machine should do something: its form is not one that is known.
+    NotDone,
+}
+
+/// Reads a statement: `STOP` is M0, `OPSTOP` M1, `DELAY/s` a G4 in milliseconds, `SPINDL/n,CLW` S and M3 (CCLW: M4),
+/// `SPINDL/OFF` M5, `COOLNT/` `ON` or `FLOOD` M8, `MIST` M7, `OFF` M9. Whatever else stands beside them makes it a comment.
+pub(super) fn posted(statement: &[u8]) -> Posted {
+    let text = String::from_utf8_lossy(statement).to_ascii_uppercase();
+    let text = text.split("$$").next().unwrap_or_default();
+    let mut items = text
+        .split(|c: char| matches!(c, '/' | ',' | '$') || c.is_whitespace())
+        .filter(|item| !item.is_empty());
+    let major = items.next().unwrap_or_default();
+    let minors: Vec<&str> = items.collect();
+    let words = match (major, minors.as_slice()) {
+        ("STOP", []) => Some("M0".to_owned()),
+        ("OPSTOP", []) => Some("M1".to_owned()),
+        ("DELAY", [time]) => dwell(time),
+        ("SPINDL", ["OFF"]) => Some("M5".to_owned()),
+        ("SPINDL", minors) => spindle(minors),
+        ("COOLNT", ["ON" | "FLOOD"]) => Some("M8".to_owned()),
+        ("COOLNT", ["MIST"]) => Some("M7".to_owned()),
+        ("COOLNT", ["OFF"]) => Some("M9".to_owned()),
+        _ => None,
+    };
+    match words {
+        Some(words) => Posted::Words(words),
+        None if FOR_THE_MACHINE.contains(&major) => Posted::NotDone,
+        None => Posted::Comment,
+    }
+}
+
+/// Seconds, as whole milliseconds: P is read alike with and without a decimal point only where it is a whole number.
+fn dwell(text: &str) -> Option<String> {
+    let time_s = text.parse::<f64>().ok().filter(|time_s| (0.001..=MAX_DWELL_S).contains(time_s))?;
+    Some(format!("G4 P{:.0}", (time_s * 1000.0).ceil()))
+}
+
+/// A speed in turns a minute and a sense, in either order, with or without the word RPM.
+fn spindle(minors: &[&str]) -> Option<String> {
+    let (mut speed, mut sense) = (None, None);
+    for minor in minors {
+        match *minor {
+            "RPM" => {}
+            "CLW" if sense.is_none() => sense = Some("M3"),
+            "CCLW" if sense.is_none() => sense = Some("M4"),
+            number if speed.is_none() => {
+                let per_min = number.parse::<f64>().ok()?;
+                let is_whole = per_min.fract().abs() <= 0.0;
+                speed =
+                    Some(per_min).filter(|per_min| is_whole && (1.0..=MAX_SPINDLE_PER_MIN).contains(per_min));
+            }
+            _ => return None,
+        }
+    }
+    Some(format!("S{:.0} {}", speed?, sense?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Posted, posted};
+
+    #[test]
+    fn plain_statements_are_words_and_others_are_named() {
+        for (statement, words) in [
+            ("STOP", "M0"),
+            ("  opstop  $$ look", "M1"),
+            ("DELAY/2", "G4 P2000"),
+            ("DELAY/ 0.0015", "G4 P2"),
+            ("SPINDL/RPM,8000,CLW", "S8000 M3"),
+            ("SPINDL/ CCLW, $\n 500.", "S500 M4"),
+            ("SPINDL/OFF", "M5"),
+            ("COOLNT/ON", "M8"),
+            ("COOLNT/MIST", "M7"),
+            ("COOLNT/OFF", "M9"),
+        ] {
+            assert_eq!(posted(statement.as_bytes()), Posted::Words(words.to_owned()), "{statement}");
+        }
+        for statement in [
+            "STOP/1",
+            "DELAY/3,REV",
+            "DELAY/-1",
+            "DELAY/nan",
+            "DELAY/1e9",
+            "SPINDL/8000",
+            "SPINDL/ON",
+            "SPINDL/SFM,100,CLW",
+            "SPINDL/8000,CLW,RANGE,2",
+            "SPINDL/0,CLW",
+            "SPINDL/800.5,CLW",
+            "SPINDL/8000,9000,CLW",
+            "COOLNT/THRU",
+            "COOLNT/ON,MIST",
+            "AUXFUN/8",
+            "INSERT M8",
+        ] {
+            assert_eq!(posted(statement.as_bytes()), Posted::NotDone, "{statement}");
+        }
+        for statement in ["PARTNO/STOP", "PPRINT STOP HERE", "CUTTER/10", "", "\u{fffd}"] {
+            assert_eq!(posted(statement.as_bytes()), Posted::Comment, "{statement}");
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! The database for a command that may be used while the service runs: where no service has the directory, the command takes
+//! its lock and brings the database to the newest form; where one has, it writes beside it, in the form that the service keeps.
+
+use std::path::Path;
+
+use super::StartFault;
+use super::serve::on_a_local_disk;
+use crate::jobs::OpenFault;
+use crate::store::{DATABASE_NAME, DirectoryLock, LockFault, Store};
+
+/// The database of a directory that is there, and the lock where it was free: to be held to the end.
+///
+/// # Errors
+/// The directory or the database cannot be used.
+pub(super) async fn open(directory: &Path) -> Result<(Store, Option<DirectoryLock>), StartFault> {
+    on_a_local_disk(directory)?;
+    let file = directory.join(DATABASE_NAME);
+    let (store, lock) = match DirectoryLock::take(directory) {
+        Ok(lock) => (Store::open(&file, 1).await, Some(lock)),
+        Err(LockFault::Taken(_)) => (Store::open_beside(&file).await, None),
+        Err(fault) => return Err(fault.into()),
+    };
+    Ok((store.map_err(OpenFault::from)?, lock))
+}

@@ -1,0 +1,67 @@
+//! The secret of webhooks from the command line, also while the service runs: it reads the secret for every delivery.
+
+use clap::Subcommand;
+use thiserror::Error;
+
+use super::settings::say;
+use super::{CommandFault, StartFault, beside};
+use crate::config::Settings;
+use crate::jobs::{SECRET_OVERLAP_S, Sources, new_webhook_secret};
+use crate::store::{Actor, Store, StoreError};
+use crate::wire::AuditOrigin;
+
+/// What can be done with webhooks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+pub enum WebhooksCommand {
+    /// Print the secret that receivers verify deliveries with
+    Secret,
+    /// Make a new secret and print it; the one before it signs beside it for 24 hours
+    Rotate,
+}
+
+/// Why a command about webhooks failed.
+#[derive(Debug, Error)]
+pub enum WebhooksFault {
+    /// The database could not be used.
+    #[error("the database cannot be used: {0}")]
+    Store(#[from] StoreError),
+    /// The system gives no random numbers.
+    #[error("the system gives no random numbers: {0}")]
+    NoRandomness(#[from] getrandom::Error),
+    /// The secret could not be printed.
+    #[error(transparent)]
+    Print(#[from] CommandFault),
+}
+
+/// Does what the command says.
+pub(super) fn run(settings: &Settings, command: WebhooksCommand) -> Result<(), StartFault> {
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(StartFault::Process)?;
+    runtime.block_on(async {
+        let directory = &settings.data_dir;
+        std::fs::create_dir_all(directory)
+            .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
+        let (store, _lock) = beside::open(directory).await?;
+        let done = work(&store, command).await;
+        store.close().await;
+        Ok(done?)
+    })
+}
+
+async fn work(store: &Store, command: WebhooksCommand) -> Result<(), WebhooksFault> {
+    let (sources, actor) = (Sources::real(), Actor::without_request(AuditOrigin::CommandLine));
+    let now = sources.timestamp();
+    let none_yet = store.webhook_secrets().await?.is_empty();
+    if none_yet {
+        store.add_first_webhook_secret(&new_webhook_secret()?, &now, &actor).await?;
+    } else if command == WebhooksCommand::Rotate {
+        let until = sources.timestamp_after(SECRET_OVERLAP_S);
+        // Only the key of a request could be there already.
+        let _rotated =
+            store.rotate_webhook_secret(&new_webhook_secret()?, &now, &until, None, &actor).await?;
+    }
+    match store.webhook_secrets().await?.first() {
+        Some(newest) => Ok(say(&newest.secret.0)?),
+        None => Err(StoreError::NoSecret.into()),
+    }
+}

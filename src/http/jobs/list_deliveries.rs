@@ -1,0 +1,66 @@
+//! Lists the attempts to tell a job's end.
+
+use axum::extract::State;
+use http::HeaderMap;
+
+use super::find;
+use crate::http::AppState;
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::paging::PageQuery;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::store::DeliveryRow;
+use crate::wire::{Deliveries, DeliveryDocument, JobDocument, event_type, webhook_id};
+
+refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest);
+
+/// List the deliveries of a job's end
+///
+/// How it goes to tell the `callback_url` of the job's end, and every attempt, newest first.
+#[utoipa::path(
+    get,
+    path = "/v1/jobs/{id}/deliveries",
+    tag = "webhooks",
+    operation_id = "list_job_deliveries",
+    params(
+        ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        PageQuery,
+    ),
+    responses(
+        (status = 200, description = "A page of attempts", body = Deliveries, example = json!({
+            "delivery": {
+                "webhook_id": "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60", "event": "job.succeeded", "state": "waiting",
+                "attempts": 1, "next_attempt_at": "2026-03-14T09:26:58.701Z"},
+            "items": [{
+                "started_at": "2026-03-14T09:26:53.589Z", "duration_ms": 42, "status": 503, "outcome": "refused",
+                "detail": "the receiver answered 503"}],
+            "next_cursor": null})),
+        Refusals,
+    )
+)]
+pub(super) async fn list_job_deliveries(
+    State(app): State<AppState>,
+    Path(id): Path<String>,
+    Query(page): Query<PageQuery>,
+    headers: HeaderMap,
+) -> Result<Json<Deliveries>, Problem> {
+    choose(&headers, &["application/json"])?;
+    let (limit, before) = page.read()?;
+    let job = find(&app, &id).await?.document;
+    let delivery = app.store.delivery(&id).await?.map(|row| shown(&job, row));
+    let page = app.store.delivery_attempts(&id, limit, before).await?;
+    let next_cursor = page.next.map(|cursor| cursor.to_string());
+    Ok(Json(Deliveries { delivery, items: page.items, next_cursor }))
+}
+
+/// A delivery as clients see it.
+pub(super) fn shown(job: &JobDocument, row: DeliveryRow) -> DeliveryDocument {
+    DeliveryDocument {
+        webhook_id: webhook_id(&job.id),
+        event: event_type(job),
+        state: row.state,
+        attempts: row.attempts,
+        next_attempt_at: row.due_at,
+    }
+}

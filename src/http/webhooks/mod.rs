@@ -1,0 +1,39 @@
+//! Webhooks: the secret that signs them. What is delivered stands below each job.
+
+mod described;
+mod get_secret;
+mod rotate_secret;
+
+use axum::response::{IntoResponse, Response};
+pub(super) use described::describe;
+use http::StatusCode;
+use http::header::CACHE_CONTROL;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+use super::extract::Json;
+use super::problem::Problem;
+use crate::jobs::signs_now;
+use crate::store::WebhookSecretRow;
+use crate::wire::{PreviousSecret, WebhookSecretDocument};
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(get_secret::get_webhook_secret))
+        .routes(routes!(rotate_secret::rotate_webhook_secret))
+}
+
+/// The secrets that sign now, for nobody to keep on the way.
+async fn shown(app: &AppState, status: StatusCode) -> Result<Response, Problem> {
+    let now = app.sources.timestamp();
+    let mut rows = app.store.webhook_secrets().await?.into_iter().filter(|row| signs_now(row, &now));
+    let WebhookSecretRow { secret, created_at, .. } =
+        rows.next().ok_or_else(|| Problem::internal(&"there is no secret to sign webhooks with"))?;
+    let previous = rows
+        .filter_map(|row| Some(PreviousSecret { created_at: row.created_at, signs_until: row.signs_until? }))
+        .collect();
+    let document = WebhookSecretDocument { secret, created_at, previous };
+    Ok((status, [(CACHE_CONTROL, "no-store")], Json(document)).into_response())
+}

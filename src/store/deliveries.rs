@@ -1,0 +1,310 @@
+//! The ends of jobs that somebody is to be told of. Their rows come with the ends themselves, by a trigger
+//! (`jobs_are_told`): whatever ends a job, it is told or it has not ended.
+
+use std::collections::BTreeSet;
+
+use super::audit::{Actor, Change, audit};
+use super::error::Doing;
+use super::keys::{Answer, keep_key, unless_key_taken};
+use super::machines::as_array;
+use super::{Cursor, KeyUse, Page, Store, StoreError};
+use crate::wire::{AuditAction, DeliveryAttempt, DeliveryOutcome, DeliveryState};
+
+/// An end that is to be told now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DueDelivery {
+    /// The job.
+    pub job_id: String,
+    /// Host and port of who is told.
+    pub receiver: String,
+}
+
+/// How the telling of an end goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeliveryRow {
+    /// Host and port of who is told.
+    pub receiver: String,
+    /// Where it stands.
+    pub state: DeliveryState,
+    /// How often it was asked for.
+    pub round: i64,
+    /// Attempts since then.
+    pub attempts: i64,
+    /// When the next one is made.
+    pub due_at: Option<String>,
+}
+
+/// What comes after an attempt.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum AfterAttempt {
+    /// Nothing: it was taken.
+    Delivered,
+    /// Nothing: nobody will take it.
+    GivenUp,
+    /// Another attempt at this time.
+    Again(String),
+}
+
+/// What became of the wish to tell an end once more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Redelivery {
+    /// It will be.
+    Asked,
+    /// There is nothing to tell.
+    Nothing,
+    /// The wish's key was used in the meantime.
+    KeyTaken,
+}
+
+/// What waits to be told.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeliveriesWaiting {
+    /// How many ends.
+    pub count: i64,
+    /// When the job of the oldest ended.
+    pub oldest: Option<String>,
+}
+
+/// Whom not to look at: those that are being told, and receivers of which as many are as may.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Taken {
+    /// Jobs.
+    pub jobs: BTreeSet<String>,
+    /// Receivers.
+    pub receivers: BTreeSet<String>,
+}
+
+struct StoredDelivery {
+    receiver: String,
+    state: String,
+    round: i64,
+    attempts: i64,
+    due_at: Option<String>,
+}
+
+impl Store {
+    /// Ends that are to be told now, the ones that wait longest first: due at `now` or before, or so far ahead that the
+    /// clock must have been wrong when that was written.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn due_deliveries(
+        &self,
+        now: &str,
+        farthest: &str,
+        taken: &Taken,
+        limit: usize,
+    ) -> Result<Vec<DueDelivery>, StoreError> {
+        let (jobs, receivers) = (as_array(Some(&taken.jobs)), as_array(Some(&taken.receivers)));
+        let limit = i64::try_from(limit).unwrap_or(i64::MAX);
+        sqlx::query_as!(
+            DueDelivery,
+            "SELECT job_id, receiver FROM deliveries
+             WHERE state = 'waiting' AND (due_at <= ?1 OR due_at > ?2)
+               AND job_id NOT IN (SELECT value FROM json_each(?3))
+               AND receiver NOT IN (SELECT value FROM json_each(?4))
+             ORDER BY due_at LIMIT ?5",
+            now,
+            farthest,
+            jobs,
+            receivers,
+            limit
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("looking for webhooks to deliver")
+    }
+
+    /// When the next end is to be told.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn next_delivery(&self, taken: &Taken) -> Result<Option<String>, StoreError> {
+        let (jobs, receivers) = (as_array(Some(&taken.jobs)), as_array(Some(&taken.receivers)));
+        let found = sqlx::query_scalar!(
+            "SELECT due_at FROM deliveries
+             WHERE state = 'waiting' AND job_id NOT IN (SELECT value FROM json_each(?1))
+               AND receiver NOT IN (SELECT value FROM json_each(?2))
+             ORDER BY due_at LIMIT 1",
+            jobs,
+            receivers
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("looking for the next webhook")?;
+        Ok(found.flatten())
+    }
+
+    /// How the telling of a job's end goes; nothing where there is none to be told.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn delivery(&self, job_id: &str) -> Result<Option<DeliveryRow>, StoreError> {
+        let row = sqlx::query_as!(
+            StoredDelivery,
+            "SELECT receiver, state, round, attempts, due_at FROM deliveries WHERE job_id = ?",
+            job_id
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading a delivery")?;
+        let read = |row: StoredDelivery| {
+            let StoredDelivery { receiver, state, round, attempts, due_at } = row;
+            let unreadable =
+                |source| StoreError::Unreadable { what: "delivery", key: job_id.to_owned(), source };
+            let state = serde_json::from_value(state.into()).map_err(unreadable)?;
+            Ok(DeliveryRow { receiver, state, round, attempts, due_at })
+        };
+        row.map(read).transpose()
+    }
+
+    /// A page of the attempts to tell a job's end, newest first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn delivery_attempts(
+        &self,
+        job_id: &str,
+        limit: u32,
+        before: Option<Cursor>,
+    ) -> Result<Page<DeliveryAttempt>, StoreError> {
+        let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
+        let rows = sqlx::query!(
+            "SELECT seq, started_at, duration_ms, status, outcome, detail FROM delivery_attempts
+             WHERE job_id = ? AND seq < ? ORDER BY seq DESC LIMIT ?",
+            job_id,
+            before,
+            count
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing attempts")?;
+        let read = rows.into_iter().map(|row| {
+            let unreadable =
+                |source| StoreError::Unreadable { what: "attempt", key: row.seq.to_string(), source };
+            let outcome: DeliveryOutcome = serde_json::from_value(row.outcome.into()).map_err(unreadable)?;
+            let attempt = DeliveryAttempt {
+                started_at: row.started_at,
+                duration_ms: row.duration_ms,
+                status: row.status.and_then(|status| u16::try_from(status).ok()),
+                outcome,
+                detail: row.detail,
+            };
+            Ok((row.seq, attempt))
+        });
+        Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
+    }
+
+    /// Writes an attempt down, and what comes after it unless a new round was asked for meanwhile.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn end_delivery_attempt(
+        &self,
+        job_id: &str,
+        round: i64,
+        attempt: &DeliveryAttempt,
+        after: &AfterAttempt,
+    ) -> Result<(), StoreError> {
+        let (job_id, attempt) = (job_id.to_owned(), attempt.clone());
+        let (state, due_at) = match after {
+            AfterAttempt::Delivered => ("delivered", None),
+            AfterAttempt::GivenUp => ("given-up", None),
+            AfterAttempt::Again(at) => ("waiting", Some(at.clone())),
+        };
+        self.write("writing an attempt down", |connection| {
+            Box::pin(async move {
+                let (status, outcome) = (attempt.status.map(i64::from), attempt.outcome.as_str());
+                // The job may have been removed meanwhile, and its deliveries with it.
+                sqlx::query!(
+                    "INSERT INTO delivery_attempts (job_id, started_at, duration_ms, status, outcome, detail)
+                     SELECT job_id, ?, ?, ?, ?, ? FROM deliveries WHERE job_id = ?",
+                    attempt.started_at,
+                    attempt.duration_ms,
+                    status,
+                    outcome,
+                    attempt.detail,
+                    job_id
+                )
+                .execute(&mut *connection)
+                .await?;
+                sqlx::query!(
+                    "UPDATE deliveries SET state = ?, due_at = ?, attempts = attempts + 1
+                     WHERE job_id = ? AND round = ?",
+                    state,
+                    due_at,
+                    job_id,
+                    round
+                )
+                .execute(&mut *connection)
+                .await?;
+                Ok(())
+            })
+        })
+        .await
+    }
+
+    /// Asks for a job's end to be told now, from the first attempt on, whatever came of it before.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn deliver_again(
+        &self,
+        job_id: &str,
+        now: &str,
+        used: Option<&KeyUse>,
+        by: &Actor,
+    ) -> Result<Redelivery, StoreError> {
+        let (id, now, used, by) = (job_id.to_owned(), now.to_owned(), used.cloned(), by.clone());
+        let asked = self
+            .write("asking for a delivery", |connection| {
+                Box::pin(async move {
+                    let done = sqlx::query!(
+                        "UPDATE deliveries SET state = 'waiting', round = round + 1, attempts = 0, due_at = ?
+                         WHERE job_id = ?",
+                        now,
+                        id
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    if done.rows_affected() == 0 {
+                        return Ok(false);
+                    }
+                    keep_key(connection, used.as_ref(), Answer::Job(&id), &now).await?;
+                    let machine_id = sqlx::query_scalar!("SELECT machine_id FROM jobs WHERE id = ?", id)
+                        .fetch_optional(&mut *connection)
+                        .await?;
+                    let change = Change {
+                        at: &now,
+                        action: AuditAction::DeliveryRequested,
+                        machine_id: machine_id.as_deref(),
+                        resource: format!("/v1/jobs/{id}/deliveries"),
+                        revisions: (None, None),
+                    };
+                    audit(connection, &by, change).await?;
+                    Ok(true)
+                })
+            })
+            .await;
+        match asked {
+            Ok(false) => Ok(Redelivery::Nothing),
+            asked => unless_key_taken(asked.map(|_asked| ()))
+                .map(|asked| if asked { Redelivery::Asked } else { Redelivery::KeyTaken }),
+        }
+    }
+
+    /// What waits to be told.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn deliveries_waiting(&self) -> Result<DeliveriesWaiting, StoreError> {
+        let row = sqlx::query!(
+            "SELECT (SELECT count(*) FROM deliveries WHERE state = 'waiting') AS \"count!: i64\",
+                 (SELECT min(created_at) FROM deliveries WHERE state = 'waiting') AS \"oldest: String\""
+        )
+        .fetch_one(&self.readers)
+        .await
+        .doing("counting webhooks that wait")?;
+        Ok(DeliveriesWaiting { count: row.count, oldest: row.oldest })
+    }
+}

@@ -1,0 +1,147 @@
+//! The secrets that sign webhooks: the newest, and those before it that sign beside it for a while.
+
+use super::audit::{Actor, Change, audit};
+use super::error::Doing;
+use super::keys::unless_key_taken;
+use super::{KeyUse, Store, StoreError};
+use crate::wire::{AuditAction, WebhookSecret};
+
+/// A secret as it is stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WebhookSecretRow {
+    /// The secret.
+    pub secret: WebhookSecret,
+    /// When it was made.
+    pub created_at: String,
+    /// Until when it signs; none for the newest.
+    pub signs_until: Option<String>,
+}
+
+impl Store {
+    /// Every secret that is kept, newest first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn webhook_secrets(&self) -> Result<Vec<WebhookSecretRow>, StoreError> {
+        let rows =
+            sqlx::query!("SELECT secret, created_at, signs_until FROM webhook_secrets ORDER BY seq DESC")
+                .fetch_all(&self.readers)
+                .await
+                .doing("reading the secrets of webhooks")?;
+        Ok(rows
+            .into_iter()
+            .map(|row| WebhookSecretRow {
+                secret: WebhookSecret(row.secret),
+                created_at: row.created_at,
+                signs_until: row.signs_until,
+            })
+            .collect())
+    }
+
+    /// Keeps the first secret; another where there is one already is not kept.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn add_first_webhook_secret(
+        &self,
+        secret: &WebhookSecret,
+        now: &str,
+        by: &Actor,
+    ) -> Result<(), StoreError> {
+        let (secret, now, by) = (secret.0.clone(), now.to_owned(), by.clone());
+        self.write("keeping the first secret of webhooks", |connection| {
+            Box::pin(async move {
+                let added = sqlx::query!(
+                    "INSERT INTO webhook_secrets (secret, created_at)
+                     SELECT ?, ? WHERE NOT EXISTS (SELECT 1 FROM webhook_secrets)",
+                    secret,
+                    now
+                )
+                .execute(&mut *connection)
+                .await?;
+                if added.rows_affected() == 0 {
+                    return Ok(());
+                }
+                audit(connection, &by, about(&now, AuditAction::WebhookSecretCreated)).await
+            })
+        })
+        .await
+    }
+
+    /// Keeps a new secret; those before it sign until `signs_until` at most, and what signs no more is forgotten. `false`
+    /// when the request's key was used in the meantime, in which case nothing changes.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn rotate_webhook_secret(
+        &self,
+        secret: &WebhookSecret,
+        now: &str,
+        signs_until: &str,
+        used: Option<&KeyUse>,
+        by: &Actor,
+    ) -> Result<bool, StoreError> {
+        let (secret, now, signs_until) = (secret.0.clone(), now.to_owned(), signs_until.to_owned());
+        let (used, by) = (used.cloned(), by.clone());
+        let rotated = self
+            .write("keeping a new secret of webhooks", |connection| {
+                Box::pin(async move {
+                    if let Some(KeyUse { since, .. }) = &used {
+                        sqlx::query!(
+                            "UPDATE webhook_secrets SET idempotency_key = NULL WHERE created_at < ?",
+                            since
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                    }
+                    sqlx::query!(
+                        "DELETE FROM webhook_secrets WHERE signs_until <= ? AND idempotency_key IS NULL",
+                        now
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    sqlx::query!(
+                        "UPDATE webhook_secrets SET signs_until = ? WHERE signs_until IS NULL",
+                        signs_until
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    let (key, fingerprint) = used.map(|used| (used.key, used.fingerprint)).unzip();
+                    sqlx::query!(
+                        "INSERT INTO webhook_secrets (secret, created_at, idempotency_key, fingerprint)
+                         VALUES (?, ?, ?, ?)",
+                        secret,
+                        now,
+                        key,
+                        fingerprint
+                    )
+                    .execute(&mut *connection)
+                    .await?;
+                    audit(connection, &by, about(&now, AuditAction::WebhookSecretRotated)).await
+                })
+            })
+            .await;
+        unless_key_taken(rotated)
+    }
+
+    /// Whether a secret was made under this key: by the same request, or (`false`) by another.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn webhook_secret_made_by(&self, used: &KeyUse) -> Result<Option<bool>, StoreError> {
+        let row = sqlx::query_scalar!(
+            "SELECT fingerprint FROM webhook_secrets WHERE idempotency_key = ? AND created_at >= ?",
+            used.key,
+            used.since
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .doing("reading an idempotency key")?;
+        Ok(row.map(|fingerprint| fingerprint.as_ref() == Some(&used.fingerprint)))
+    }
+}
+
+fn about(at: &str, action: AuditAction) -> Change<'_> {
+    let resource = "/v1/webhooks/secret".to_owned();
+    Change { at, action, machine_id: None, resource, revisions: (None, None) }
+}
