@@ -1,11 +1,12 @@
 //! Merges the resources' routes and puts the edge around them.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Router, middleware};
+use bytes::Bytes;
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use tower::ServiceBuilder;
@@ -50,17 +51,17 @@ const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/docs/{*rest}", "get_docs"),
 ];
 
+/// The description as text, made when it is first asked for: a start needs neither its time nor its memory.
+static DESCRIPTION: LazyLock<Bytes> =
+    LazyLock::new(|| openapi::document().to_pretty_json().unwrap_or_default().into());
+
 /// The whole service.
 pub fn router(mut app: AppState) -> Router {
     let (router, document) = described();
     app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
-    let text = bytes::Bytes::from(document.to_pretty_json().unwrap_or_default());
-    let served = move |headers: HeaderMap| {
-        let text = text.clone();
-        async move {
-            choose(&headers, &["application/json"])?;
-            Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], text).into_response())
-        }
+    let served = |headers: HeaderMap| async move {
+        choose(&headers, &["application/json"])?;
+        Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
     };
     // Without this the page asks a validator on the internet about its own document.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
