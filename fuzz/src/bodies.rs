@@ -8,7 +8,8 @@ use std::sync::OnceLock;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-use crate::calibration::{identify, identify_spheres};
+use crate::calibration::identify;
+use crate::calibration::rotary_sphere::identify_spheres;
 use crate::kinematics::{Kinematics, PathOptions, PoseLanes};
 use crate::machine::Machine;
 use crate::servo::{Detail, ServoPath, simulate};

@@ -16,7 +16,7 @@ use tokio::task::JoinHandle;
 use super::{CommandFault, KeysFault, TlsFault, WebhooksFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
 use crate::http::observation::Exporter;
-use crate::http::{AppState, connections::Cap, router};
+use crate::http::{AppState, connections::Cap, first_bytes::FirstBytes, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
@@ -197,9 +197,13 @@ pub async fn start(
     let service = router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
     let speaks_tls = tls.is_some();
     let task = match tls {
-        None => tokio::spawn(patient(server.acceptor(cap), patience).serve(service)),
+        None => {
+            let acceptor = FirstBytes::within(header_timeout, cap);
+            tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
+        }
         Some(config) => {
             let acceptor = RustlsAcceptor::new(config).handshake_timeout(header_timeout).acceptor(cap);
+            let acceptor = FirstBytes::within(header_timeout, acceptor);
             tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
         }
     };

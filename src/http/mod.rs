@@ -11,6 +11,7 @@ pub mod connections;
 mod current_machine;
 mod edge;
 mod extract;
+pub mod first_bytes;
 mod guard;
 mod held_keys;
 mod held_machines;

@@ -6,6 +6,7 @@ use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Router, middleware};
+use bytes::Bytes;
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use tower::ServiceBuilder;
@@ -50,18 +51,16 @@ const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/docs/{*rest}", "get_docs"),
 ];
 
+/// The description as text, made when it is first asked for: a start needs neither its time nor its memory.
+static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| openapi::document().to_string().into());
+
 /// The whole service.
 pub fn router(mut app: AppState) -> Router {
     let (router, document) = described();
     app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
-    let text = Arc::new(LazyLock::new(move || bytes::Bytes::from(openapi::published(&document).to_string())));
-    let served = move |headers: HeaderMap| {
-        let text = Arc::clone(&text);
-        async move {
-            choose(&headers, &["application/json"])?;
-            let text = bytes::Bytes::clone(&text);
-            Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], text).into_response())
-        }
+    let served = |headers: HeaderMap| async move {
+        choose(&headers, &["application/json"])?;
+        Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
     };
     // Without this the page asks a validator on the internet about its own document.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));

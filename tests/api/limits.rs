@@ -168,6 +168,11 @@ async fn a_header_that_does_not_end_closes_the_connection() {
     let app = spawn_with(|settings| settings.header_timeout_s = 0.1).await;
     let answer = raw(&app, "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Slow: ", false).await;
     assert!(!answer.contains("200 OK"), "{answer}");
+    // Nor does silence hold one, nor what may become either version of the protocol.
+    for beginning in ["", "P", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r"] {
+        let answer = raw(&app, beginning, false).await;
+        assert!(answer.is_empty(), "{beginning:?}: {answer}");
+    }
 }
 
 #[tokio::test]
