@@ -172,8 +172,8 @@ fn profile_alone(text: Vec<u8>) -> (Vec<u8>, i64) {
 }
 
 /// A file copied to where nobody changes it while it is worked on, up to the limit of a setting.
-fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit: u64) -> Result<Draft, CommandFault> {
-    let mut draft = blobs.draft()?.within(limit);
+fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Draft, CommandFault> {
+    let mut draft = blobs.draft()?.within(limit_bytes);
     let copied = if path == Path::new("-") {
         io::copy(&mut io::stdin().lock(), &mut draft)
     } else {
@@ -183,7 +183,7 @@ fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit: u64) -> Resul
     match copied {
         Ok(_bytes) => Ok(draft),
         Err(fault) if is_over_its_limit(&fault) => {
-            Err(CommandFault::TooLarge { path: path.to_owned(), limit, setting })
+            Err(CommandFault::TooLarge { path: path.to_owned(), limit_bytes, setting })
         }
         Err(fault) => Err(at("reading", path)(fault)),
     }

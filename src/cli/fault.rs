@@ -71,12 +71,12 @@ pub enum CommandFault {
     #[error("told to stop; nothing was written")]
     Stopped,
     /// A file is longer than its limit.
-    #[error("{} is larger than {limit} bytes ({setting})", path.display())]
+    #[error("{} is larger than {limit_bytes} bytes ({setting})", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its limit \[bytes\].
-        limit: u64,
+        /// Its limit.
+        limit_bytes: u64,
         /// The setting that says so.
         setting: &'static str,
     },

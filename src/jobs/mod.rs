@@ -48,7 +48,7 @@ pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
 pub use webhooks::{
     Courier, DeliveriesReading, NotAllowed, Receivers, SECRET_OVERLAP_S, TrustFault, new_webhook_secret,
-    signs_now,
+    signing_now,
 };
 pub use work::{
     ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,

@@ -82,6 +82,8 @@ impl Store {
         by: &Actor,
     ) -> Result<bool, StoreError> {
         let (secret, now, signs_until) = (secret.0.clone(), now.to_owned(), signs_until.to_owned());
+        // A clock that is set right again does not make its key old.
+        let made_at = used.map_or(now.as_str(), |used| now.as_str().max(&used.not_before)).to_owned();
         let (used, by) = (used.cloned(), by.clone());
         let rotated = self
             .write("keeping a new secret of webhooks", |connection| {
@@ -111,7 +113,7 @@ impl Store {
                         "INSERT INTO webhook_secrets (secret, created_at, idempotency_key, fingerprint)
                          VALUES (?, ?, ?, ?)",
                         secret,
-                        now,
+                        made_at,
                         key,
                         fingerprint
                     )

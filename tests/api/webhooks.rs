@@ -480,6 +480,10 @@ async fn secrets_rotate_and_sign_side_by_side() {
     // The same key makes it once.
     assert_eq!(rotate("one").await["secret"], new.as_str());
     assert_eq!(secret(&app).await, new);
+    // And stands for nothing else.
+    let asked = json!({"name": "a key", "scopes": ["admin"]});
+    let post = app.client.post(app.url("/v1/keys")).header("idempotency-key", "one").json(&asked);
+    assert_eq!(post.send().await.unwrap().status(), 409);
     accepted(&app, &calling(&receiver.url()), "g1\n").await;
     let told = receiver.next().await;
     assert_eq!(told.signatures(), [told.signed_by(&new), told.signed_by(&old)]);

@@ -82,6 +82,7 @@ async fn made_before(app: &AppState, used: Option<&KeyUse>) -> Result<Option<New
         Some(None) => Err(key_reused()),
         // It may stand for something else that was stored.
         None if app.store.remembered(used).await?.is_some() => Err(key_reused()),
+        None if app.store.webhook_secret_made_by(used).await?.is_some() => Err(key_reused()),
         None => Ok(None),
     }
 }

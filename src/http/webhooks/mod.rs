@@ -14,7 +14,7 @@ use utoipa_axum::routes;
 use super::AppState;
 use super::extract::Json;
 use super::problem::Problem;
-use crate::jobs::signs_now;
+use crate::jobs::signing_now;
 use crate::store::WebhookSecretRow;
 use crate::wire::{PreviousSecret, WebhookSecretDocument};
 
@@ -28,10 +28,11 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
 /// The secrets that sign now, for nobody to keep on the way.
 async fn shown(app: &AppState, status: StatusCode) -> Result<Response, Problem> {
     let now = app.sources.timestamp();
-    let mut rows = app.store.webhook_secrets().await?.into_iter().filter(|row| signs_now(row, &now));
+    let kept = app.store.webhook_secrets().await?;
+    let mut signing = signing_now(&kept, &now).cloned();
     let WebhookSecretRow { secret, created_at, .. } =
-        rows.next().ok_or_else(|| Problem::internal(&"there is no secret to sign webhooks with"))?;
-    let previous = rows
+        signing.next().ok_or_else(|| Problem::internal(&"there is no secret to sign webhooks with"))?;
+    let previous = signing
         .filter_map(|row| Some(PreviousSecret { created_at: row.created_at, signs_until: row.signs_until? }))
         .collect();
     let document = WebhookSecretDocument { secret, created_at, previous };

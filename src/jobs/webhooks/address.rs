@@ -3,12 +3,15 @@
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 /// IPv4 networks that are not on the internet: the IANA registry of special purposes (RFC 6890 and what came after it),
-/// multicast (RFC 5771), the reserved block (RFC 1112), the old relays of 6to4 (RFC 7526).
-const NOT_PUBLIC_V4: [(Ipv4Addr, u32); 16] = [
+/// multicast (RFC 5771), the reserved block (RFC 1112), the old relays of 6to4 (RFC 7526), and one address that no registry
+/// lists.
+const NOT_PUBLIC_V4: [(Ipv4Addr, u32); 17] = [
     (Ipv4Addr::UNSPECIFIED, 8),
     (Ipv4Addr::new(10, 0, 0, 0), 8),
     (Ipv4Addr::new(100, 64, 0, 0), 10),
     (Ipv4Addr::new(127, 0, 0, 0), 8),
+    // The host's own agent, inside every machine that Azure lends: it answers on ports 80 and 32526.
+    (Ipv4Addr::new(168, 63, 129, 16), 32),
     (Ipv4Addr::new(169, 254, 0, 0), 16),
     (Ipv4Addr::new(172, 16, 0, 0), 12),
     (Ipv4Addr::new(192, 0, 0, 0), 24),
@@ -67,6 +70,8 @@ mod tests {
             ("100.63.255.255", true),
             ("100.128.0.0", true),
             ("126.255.255.255", true),
+            ("168.63.129.15", true),
+            ("168.63.129.17", true),
             ("172.15.255.255", true),
             ("172.32.0.0", true),
             ("192.167.255.255", true),
@@ -85,6 +90,7 @@ mod tests {
             ("100.127.255.255", false),
             ("127.0.0.1", false),
             ("127.255.255.255", false),
+            ("168.63.129.16", false),
             ("169.254.169.254", false),
             ("172.16.0.0", false),
             ("172.31.255.255", false),

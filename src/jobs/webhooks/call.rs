@@ -89,8 +89,8 @@ pub(super) enum CallFault {
     Request(#[from] hyper::http::Error),
     #[error("the answer broke off or is none: {0}")]
     Http(#[from] hyper::Error),
-    #[error("no answer within {0} s")]
-    TimedOut(f64),
+    #[error("no answer within {timeout_s} s")]
+    TimedOut { timeout_s: f64 },
 }
 
 impl CallFault {
@@ -98,7 +98,7 @@ impl CallFault {
         match self {
             Self::NotAllowed(_) | Self::Request(_) => DeliveryOutcome::AddressRefused,
             Self::Tls(_) => DeliveryOutcome::TlsFailed,
-            Self::TimedOut(_) => DeliveryOutcome::TimedOut,
+            Self::TimedOut { .. } => DeliveryOutcome::TimedOut,
             Self::Lookup(_) | Self::NoAddress | Self::Connect(_) | Self::Http(_) => {
                 DeliveryOutcome::Unreachable
             }
@@ -119,7 +119,8 @@ impl Line {
     /// Sends it, once.
     pub(super) async fn call(&self, url: &CallbackUrl, letter: &Letter) -> Answer {
         let called = tokio::time::timeout(self.timeout, self.exchange(url, letter)).await;
-        let called = called.unwrap_or_else(|_late| Err(CallFault::TimedOut(self.timeout.as_secs_f64())));
+        let timeout_s = self.timeout.as_secs_f64();
+        let called = called.unwrap_or_else(|_late| Err(CallFault::TimedOut { timeout_s }));
         match called {
             Ok(heard) => heard.answer().await,
             Err(fault) => Answer {
@@ -136,8 +137,8 @@ impl Line {
         if !url.is_https {
             return send(stream, url, letter).await;
         }
-        let other = |fault: rustls::Error| CallFault::Tls(io::Error::other(fault));
-        let connector = TlsConnector::from(self.trust.client().await.map_err(other)?);
+        let client = self.trust.client().await.map_err(|fault| CallFault::Tls(io::Error::other(fault)))?;
+        let connector = TlsConnector::from(client);
         let name = match &url.host {
             Host::Name(name) => {
                 ServerName::try_from(name.clone()).map_err(|fault| CallFault::Tls(io::Error::other(fault)))?
@@ -167,7 +168,7 @@ impl Line {
             match tokio::time::timeout(share, connecting).await {
                 Ok(Ok(stream)) => return Ok(stream),
                 Ok(Err(fault)) => last = CallFault::Connect(fault),
-                Err(_late) => last = CallFault::TimedOut(share.as_secs_f64()),
+                Err(_late) => last = CallFault::TimedOut { timeout_s: share.as_secs_f64() },
             }
         }
         Err(last)

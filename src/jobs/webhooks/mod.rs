@@ -14,5 +14,5 @@ mod trust;
 
 pub use courier::{Courier, DeliveriesReading};
 pub use receivers::{NotAllowed, Receivers};
-pub use signature::{SECRET_OVERLAP_S, new_webhook_secret, signs_now};
+pub use signature::{SECRET_OVERLAP_S, new_webhook_secret, signing_now};
 pub use trust::TrustFault;

@@ -26,10 +26,13 @@ pub fn new_webhook_secret() -> Result<WebhookSecret, getrandom::Error> {
     Ok(WebhookSecret(format!("{PREFIX}{}", STANDARD.encode(bytes))))
 }
 
-/// Whether a secret signs at this time.
-#[must_use]
-pub fn signs_now(row: &WebhookSecretRow, now: &str) -> bool {
-    row.signs_until.as_deref().is_none_or(|until| now < until)
+/// Those of the secrets, newest first, that sign at this time.
+pub fn signing_now<'a>(
+    secrets: &'a [WebhookSecretRow],
+    now: &'a str,
+) -> impl Iterator<Item = &'a WebhookSecretRow> {
+    let valid = secrets.iter().filter(move |row| row.signs_until.as_deref().is_none_or(|until| now < until));
+    valid.take(MOST_SIGNATURES)
 }
 
 /// The header `webhook-signature`: one signature for each of the secrets, newest first, that sign at `now`; none where
@@ -41,8 +44,9 @@ pub(super) fn signatures(
     timestamp_s: i64,
     body: &[u8],
 ) -> Option<String> {
-    let valid = secrets.iter().filter(|row| signs_now(row, now)).take(MOST_SIGNATURES);
-    let signed: Vec<String> = valid.filter_map(|row| signature(&row.secret, id, timestamp_s, body)).collect();
+    let signing = signing_now(secrets, now);
+    let signed: Vec<String> =
+        signing.filter_map(|row| signature(&row.secret, id, timestamp_s, body)).collect();
     if signed.is_empty() { None } else { Some(signed.join(" ")) }
 }
 
@@ -90,6 +94,17 @@ mod tests {
         let one = signatures(&rows(NOW), NOW, ID, TIME_S, BODY).unwrap();
         assert!(!one.contains(' ') && !one.contains(SIGNATURE));
         assert_eq!(signatures(&[], NOW, ID, TIME_S, BODY), None);
+    }
+
+    #[test]
+    fn no_more_secrets_are_named_than_sign() {
+        let rows: Vec<WebhookSecretRow> = (0..6)
+            .map(|age| {
+                row(&new_webhook_secret().unwrap().0, Some("2026-01-02T00:00:00.001Z").filter(|_| age > 0))
+            })
+            .collect();
+        assert!(signing_now(&rows, NOW).eq(&rows[..MOST_SIGNATURES]));
+        assert_eq!(signatures(&rows, NOW, ID, TIME_S, BODY).unwrap().split(' ').count(), MOST_SIGNATURES);
     }
 
     #[test]

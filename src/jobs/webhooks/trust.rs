@@ -1,14 +1,13 @@
 //! Whose certificates are trusted: the system's, and those of a file.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rustls::crypto::ring;
 use rustls::pki_types::CertificateDer;
 use rustls::pki_types::pem::{Error as PemFault, PemObject};
 use rustls::{ClientConfig, RootCertStore};
 use thiserror::Error;
-use tokio::sync::OnceCell;
 
 /// The file with certificates cannot be used.
 #[derive(Debug, Error)]
@@ -26,12 +25,23 @@ pub enum TrustFault {
     Empty(PathBuf),
 }
 
+/// Nobody can be trusted now.
+#[derive(Debug, Error)]
+pub(super) enum NoTrust {
+    /// Neither the system nor a file has a certificate that can be read.
+    #[error("no certificate to trust a receiver by could be read")]
+    NoCertificate,
+    /// The provider does not speak TLS, which it does.
+    #[error(transparent)]
+    Tls(#[from] rustls::Error),
+}
+
 /// Whose certificates are trusted.
 #[derive(Debug, Default)]
 pub(super) struct Trust {
     own: Vec<CertificateDer<'static>>,
-    /// The system's are read when TLS is spoken for the first time.
-    client: OnceCell<Arc<ClientConfig>>,
+    /// The system's are read when TLS is spoken for the first time, and again as long as none can be read.
+    client: OnceLock<Arc<ClientConfig>>,
 }
 
 impl Trust {
@@ -47,34 +57,64 @@ impl Trust {
         if own.is_empty() {
             return Err(TrustFault::Empty(path.to_owned()));
         }
-        Ok(Self { own, client: OnceCell::new() })
+        Ok(Self { own, client: OnceLock::new() })
     }
 
     /// What TLS is spoken with.
     ///
     /// # Errors
-    /// The provider does not speak TLS, which it does.
-    pub(super) async fn client(&self) -> Result<Arc<ClientConfig>, rustls::Error> {
-        let made = self.client.get_or_try_init(|| async {
-            let found = tokio::task::spawn_blocking(rustls_native_certs::load_native_certs).await;
-            let mut roots = RootCertStore::empty();
-            match found {
-                Ok(found) => {
-                    for fault in &found.errors {
+    /// There is no certificate that a receiver could be trusted by.
+    pub(super) async fn client(&self) -> Result<Arc<ClientConfig>, NoTrust> {
+        if let Some(made) = self.client.get() {
+            return Ok(Arc::clone(made));
+        }
+        let (found, is_settled) =
+            match tokio::task::spawn_blocking(rustls_native_certs::load_native_certs).await {
+                Ok(system) => {
+                    for fault in &system.errors {
                         tracing::warn!(error = %fault, "some of the system's certificates cannot be read");
                     }
-                    let _kept_and_left_out = roots.add_parsable_certificates(found.certs);
+                    // Too many open files, or a store that is being written: it is asked again at the next delivery.
+                    let is_settled = system.errors.is_empty() || !system.certs.is_empty();
+                    (system.certs, is_settled)
                 }
-                Err(fault) => tracing::error!(error = %fault, "the system's certificates cannot be read"),
-            }
-            let _kept_and_left_out = roots.add_parsable_certificates(self.own.iter().cloned());
-            let mut config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
-                .with_safe_default_protocol_versions()?
-                .with_root_certificates(roots)
-                .with_no_client_auth();
-            config.alpn_protocols = vec![b"http/1.1".to_vec()];
-            Ok(Arc::new(config))
-        });
-        made.await.cloned()
+                Err(fault) => {
+                    tracing::error!(error = %fault, "the system's certificates cannot be read");
+                    (Vec::new(), false)
+                }
+            };
+        let made = Arc::new(self.trusting(found)?);
+        if is_settled {
+            // Another delivery may have read the same meanwhile.
+            let _set = self.client.set(Arc::clone(&made));
+        }
+        Ok(made)
+    }
+
+    fn trusting(&self, system: Vec<CertificateDer<'static>>) -> Result<ClientConfig, NoTrust> {
+        let mut roots = RootCertStore::empty();
+        let _kept_and_left_out = roots.add_parsable_certificates(system);
+        let _kept_and_left_out = roots.add_parsable_certificates(self.own.iter().cloned());
+        if roots.is_empty() {
+            return Err(NoTrust::NoCertificate);
+        }
+        let mut config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            .with_safe_default_protocol_versions()?
+            .with_root_certificates(roots)
+            .with_no_client_auth();
+        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_any_certificate_there_is_no_client_that_could_be_kept() {
+        let trust = Trust::default();
+        assert!(matches!(trust.trusting(Vec::new()), Err(NoTrust::NoCertificate)));
+        assert!(trust.client.get().is_none());
     }
 }
