@@ -42,6 +42,7 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
         key,
         fingerprint,
         since: app.sources.timestamp_before(app.settings.idempotency_retention_s),
+        farthest: app.sources.farthest(app.settings.idempotency_retention_s),
         not_before: timestamp(app.sources.clock.passed()),
     })
 }

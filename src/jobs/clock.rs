@@ -21,6 +21,11 @@ pub trait Clock: Send + Sync + fmt::Debug {
     fn passed(&self) -> Timestamp {
         Timestamp::MIN
     }
+
+    /// For how long it has been known how much time has really passed.
+    fn watched(&self) -> SignedDuration {
+        SignedDuration::ZERO
+    }
 }
 
 /// Where new ids come from.
@@ -66,9 +71,11 @@ impl Clock for SystemClock {
     }
 
     fn passed(&self) -> Timestamp {
-        let (instant, at) = self.began;
-        let passed = SignedDuration::try_from(instant.elapsed()).unwrap_or(SignedDuration::MAX);
-        at.checked_add(passed).unwrap_or(Timestamp::MAX)
+        self.began.1.checked_add(self.watched()).unwrap_or(Timestamp::MAX)
+    }
+
+    fn watched(&self) -> SignedDuration {
+        SignedDuration::try_from(self.began.0.elapsed()).unwrap_or(SignedDuration::MAX)
     }
 }
 
@@ -99,6 +106,17 @@ impl Sources {
         timestamp(self.clock.certain().checked_sub(ago).unwrap_or(Timestamp::MIN))
     }
 
+    /// The time than which nothing that is kept for `seconds_s` can be later, as it is stored: what is, was stored under a
+    /// clock that was ahead. The last time of all until `seconds_s` have passed since the start, as it may be now that the
+    /// clock is behind.
+    #[must_use]
+    pub fn farthest(&self, seconds_s: f64) -> String {
+        if self.clock.watched().as_secs_f64() < seconds_s {
+            return timestamp(LAST);
+        }
+        after(self.clock.now().max(self.clock.passed()), seconds_s)
+    }
+
     /// The time `seconds_s` from now, as it is stored.
     #[must_use]
     pub fn timestamp_after(&self, seconds_s: f64) -> String {
@@ -120,4 +138,42 @@ const LAST: Timestamp = Timestamp::constant(253_402_207_200, 0);
 #[must_use]
 pub fn timestamp(time: Timestamp) -> String {
     format!("{time:.3}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Now, what has passed since the start, and for how long that is known.
+    #[derive(Debug)]
+    struct Told(Timestamp, Timestamp, SignedDuration);
+
+    impl Clock for Told {
+        fn now(&self) -> Timestamp {
+            self.0
+        }
+
+        fn passed(&self) -> Timestamp {
+            self.1
+        }
+
+        fn watched(&self) -> SignedDuration {
+            self.2
+        }
+    }
+
+    #[test]
+    fn nothing_is_held_to_be_of_the_future_by_a_clock_that_may_be_behind() {
+        let at = |text: &str| text.parse::<Timestamp>().expect("a time");
+        let (early, late) = (at("1970-01-01T00:00:00Z"), at("2026-11-21T12:00:00Z"));
+        let farthest = |now, passed, watched_s| {
+            let clock = Arc::new(Told(now, passed, SignedDuration::from_secs(watched_s)));
+            Sources { clock, ids: Arc::new(Version7) }.farthest(60.0)
+        };
+        assert_eq!(farthest(early, early, 59), "9999-12-30T22:00:00.000Z");
+        assert_eq!(farthest(late, late, 60), "2026-11-21T12:01:00.000Z");
+        // Set back, or right after a start without a battery.
+        assert_eq!(farthest(early, late, 60), "2026-11-21T12:01:00.000Z");
+        assert_eq!(farthest(late, early, 60), "2026-11-21T12:01:00.000Z");
+    }
 }

@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
@@ -167,11 +168,14 @@ impl Blobs {
         Arc::clone(&self.naming).read_owned().await
     }
 
-    /// Held while what no row names is removed; none while files are being named. Nobody waits for it: files may be
-    /// waiting for their row as long as the database is locked, and who waits would keep all others from naming theirs.
-    #[must_use]
-    pub fn removing(&self) -> Option<OwnedRwLockWriteGuard<()>> {
-        Arc::clone(&self.naming).try_write_owned().ok()
+    /// Held while what no row names is removed; none where files are being named all the time `within`. Who waits for
+    /// it keeps all others from naming theirs, and files may be waiting for their row as long as the database is locked:
+    /// wait shortly and seldom, or not at all.
+    pub async fn removing(&self, within: Duration) -> Option<OwnedRwLockWriteGuard<()>> {
+        if within.is_zero() {
+            return Arc::clone(&self.naming).try_write_owned().ok();
+        }
+        tokio::time::timeout(within, Arc::clone(&self.naming).write_owned()).await.ok()
     }
 
     /// Removes a kept file; one that is gone already is no fault.
@@ -262,4 +266,32 @@ pub(super) fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     let digit = |nibble: u8| char::from(DIGITS.get(usize::from(nibble)).copied().unwrap_or(b'0'));
     bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::pin::pin;
+
+    use futures::poll;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn who_removes_has_its_turn_before_those_who_name_next_and_waits_no_longer_than_told() {
+        let directory = tempfile::TempDir::new().expect("a directory");
+        let blobs = Blobs::open(directory.path()).expect("blobs");
+        let held = blobs.naming().await;
+        assert!(blobs.removing(Duration::ZERO).await.is_none());
+        assert!(blobs.removing(Duration::from_millis(1)).await.is_none(), "nobody let go of it");
+        let mut removing = pin!(blobs.removing(Duration::from_hours(1)));
+        assert!(poll!(removing.as_mut()).is_pending());
+        let mut next = pin!(blobs.naming());
+        assert!(poll!(next.as_mut()).is_pending(), "behind who removes");
+        drop(held);
+        let alone = removing.await;
+        assert!(alone.is_some() && poll!(next.as_mut()).is_pending());
+        drop(alone);
+        drop(next.await);
+        assert!(blobs.removing(Duration::ZERO).await.is_some());
+    }
 }

@@ -16,6 +16,8 @@ pub struct KeyUse {
     pub fingerprint: String,
     /// Uses before this time are forgotten.
     pub since: String,
+    /// Uses after this time were stored under a clock that was ahead, and are held to be of this time.
+    pub farthest: String,
     /// It is kept as used at this time, or at the time of what answers it if that is later: a clock that is set right
     /// again does not make it old.
     pub not_before: String,
@@ -53,16 +55,14 @@ pub(super) async fn keep_key(
     answer: Answer<'_>,
     now: &str,
 ) -> Result<(), sqlx::Error> {
-    let Some(KeyUse { key, fingerprint, since, not_before }) = used else { return Ok(()) };
+    let Some(KeyUse { key, fingerprint, since, farthest, not_before }) = used else { return Ok(()) };
     let (job, calibration, machine, revision, wear) = match answer {
         Answer::Job(id) => (Some(id), None, None, None, None),
         Answer::Calibration(id) => (None, Some(id), None, None, None),
         Answer::Revision(machine, revision) => (None, None, Some(machine), Some(revision), None),
         Answer::Wear(first) => (None, None, None, None, Some(first)),
     };
-    sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
-        .execute(&mut *connection)
-        .await?;
+    forget_keys(connection, since, farthest).await?;
     let at = now.max(not_before.as_str());
     sqlx::query!(
         "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, calibration_id, machine_id,
@@ -79,6 +79,21 @@ pub(super) async fn keep_key(
     )
     .execute(&mut *connection)
     .await?;
+    Ok(())
+}
+
+/// Drops the keys used before `since`; one that is stored as used after `farthest` is kept as used then.
+pub(super) async fn forget_keys(
+    connection: &mut SqliteConnection,
+    since: &str,
+    farthest: &str,
+) -> Result<(), sqlx::Error> {
+    sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
+        .execute(&mut *connection)
+        .await?;
+    sqlx::query!("UPDATE idempotency_keys SET created_at = ? WHERE created_at > ?", farthest, farthest)
+        .execute(&mut *connection)
+        .await?;
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! Jobs that ended long ago go, and the files that only they named.
 
+use super::keys::forget_keys;
 use super::{Sha256Hex, Store, StoreError};
 
 /// Jobs removed in one transaction: others write in between.
@@ -7,21 +8,21 @@ const REMOVED_AT_ONCE: i64 = 200;
 
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose key, where they had one, was used before
-    /// `keys_since`; one whose end is still to be told stays. Gives the digests that the removed ones named, and none once there is nothing left to remove.
+    /// `keys_since` (what is stored as used after `keys_farthest` counts as used then); one whose end is still to be told
+    /// stays. Gives the digests that the removed ones named, and none once there is nothing left to remove.
     ///
     /// # Errors
     /// The database failed.
     pub async fn forget_jobs(
         &self,
         ended_before: &str,
-        keys_since: &str,
+        [keys_since, keys_farthest]: [&str; 2],
     ) -> Result<Vec<Sha256Hex>, StoreError> {
-        let (ended_before, keys_since) = (ended_before.to_owned(), keys_since.to_owned());
+        let [ended_before, keys_since, keys_farthest] =
+            [ended_before, keys_since, keys_farthest].map(str::to_owned);
         self.write("forgetting jobs", |connection| {
             Box::pin(async move {
-                sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", keys_since)
-                    .execute(&mut *connection)
-                    .await?;
+                forget_keys(connection, &keys_since, &keys_farthest).await?;
                 let removed = sqlx::query!(
                     "DELETE FROM jobs WHERE seq IN (
                          SELECT seq FROM jobs j WHERE finished_at < ?

@@ -1,6 +1,7 @@
 //! One job from the queue: computed, its results kept, ended under its lease, or given back.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
 use tracing::Instrument;
@@ -25,7 +26,7 @@ impl Shared {
             let QueueTurn { share, place } = turn;
             let result = self.result(&claimed.job, &job, place).await;
             self.settle(&claimed, &job, result).await;
-            if let Err(fault) = self.tidy().await {
+            if let Err(fault) = self.tidy(Duration::ZERO).await {
                 tracing::warn!(error = %fault, "files that no job names stay for the moment");
             }
             // Kept until now: what fails over and over does not empty the queue into waiting tasks.
@@ -99,6 +100,11 @@ impl Shared {
             })
             .await
         };
+        let passes = match &result {
+            Err(fault) if is_of_the_disk(fault) => self.disk_ails(id).await,
+            Err(fault) => is_passing(fault),
+            Ok(_) => false,
+        };
         let ended = match result {
             Ok((ending, naming)) => {
                 let ended = end(ending).await;
@@ -107,7 +113,7 @@ impl Shared {
             }
             // Told to stop: by its client, or because the service does.
             Err(_) if job.stop.is_cancelled() => Some(false),
-            Err(fault) if is_passing(&fault) => {
+            Err(fault) if passes => {
                 tracing::warn!(error = %fault, "a job is tried again later");
                 tokio::select! {
                     () = job.stop.cancelled() => {}
@@ -124,11 +130,22 @@ impl Shared {
             None
         };
         self.running.end(id);
+        if !passes {
+            self.running.forget_failures(id);
+        }
         if ended == Some(true) || given == Some(GivenBack::Cancelled) {
             self.on_finished(id).await;
         } else {
             self.changed(id);
         }
+    }
+
+    /// Whether a disk that failed under this job fails for others too, or this job has not often met it yet: a file on
+    /// one bad place of a sound disk never becomes readable, and its job would be first in the queue for ever.
+    async fn disk_ails(&self, id: &str) -> bool {
+        let blobs = self.spool.blobs().clone();
+        let sound = tokio::task::spawn_blocking(move || blobs.check().is_ok()).await.unwrap_or(false);
+        !sound || self.running.failed(id) < MAX_FAILURES
     }
 
     /// Asks the store again until it answers; nothing, once the service has stopped.
@@ -147,6 +164,19 @@ impl Shared {
             }
         }
     }
+}
+
+/// Tries of a job under which the disk fails, while it takes other files.
+const MAX_FAILURES: u32 = 5;
+
+/// Whether the disk answered with errors when the job's files were read or written.
+fn is_of_the_disk(fault: &JobFault) -> bool {
+    let fault = match fault {
+        JobFault::Blob(fault) => fault.storage(),
+        JobFault::Compensator(CompensatorFault::Io(fault)) => StorageFault::of(fault),
+        _ => None,
+    };
+    fault == Some(StorageFault::Failing)
 }
 
 /// Whether a fault lies in the moment, not in the job.

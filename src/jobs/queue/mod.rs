@@ -196,7 +196,7 @@ impl Queue {
             // What was refused leaves nothing behind, whatever it was refused for.
             let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
             shared.give_up(kept.into_iter().flatten());
-            if let Err(fault) = shared.tidy().await {
+            if let Err(fault) = shared.tidy(Duration::ZERO).await {
                 tracing::warn!(error = %fault, "the files of a refused job stay for the moment");
             }
         }

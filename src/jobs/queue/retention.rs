@@ -9,6 +9,8 @@ use crate::store::Sha256Hex;
 
 /// Time between two looks for jobs that are too old.
 const BETWEEN_LOOKS: Duration = Duration::from_hours(1);
+/// How long those who name files wait at each look, so that files are removed also where somebody always names some.
+const NAMING_WAITS: Duration = Duration::from_secs(1);
 
 impl Shared {
     /// Removes what is too old, now and every hour, until the service stops.
@@ -27,19 +29,20 @@ impl Shared {
     async fn forget_once(&self) -> Result<(), JobFault> {
         let ended_before = self.sources.timestamp_before(self.limits.job_retention_s);
         let keys_since = self.sources.timestamp_before(self.limits.key_retention_s);
+        let keys_farthest = self.sources.farthest(self.limits.key_retention_s);
         let mut digests = Vec::new();
         loop {
-            let named = self.store.forget_jobs(&ended_before, &keys_since).await?;
+            let named = self.store.forget_jobs(&ended_before, [&keys_since, &keys_farthest]).await?;
             if named.is_empty() || self.stopping.is_cancelled() {
                 break;
             }
             digests.extend(named);
         }
-        let files = digests.len();
         self.give_up(digests);
-        self.tidy().await?;
-        if files > 0 {
-            tracing::info!(files, "gave up the files of jobs that ended long ago");
+        let files = self.tidy(NAMING_WAITS).await?;
+        let left = self.given_up().len();
+        if files > 0 || left > 0 {
+            tracing::info!(files, left, "removed the files of jobs that ended long ago");
         }
         Ok(())
     }
@@ -49,15 +52,15 @@ impl Shared {
         self.given_up().extend(digests);
     }
 
-    /// Removes the files that were given up and that no job names, unless files are being named at this moment: then
-    /// they go the next time.
-    pub(super) async fn tidy(&self) -> Result<(), JobFault> {
+    /// Removes the files that were given up and that no job names, and counts them, unless files are being named all
+    /// the time `within`: then they go the next time.
+    pub(super) async fn tidy(&self, within: Duration) -> Result<usize, JobFault> {
         if self.given_up().is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         let blobs = self.spool.blobs();
         // Until this goes, nothing is kept that a row is yet to name.
-        let Some(_alone) = blobs.removing() else { return Ok(()) };
+        let Some(_alone) = blobs.removing(within).await else { return Ok(0) };
         let named = self.store.named_blobs().await?;
         let digests = std::mem::take(&mut *self.given_up());
         let unnamed: Vec<_> = digests.into_iter().filter(|sha256| !named.contains(sha256)).collect();
@@ -67,7 +70,7 @@ impl Shared {
                 return Err(fault.into());
             }
         }
-        Ok(())
+        Ok(unnamed.len())
     }
 
     fn given_up(&self) -> MutexGuard<'_, Vec<Sha256Hex>> {

@@ -51,7 +51,11 @@ const fn passes(operation: JobOperation) -> f64 {
 
 /// All of them.
 #[derive(Debug, Default)]
-pub(super) struct Running(Mutex<HashMap<String, Arc<UnderWay>>>);
+pub(super) struct Running {
+    jobs: Mutex<HashMap<String, Arc<UnderWay>>>,
+    /// Under which the disk failed, and how often.
+    failures: Mutex<HashMap<String, u32>>,
+}
 
 impl Running {
     /// A job is begun.
@@ -89,7 +93,24 @@ impl Running {
         self.jobs().iter().map(|(id, job)| (id.clone(), job.lease.clone())).collect()
     }
 
+    /// The disk failed under a job: how often by now.
+    pub(super) fn failed(&self, id: &str) -> u32 {
+        let mut failures = self.failures();
+        let count = failures.entry(id.to_owned()).or_default();
+        *count = count.saturating_add(1);
+        *count
+    }
+
+    /// It came to an end, or failed otherwise.
+    pub(super) fn forget_failures(&self, id: &str) {
+        self.failures().remove(id);
+    }
+
+    fn failures(&self) -> MutexGuard<'_, HashMap<String, u32>> {
+        self.failures.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn jobs(&self) -> MutexGuard<'_, HashMap<String, Arc<UnderWay>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
