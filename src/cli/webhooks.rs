@@ -51,14 +51,17 @@ pub(super) fn run(settings: &Settings, command: WebhooksCommand) -> Result<(), S
 async fn work(store: &Store, command: WebhooksCommand) -> Result<(), WebhooksFault> {
     let (sources, actor) = (Sources::real(), Actor::without_request(AuditOrigin::CommandLine));
     let now = sources.timestamp();
-    let none_yet = store.webhook_secrets().await?.is_empty();
-    if none_yet {
+    if store.webhook_secrets().await?.is_empty() {
         store.add_first_webhook_secret(&new_webhook_secret()?, &now, &actor).await?;
     } else if command == WebhooksCommand::Rotate {
-        let until = sources.timestamp_after(SECRET_OVERLAP_S);
+        let secret = new_webhook_secret()?;
+        // A secret that signed first and was then not printed would be asked for again, and push the old ones out.
+        say(&secret.0)?;
         // Only the key of a request could be there already.
-        let _rotated =
-            store.rotate_webhook_secret(&new_webhook_secret()?, &now, &until, None, &actor).await?;
+        let _rotated = store
+            .rotate_webhook_secret(&secret, &now, &sources.timestamp_after(SECRET_OVERLAP_S), None, &actor)
+            .await?;
+        return Ok(());
     }
     match store.webhook_secrets().await?.first() {
         Some(newest) => Ok(say(&newest.secret.0)?),

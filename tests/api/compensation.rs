@@ -242,6 +242,30 @@ async fn a_key_is_forgotten_after_its_time() {
     pool.close().await;
 }
 
+#[tokio::test]
+async fn a_key_of_a_clock_that_was_far_ahead_is_forgotten_as_well() {
+    let app = spawn_with(|settings| settings.idempotency_retention_s = 10.0).await;
+    let send = async |key: &str| {
+        let request = app.client.post(app.url(GOOD)).header("idempotency-key", key).body("g1\n");
+        request.send().await.unwrap().headers()["location"].clone()
+    };
+    let first = send("ahead").await;
+    let options = SqliteConnectOptions::new().filename(app.data.join("trunnion.sqlite"));
+    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
+    let ahead = "UPDATE idempotency_keys SET created_at = '2090-01-01T00:00:00.000Z'";
+    assert_eq!(sqlx::query(ahead).execute(&pool).await.unwrap().rows_affected(), 1);
+    // It may also be now that the clock is behind: until a retention has passed, nothing is done to it.
+    assert_eq!(send("ahead").await, first);
+    // The clock of tests goes on by a second whenever it is looked at.
+    for count in 0..30 {
+        send(&format!("k{count}")).await;
+    }
+    let far = "SELECT COUNT(*) FROM idempotency_keys WHERE created_at > '2030'";
+    assert_eq!(sqlx::query_scalar::<_, i64>(far).fetch_one(&pool).await.unwrap(), 0);
+    assert_ne!(send("ahead").await, first);
+    pool.close().await;
+}
+
 async fn again_location(app: &App) -> String {
     format!("/v1/jobs/{}", jobs(app).await.last().unwrap()["id"].as_str().unwrap())
 }

@@ -107,6 +107,33 @@ async fn what_a_dead_process_was_computing_is_computed_again_once_and_then_parke
     assert_eq!(held.order().len(), 3);
 }
 
+/// Linux answers every read of this at its beginning with EIO.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn a_job_whose_file_cannot_be_read_on_a_sound_disk_ends_and_lets_the_others_go_on() {
+    let directory = TempDir::new().unwrap();
+    let held = Arc::<Held>::default();
+    let app = spawn_held_in(directory.path(), &held).await;
+    let runs = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
+    let [bad, good] = [
+        accepted(&app, &cc("example-ac-table"), "g1 x1\n").await,
+        accepted(&app, &cc("example-ac-table"), "g1 x2\n").await,
+    ];
+    running(&app, &runs).await;
+    let sha256 = document(&app, &bad).await["input_sha256"].as_str().unwrap().to_owned();
+    app.stop().await;
+    let file = directory.path().join("blobs").join(&sha256[..2]).join(&sha256);
+    std::fs::remove_file(&file).unwrap();
+    std::os::unix::fs::symlink("/proc/self/mem", &file).unwrap();
+    let held = Arc::<Held>::default();
+    held.release();
+    let app = spawn_held_in(directory.path(), &held).await;
+    let job = ended(&app, &bad).await;
+    assert_eq!(job["state"], "failed", "{job}");
+    assert_eq!(job["problem"]["type"], "/problems/storage-unavailable", "{job}");
+    assert_eq!(ended(&app, &good).await["state"], "succeeded");
+}
+
 #[tokio::test]
 async fn old_jobs_go_with_the_files_that_no_other_job_names() {
     let directory = TempDir::new().unwrap();

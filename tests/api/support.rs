@@ -194,6 +194,10 @@ impl Clock for CountedTime {
         let seconds = self.0.fetch_add(1, Ordering::SeqCst);
         jiff::Timestamp::from_second(1_772_000_000 + i64::try_from(seconds).unwrap()).unwrap()
     }
+
+    fn watched(&self) -> jiff::SignedDuration {
+        jiff::SignedDuration::from_secs(self.0.load(Ordering::SeqCst).try_into().unwrap())
+    }
 }
 
 #[derive(Debug)]
