@@ -23,12 +23,10 @@ pub enum NotPosted {
     /// A feed per turn in machine coordinates.
     #[error("the motion cannot be posted in machine coordinates: its feed counts by turns of the spindle")]
     FeedPerTurn,
-    /// A cut shorter in time than inverse time can say.
-    #[error(
-        "the motion cannot be posted in machine coordinates: its time would be F{per_min:.0} in G93, which no control takes"
-    )]
+    /// A feed, or the inverse of a time, that is out of every range.
+    #[error("the motion cannot be posted: it would take F{per_min:.0}, which no control takes")]
     TooQuick {
-        /// The inverse of its time \[1/min\].
+        /// F \[mm/min, in inverse time 1/min\].
         per_min: f64,
     },
     /// An arc that is none: without a circle before it, off the circle, or with a tool axis that turns.

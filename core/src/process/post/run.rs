@@ -24,7 +24,7 @@ const OVERLAP: usize = 1024;
 /// What was written is handed on when it has come to this \[bytes\].
 const FLUSH_BYTES: usize = 1 << 18;
 
-/// More blocks a minute than any control takes, and than F has digits for.
+/// An F above this no control takes, whatever it counts; it has not the digits either.
 const MAX_PER_MIN: f64 = 1e8;
 
 /// What was made of the source.
@@ -310,8 +310,12 @@ impl Run<'_> {
         if let Some((before, pose)) = self.last.filter(|_| !point.rapid) {
             self.swing(&before, &words, &pose, point);
         }
-        if let Some(minutes) = minutes.filter(|minutes| *minutes > 0.0 && minutes * MAX_PER_MIN < 1.0) {
-            let per_min = 1.0 / minutes;
+        let per_min = match (minutes, point.feed) {
+            (Some(minutes), _) if minutes > 0.0 => 1.0 / minutes,
+            (None, Some((_, feed))) => feed,
+            _ => 0.0,
+        };
+        if per_min > MAX_PER_MIN {
             let too_quick = NotPosted::TooQuick { per_min };
             return self.faults.add(point.line, b"", LineFaultKind::NotPosted(too_quick));
         }
