@@ -205,7 +205,7 @@ fn sweep(text: &[u8]) {
     let draft = options.to_core(on(&options), &mut faults);
     request.rows(&draft, &mut faults);
     if faults.into_result().is_ok() {
-        request.labels();
+        finite("labels", &request.labels());
     }
 }
 
@@ -294,8 +294,8 @@ fn one_pass(text: &[u8]) {
     for has_part in [false, true] {
         if parameters.check(has_part).is_ok() {
             finite("set-up", &(parameters.setup(), parameters.tolerance_um(), parameters.feed()));
-            parameters.wear_alone();
-            parameters.cc_alone();
+            finite("wear", &parameters.wear_alone());
+            finite("cc", &parameters.cc_alone());
         }
     }
 }
