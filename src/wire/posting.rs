@@ -254,6 +254,12 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
             core.first_not_done_line,
         ),
         (
+            "text_after_end",
+            "blocks behind the program's end are not posted",
+            core.blocks_after_end,
+            core.end_line,
+        ),
+        (
             "rewind",
             "a rotary axis turns by more than 120° on the way to a point",
             core.rewinds,

@@ -5,31 +5,19 @@ had to wait for the place tells when it was free. Usage: cancel.py PATH_OF_TRUNN
 """
 
 import http.client
-import math
+import json
 import socket
 import subprocess
 import sys
 import tempfile
 import time
 
+from service import POSE, program
+
 PORT = 8918
 # The contract's bound on a cancel.
 LIMIT_S = 0.1
 ROUNDS = 12
-POSE = b'{"poses": [{"x": 10, "y": 20, "z": 30, "i": 0.3, "j": -0.2, "k": 0.93}]}'
-
-
-def program(blocks):
-    rows = ["G21 G90 G94", "G1 F3000"]
-    c = 0.0
-    for k in range(blocks):
-        c += (1 if (k // 700) % 2 == 0 else -1) * (2.6 if k % 50 == 0 else 0.31)
-        p = k / 400
-        rows.append(
-            f"X{80 + 15 * math.cos(.7 * p):.4f} Y{-20 + 11 * math.sin(.9 * p):.4f} Z{40 + 5 * math.cos(p):.4f} "
-            f"A{35 + 12 * math.sin(p):.4f} C{c:.4f}"
-        )
-    return "\n".join(rows + ["M30", ""]).encode()
 
 
 def small():
@@ -37,7 +25,7 @@ def small():
     start = time.monotonic()
     connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=60)
     path = "/v1/machines/example-ac-table/inverse-kinematics"
-    connection.request("POST", path, POSE, {"Content-Type": "application/json"})
+    connection.request("POST", path, json.dumps(POSE), {"Content-Type": "application/json"})
     answer = connection.getresponse()
     answer.read()
     assert answer.status == 200, answer.status

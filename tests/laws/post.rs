@@ -334,3 +334,38 @@ fn a_circle_whose_radius_is_not_that_of_its_ends_is_refused() {
         assert_eq!(report.arcs, 1, "{sound}");
     }
 }
+
+#[test]
+fn a_circle_without_its_end_is_refused() {
+    let head = "FEDRAT/100,MMPM\nGOTO/10,0,0\n";
+    for (behind, lines) in [
+        ("CIRCLE/0,0,0,0,0,1\n", vec![3]),
+        ("CIRCLE/0,0,0,0,0,1\nFINI\nGOTO/0,10,0\n", vec![3]),
+        ("CIRCLE/0,0,0,0,0,1\nCIRCLE/0,0,0,0,0,-1\nGOTO/0,10,0\n", vec![4]),
+        ("CIRCLE/0,0,0,0,0,1\nRAPID\nGOTO/0,10,0\n", vec![5]),
+        ("CIRCLE/0,0,0,0,0,1\nFEDRAT/50,MMPM\nGOTO/0,10,0\n", vec![]),
+    ] {
+        let (found, why) = refused(&format!("{head}{behind}"));
+        assert_eq!(found, lines, "{behind}");
+        let is_arc = matches!(why, Some(LineFaultKind::NotPosted(NotPosted::Arc { .. })));
+        assert_eq!(is_arc, !lines.is_empty(), "{behind}");
+    }
+}
+
+#[test]
+fn a_feed_behind_rapid_keeps_the_next_point_at_feed() {
+    for (between, rapid) in [("", true), ("FEDRAT/100,MMPM\n", false), ("COOLNT/ON\n", true)] {
+        let text = format!("FEDRAT/200,MMPM\nGOTO/0,0,5\nRAPID\n{between}GOTO/9,0,5\n");
+        let (output, _) = run(&ac_machine(), &PostParameters::default(), &text).expect("posted");
+        let last = output.lines().rfind(|line| line.contains("X9")).expect("the point");
+        assert_eq!(last.contains("G0"), rapid, "{output}");
+    }
+}
+
+#[test]
+fn what_stands_behind_the_end_is_counted() {
+    let text = "FEDRAT/100,MMPM\nGOTO/0,0,5\nFINI\nGOTO/9,0,5\n\nEND\n";
+    let (output, report) = run(&ac_machine(), &PostParameters::default(), text).expect("posted");
+    assert!(!output.contains("X9"), "{output}");
+    assert_eq!((report.points, report.blocks_after_end, report.end_line), (1, 2, Some(3)));
+}

@@ -53,8 +53,6 @@ pub struct FeedRules {
     pub paths: FeedPaths,
     /// How it is written.
     pub form: FeedForm,
-    /// Whether the number of inverse time goes on to the next block, as that of a speed does.
-    pub(super) inverse_time_goes_on: bool,
     /// Whether F beside a dwell may be a feed that stays; elsewhere it is a time and nothing else.
     pub(super) dwell_may_set_feed: bool,
     /// G codes, in tenths, that say how F counts.
@@ -73,7 +71,6 @@ const BY_MODE: FeedPaths = FeedPaths { machine: FeedPath::LinearAxes, tcp: FeedP
 const ISO: FeedRules = FeedRules {
     paths: BY_MODE,
     form: FeedForm::Word,
-    inverse_time_goes_on: false,
     dwell_may_set_feed: true,
     g_modes: &[(930, FeedMode::InverseTime), (940, FeedMode::PerMinute), (950, FeedMode::PerRevolution)],
     m_modes: &[],
@@ -88,7 +85,6 @@ const CSV: FeedRules = FeedRules { form: FeedForm::Cell, ..ISO };
 const SIEMENS: FeedRules = FeedRules {
     paths: BY_MODE,
     form: FeedForm::Word,
-    inverse_time_goes_on: false,
     dwell_may_set_feed: false,
     g_modes: &[
         (930, FeedMode::InverseTime),
@@ -109,7 +105,6 @@ const SIEMENS: FeedRules = FeedRules {
 const HEIDENHAIN: FeedRules = FeedRules {
     paths: BY_MODE,
     form: FeedForm::Word,
-    inverse_time_goes_on: false,
     dwell_may_set_feed: true,
     g_modes: &[],
     m_modes: &[(1360, FeedMode::PerRevolution), (1370, FeedMode::PerMinute)],
@@ -121,7 +116,6 @@ const HEIDENHAIN: FeedRules = FeedRules {
 const APT: FeedRules = FeedRules {
     paths: FeedPaths { machine: FeedPath::Tip, tcp: FeedPath::Tip },
     form: FeedForm::Statement,
-    inverse_time_goes_on: false,
     dwell_may_set_feed: true,
     g_modes: &[],
     m_modes: &[],

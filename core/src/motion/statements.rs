@@ -108,10 +108,14 @@ impl Interpreter {
             Statement::RapidHere => {}
             Statement::Corner => *reason = Some(Unfollowable::Corner),
             Statement::OtherFeed => {
+                self.end_rapid();
                 self.this_block.other_feed = true;
                 self.modal.feed = ModalFeed::Unknown;
             }
-            Statement::FeedUnit(mode, mm_per_unit) => self.feed_unit(mode, mm_per_unit),
+            Statement::FeedUnit(mode, mm_per_unit) => {
+                self.end_rapid();
+                self.feed_unit(mode, mm_per_unit);
+            }
             Statement::End => self.this_block.ends = true,
             Statement::ToolCall => {
                 self.position.forget_linear();
@@ -243,6 +247,13 @@ impl Interpreter {
         }
         if self.this_block.tcp_off_behind {
             self.obstacle = self.modal.obstacle();
+        }
+    }
+
+    /// A feed behind RAPID, before the point: systems differ on which of them holds, and a cut must not become a rapid.
+    fn end_rapid(&mut self) {
+        if self.modal.next_motion == Some(MotionMode::Rapid) {
+            self.modal.next_motion = None;
         }
     }
 

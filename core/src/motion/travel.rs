@@ -278,15 +278,11 @@ impl Interpreter {
     #[inline]
     pub(super) fn feed(&self) -> Feed {
         let mode = self.modal.feed_mode;
-        let rules = FeedRules::of(self.dialect);
-        let paths = rules.paths;
+        let paths = FeedRules::of(self.dialect).paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
-            ModalFeed::Given(..)
-                if mode == Some(FeedMode::InverseTime) && !word_in_block && !rules.inverse_time_goes_on =>
-            {
-                None
-            }
+            // A time is one block's in every dialect, a speed goes on.
+            ModalFeed::Given(..) if mode == Some(FeedMode::InverseTime) && !word_in_block => None,
             ModalFeed::Given(raw, decimals) => Some((raw, decimals)),
             ModalFeed::NeverGiven if mode == Some(FeedMode::PerMinute) => self.feed_before_the_first(),
             ModalFeed::NeverGiven | ModalFeed::Unknown => None,

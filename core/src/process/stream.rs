@@ -238,16 +238,24 @@ impl<'a> Passages<'a> {
                 warnings.add(WarningKind::EffectUnknown, Some(line));
             }
         }
-        let after_end = self.interpreter.blocks_after_end();
+        let (after_end, end) = self.behind_the_end();
         if after_end > 0 {
-            let mut cursors = self.first_lines.clone();
-            let end = self.interpreter.end_line().map(|line| to_upload(&mut cursors, line));
             warnings.add(WarningKind::TextAfterEnd, end).count = after_end;
         }
         let without_point = self.interpreter.words_without_point();
         if without_point > 0 {
             warnings.add(WarningKind::WordsWithoutPoint, None).count = without_point;
         }
+    }
+
+    /// Blocks behind the program's end, and the line of the end as it was uploaded.
+    pub(super) fn behind_the_end(&self) -> (u64, Option<u64>) {
+        let mut cursors = self.first_lines.clone();
+        let end = self
+            .interpreter
+            .end_line()
+            .map(|line| cursors.iter_mut().fold(line, |line, cursor| cursor.source_line(line)));
+        (self.interpreter.blocks_after_end(), end)
     }
 
     /// Whether something was found that refuses the program as a whole.

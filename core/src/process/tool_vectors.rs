@@ -152,7 +152,7 @@ mod tests {
     use std::fmt::Write as _;
 
     use super::*;
-    use crate::machine::{LocationError, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+    use crate::machine::Preset;
     use crate::motion::{Interpreter, InterpreterOptions};
     use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
@@ -160,26 +160,9 @@ mod tests {
     const NEAR_DEG: f64 = 2e-5;
 
     fn tables(travel_deg: Option<Travel>) -> Machine {
-        let axis = |letter, direction, travel_deg| RotaryAxis {
-            letter,
-            side: Side::Table,
-            direction,
-            point_mm: Vec3::zeros(),
-            travel_deg,
-            reversed: false,
-            location_error: LocationError::default(),
-        };
-        Machine::new(MachineParts {
-            name: "tables".to_owned(),
-            rotary_axes: vec![
-                axis(RotaryLetter::A, Vec3::x(), travel_deg),
-                axis(RotaryLetter::C, Vec3::z(), None),
-            ],
-            linear_travel_mm: [None; 3],
-            squareness: Squareness::default(),
-            interpolation_period_s: 0.002,
-        })
-        .unwrap()
+        let mut parts = Preset::by_id("ac-table").unwrap().parts();
+        parts.rotary_axes[0].travel_deg = travel_deg;
+        Machine::new(parts).unwrap()
     }
 
     fn resolved(machine: &Machine, text: &str) -> Vec<Motion> {

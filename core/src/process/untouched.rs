@@ -194,10 +194,7 @@ mod tests {
 
     use super::*;
     use crate::contact::Effort;
-    use crate::geometry::Vec3;
-    use crate::machine::{
-        LocationError, Machine, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness, Tool,
-    };
+    use crate::machine::{Machine, Preset, Tool};
     use crate::motion::InterpreterOptions;
     use crate::process::CcParameters;
     use crate::process::inventory::Inventory;
@@ -206,23 +203,7 @@ mod tests {
     use crate::units::Length;
 
     fn tables() -> Machine {
-        let axis = |letter, direction| RotaryAxis {
-            letter,
-            side: Side::Table,
-            direction,
-            point_mm: Vec3::zeros(),
-            travel_deg: None,
-            reversed: false,
-            location_error: LocationError::default(),
-        };
-        Machine::new(MachineParts {
-            name: "tables".to_owned(),
-            rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
-            linear_travel_mm: [None; 3],
-            squareness: Squareness::default(),
-            interpolation_period_s: 0.002,
-        })
-        .unwrap()
+        Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
     }
 
     /// Runs of lines that repeat, and what ends them: feeds, codes, comments, contacts, incremental words.

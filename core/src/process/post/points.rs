@@ -1,7 +1,7 @@
 //! From the motions of cutter location data to points of a posted program.
 
 use super::arc::Circle;
-use super::statement::{Posted, posted};
+use super::statement::{Coolant, Posted, posted};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
@@ -52,7 +52,8 @@ const SAME_AXIS: f64 = 1e-6;
 /// Reads the source's blocks and motions.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Points {
-    circle: Option<Circle>,
+    /// The circle that the next point ends, and its line.
+    circle: Option<(u64, Option<Circle>)>,
     mm_per_unit: Option<f64>,
     last: Option<ToolPose>,
     /// The statement of the tool in the spindle.
@@ -62,6 +63,7 @@ pub(super) struct Points {
     /// Whether a point was gone to at feed.
     has_cut: bool,
     ended: bool,
+    coolant: Coolant,
     pub(super) arcs: u64,
     pub(super) notes: u64,
     pub(super) words: u64,
@@ -90,9 +92,14 @@ impl Points {
         match keyword {
             Keyword::BeginMm => self.mm_per_unit = Some(1.0),
             Keyword::BeginInch => self.mm_per_unit = Some(crate::units::MM_PER_INCH),
-            Keyword::Circle => self.circle = Circle::read(text, self.mm_per_unit.unwrap_or(1.0)),
+            Keyword::Circle => {
+                let circle = Circle::read(text, self.mm_per_unit.unwrap_or(1.0));
+                if self.circle.replace((block.line, circle)).is_some() {
+                    return Err(NotPosted::Arc { why: "the circle before it has no end" });
+                }
+            }
             Keyword::EndPgm => self.ended = true,
-            Keyword::PostWord => match posted(text) {
+            Keyword::PostWord => match posted(text, &mut self.coolant) {
                 Posted::Words(words) => {
                     self.words += 1;
                     return Ok(Some(Item::Words(words)));
@@ -119,6 +126,11 @@ impl Points {
             _ => {}
         }
         Ok(None)
+    }
+
+    /// Line of a circle whose end never came.
+    pub(super) fn open_circle_line(&self) -> Option<u64> {
+        self.circle.as_ref().map(|(line, _)| *line)
     }
 
     fn note(&mut self, statement: &[u8]) -> Item {
@@ -150,6 +162,7 @@ impl Points {
         out: &mut Vec<Item>,
     ) -> Result<(), NotPosted> {
         let before = self.last.take();
+        let circle = self.circle.take();
         match motion.unfollowable {
             None | Some(Unfollowable::ToolVector) => {}
             Some(reason) => return Err(NotPosted::Unfollowable(reason)),
@@ -174,7 +187,8 @@ impl Points {
         };
         if motion.kind == MotionKind::Arc {
             self.arcs += 1;
-            let circle = self.circle.take().ok_or(NotPosted::Arc { why: "its circle cannot be read" })?;
+            let (_, circle) = circle.unzip();
+            let circle = circle.flatten().ok_or(NotPosted::Arc { why: "its circle cannot be read" })?;
             let start = before.ok_or(NotPosted::Arc { why: "where it starts is not known" })?;
             if (start.axis - axis).norm() > SAME_AXIS {
                 return Err(NotPosted::Arc { why: "the tool axis turns along it" });
@@ -188,6 +202,10 @@ impl Points {
             let ends = [start.tip_mm, pose.tip_mm];
             let chords = circle.chords(ends, unit_mm, parameters.arc_tolerance.mm())?;
             out.extend(chords.into_iter().map(point));
+        } else if circle.is_some() {
+            return Err(NotPosted::Arc {
+                why: "between circle and end stands what makes the end another motion's",
+            });
         } else {
             out.push(point(pose.tip_mm));
         }

@@ -139,26 +139,10 @@ mod tests {
     use super::*;
     use crate::geometry::Vec3;
     use crate::kinematics::{Setup, ToolPose};
-    use crate::machine::{LocationError, MachineParts, RotaryAxis, RotaryLetter, Side, Squareness};
+    use crate::machine::Preset;
 
     fn tables() -> Machine {
-        let axis = |letter, direction| RotaryAxis {
-            letter,
-            side: Side::Table,
-            direction,
-            point_mm: Vec3::zeros(),
-            travel_deg: None,
-            reversed: false,
-            location_error: LocationError::default(),
-        };
-        Machine::new(MachineParts {
-            name: "tables".to_owned(),
-            rotary_axes: vec![axis(RotaryLetter::A, Vec3::x()), axis(RotaryLetter::C, Vec3::z())],
-            linear_travel_mm: [None; 3],
-            squareness: Squareness::default(),
-            interpolation_period_s: 0.002,
-        })
-        .unwrap()
+        Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
     }
 
     /// Two points with words between and behind them, read back as `text`.

@@ -46,6 +46,10 @@ pub struct PostReport {
     pub not_done: u64,
     /// Line of the first of them.
     pub first_not_done_line: Option<u64>,
+    /// Blocks of the source behind its end, which are not posted.
+    pub blocks_after_end: u64,
+    /// Line of the end, where there is one.
+    pub end_line: Option<u64>,
     /// Ways were chosen over so many stretches of points, each with knowledge of the next ones only.
     pub windows: u64,
     /// Points at which a rotary axis turns by more than the threshold, and the first one's line.
@@ -114,6 +118,10 @@ pub fn post(
     if passages.motions == 0 {
         return Err(Fault::NoMotion);
     }
+    if let Some(line) = run.points.open_circle_line() {
+        let endless = NotPosted::Arc { why: "its circle has no end" };
+        run.faults.add(line, b"", LineFaultKind::NotPosted(endless));
+    }
     run.settle(true, output, stop)?;
     if run.faults.total > 0 {
         return Err(Fault::Lines(run.faults));
@@ -128,6 +136,7 @@ pub fn post(
     report.blocks_out = run.writer.blocks;
     (report.arcs, report.notes, report.words) = (run.points.arcs, run.points.notes, run.points.words);
     (report.not_done, report.first_not_done_line) = (run.points.not_done, run.points.first_not_done_line);
+    (report.blocks_after_end, report.end_line) = passages.behind_the_end();
     report.largest_tip_error_mm = run.read_back.largest_tip_mm;
     report.largest_axis_error = Angle::from_rad(run.read_back.largest_axis_rad);
     Ok(report)

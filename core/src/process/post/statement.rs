@@ -18,9 +18,27 @@ pub(super) enum Posted {
     NotDone,
 }
 
+/// What switched the coolant on last; flood where nothing has yet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coolant(&'static str);
+
+impl Default for Coolant {
+    fn default() -> Self {
+        Self("M8")
+    }
+}
+
+impl Coolant {
+    fn switch(&mut self, words: &'static str) -> String {
+        self.0 = words;
+        words.to_owned()
+    }
+}
+
 /// Reads a statement: `STOP` is M0, `OPSTOP` M1, `DELAY/s` a G4 in milliseconds, `SPINDL/n,CLW` S and M3 (CCLW: M4),
-/// `SPINDL/OFF` M5, `COOLNT/` `ON` or `FLOOD` M8, `MIST` M7, `OFF` M9. Whatever else stands beside them makes it a comment.
-pub(super) fn posted(statement: &[u8]) -> Posted {
+/// `SPINDL/OFF` M5, `COOLNT/` `FLOOD` M8, `MIST` M7, `OFF` M9, `ON` the one that was on last, which `coolant` keeps.
+/// Whatever else stands beside them makes it a comment.
+pub(super) fn posted(statement: &[u8], coolant: &mut Coolant) -> Posted {
     let text = String::from_utf8_lossy(statement).to_ascii_uppercase();
     let text = text.split("$$").next().unwrap_or_default();
     let mut items = text
@@ -34,8 +52,9 @@ pub(super) fn posted(statement: &[u8]) -> Posted {
         ("DELAY", [time]) => dwell(time),
         ("SPINDL", ["OFF"]) => Some("M5".to_owned()),
         ("SPINDL", minors) => spindle(minors),
-        ("COOLNT", ["ON" | "FLOOD"]) => Some("M8".to_owned()),
-        ("COOLNT", ["MIST"]) => Some("M7".to_owned()),
+        ("COOLNT", ["ON"]) => Some(coolant.0.to_owned()),
+        ("COOLNT", ["FLOOD"]) => Some(coolant.switch("M8")),
+        ("COOLNT", ["MIST"]) => Some(coolant.switch("M7")),
         ("COOLNT", ["OFF"]) => Some("M9".to_owned()),
         _ => None,
     };
@@ -74,7 +93,11 @@ fn spindle(minors: &[&str]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Posted, posted};
+    use super::{Coolant, Posted};
+
+    fn posted(statement: &[u8]) -> Posted {
+        super::posted(statement, &mut Coolant::default())
+    }
 
     #[test]
     fn plain_statements_are_words_and_others_are_named() {
@@ -115,5 +138,14 @@ mod tests {
         for statement in ["PARTNO/STOP", "PPRINT STOP HERE", "CUTTER/10", "", "\u{fffd}"] {
             assert_eq!(posted(statement.as_bytes()), Posted::Comment, "{statement}");
         }
+    }
+
+    #[test]
+    fn coolant_comes_back_as_it_was_on_last() {
+        let mut coolant = Coolant::default();
+        let words = ["ON", "MIST", "OFF", "ON", "FLOOD", "OFF", "ON"]
+            .map(|minor| super::posted(format!("COOLNT/{minor}").as_bytes(), &mut coolant));
+        let expected = ["M8", "M7", "M9", "M7", "M8", "M9", "M8"].map(|word| Posted::Words(word.to_owned()));
+        assert_eq!(words, expected);
     }
 }
