@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use trunnion::geometry::{Vec3, angle_between};
 use trunnion::kinematics::{
-    InstructionSet, InverseError, Kinematics, Path, PathOptions, Selection, Setup, TRAVEL_SLACK, ToolPose,
-    WarningKind,
+    InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, Selection, Setup, TRAVEL_SLACK,
+    ToolPose, WarningKind,
 };
 use trunnion::machine::{Machine, MachineParts, Preset, Travel};
 
@@ -181,8 +181,8 @@ proptest! {
         let poses: Vec<_> = poses.into_iter().filter(|p| kinematics.candidates(0, p, 0.0).is_ok()).collect();
         let path = kinematics.path(&poses, &options, GO_ON);
         for instructions in [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512] {
-            for singly in [false, true] {
-                let other = kinematics.path(&poses, &PathOptions { instructions, singly, ..options }, GO_ON);
+            for lanes in [Lanes::Always, Lanes::Never] {
+                let other = kinematics.path(&poses, &PathOptions { instructions, lanes, ..options }, GO_ON);
                 prop_assert_eq!(&other, &path);
             }
         }

@@ -25,6 +25,22 @@ pub enum Selection {
     Nearest,
 }
 
+/// Up to so many poses are treated singly: a block of lanes costs the same however few of them are used, about as much
+/// as two dozen poses one by one.
+const FEW: usize = 16;
+
+/// Whether poses are treated side by side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lanes {
+    /// Where there are enough of them.
+    #[default]
+    ByCount,
+    /// Always: for proving that the result is the same.
+    Always,
+    /// Never: likewise.
+    Never,
+}
+
 /// What a path may assume.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOptions {
@@ -37,8 +53,8 @@ pub struct PathOptions {
     pub selection: Selection,
     /// The widest instructions to use; the result does not depend on them.
     pub instructions: InstructionSet,
-    /// Examine every pose singly instead of in lanes; the result is the same. For proving that.
-    pub singly: bool,
+    /// Which poses are treated in lanes; the result does not depend on it.
+    pub lanes: Lanes,
 }
 
 impl Default for PathOptions {
@@ -48,7 +64,7 @@ impl Default for PathOptions {
             rewind_deg: REWIND_DEG,
             selection: Selection::Cheapest,
             instructions: InstructionSet::Fastest,
-            singly: false,
+            lanes: Lanes::ByCount,
         }
     }
 }
@@ -170,7 +186,12 @@ impl Kinematics {
         if let Some(words) = start {
             self.check_start(words)?;
         }
-        let mut walk = Walk { kinematics: self, poses, options, start, stop, out, marks: Vec::new() };
+        let singly = match options.lanes {
+            Lanes::ByCount => poses.count() <= FEW,
+            Lanes::Always => false,
+            Lanes::Never => true,
+        };
+        let mut walk = Walk { kinematics: self, poses, options, singly, start, stop, out, marks: Vec::new() };
         let grid = Grid::new(self.travel_deg);
         walk.examine()?;
         if poses.count() == 0 {

@@ -1,26 +1,31 @@
-//! The work behind `path`: examine all directions, choose a way, make joints of it.
+//! The work behind `path`: examine all directions, choose a way; [`super::joining`] makes joints of it.
 
 use std::ops::ControlFlow;
 
 use super::choice::Choice;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::{BLOCK, JointBlock, Lane, PointedBlock, PoseBlock, PoseSource, join, point};
+use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, point};
 use super::pointing::{nearest_integer, principal_deg};
 use super::two_way::{Rules, Weights, weigh};
-use super::{
-    InverseError, Kinematics, MAX_CELLS, Path, PathOptions, PathWarning, REACH_SLACK_RAD, Selection,
-    WarningKind,
-};
+use super::{InverseError, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
 use crate::geometry::trig;
 use crate::machine::Motion;
 
 const ALIVE: [u8; 2] = [1, 2];
 /// Both branches, nothing to watch.
 const PLAIN: u8 = 3;
-const HELD: u8 = 4;
+pub(super) const HELD: u8 = 4;
 /// Near pole or reach limit: has a residual to be told.
-const LIMIT: u8 = 8;
+pub(super) const LIMIT: u8 = 8;
+
+/// The steps into the poses of a block, weighed in lanes.
+struct Weighed {
+    rules: Rules,
+    /// Principal words of u, v of the first branch, then of the second \[deg\].
+    words: Box<[Lane; 4]>,
+    weights: Box<Weights>,
+}
 
 /// One path being solved. Until a choice is made the output's arrays hold the words of both branches: `x`, `y` those
 /// of u, v of the first, `z`, `first` those of the second. Then `x`, `y` hold the chosen words of u, v, whole turns
@@ -29,6 +34,8 @@ pub(super) struct Walk<'a, P: ?Sized> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) poses: &'a P,
     pub(super) options: &'a PathOptions,
+    /// Without lanes.
+    pub(super) singly: bool,
     /// In the order u, v \[deg\].
     pub(super) start: Option<[f64; 2]>,
     pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
@@ -65,32 +72,20 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let cone = kinematics.pole_cone_rad();
         let cone_sin2 = trig::sin_cos(1.001 * cone).0.powi(2);
         let linear_limited = kinematics.linear_travel_mm.iter().any(Option::is_some);
-        let (mut block, mut pointed) = (Box::new(PoseBlock::new()), Box::new(PointedBlock::new()));
+        let all_singly = linear_limited || self.singly;
+        let mut lanes = (!all_singly).then(|| (Box::new(PoseBlock::new()), Box::new(PointedBlock::new())));
         // principal words of u of the latest pose, per branch, for those held; none yet: poses wait
         let mut held_u: Option<[f64; 2]> = self.start.map(|words| [principal_deg(words[0]); 2]);
         let mut waiting = 0;
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
-            let (size, poses) = self.poses.block(begin, &mut block);
-            point(self.options.instructions, &kinematics.pointing, cone_sin2, poses.axis, &mut pointed);
-            let joints = &mut self.out.joints;
-            joints.x_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[0][..size]);
-            joints.y_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[1][..size]);
-            joints.z_mm[begin..begin + size].copy_from_slice(&pointed.words_deg[2][..size]);
-            joints.first_rad[begin..begin + size].copy_from_slice(&pointed.words_deg[3][..size]);
-            self.out.conditioning[begin..begin + size].copy_from_slice(&pointed.conditioning[..size]);
-            let sound = |lane: usize| {
-                let tip_ok = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-                u8::from(pointed.margin[lane] > 0.0) & tip_ok(0) & tip_ok(1) & tip_ok(2)
-            };
-            let all_singly = linear_limited || self.options.singly;
-            // without a branch in the loop
-            let none_singly = !all_singly && (0..size).fold(1, |all, lane| all & sound(lane)) == 1;
-            for lane in 0..if none_singly { 0 } else { size } {
-                if !all_singly && sound(lane) == 1 {
+            let end = count.min(begin + BLOCK);
+            let care =
+                lanes.as_mut().is_none_or(|(block, pointed)| self.point(begin, cone_sin2, block, pointed));
+            for pose in begin..if care { end } else { begin } {
+                if lanes.as_ref().is_some_and(|(_, pointed)| pointed.margin[pose - begin] > 0.0) {
                     continue;
                 }
-                let pose = begin + lane;
                 if self.examine_one(pose, cone)? {
                     // inside the cone
                     if let Some(u_deg) = self.entry(pose, held_u) {
@@ -101,7 +96,6 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             }
             // poses before the first one outside the cone take its words
             if held_u.is_none() {
-                let end = begin + size;
                 while waiting < end && self.marks[waiting] & HELD != 0 {
                     waiting += 1;
                 }
@@ -121,6 +115,40 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             }
         }
         Ok(())
+    }
+
+    /// Solves the directions of a block in lanes. True if any of its poses needs care: those have no margin then.
+    fn point(
+        &mut self,
+        begin: usize,
+        cone_sin2: f64,
+        block: &mut PoseBlock,
+        pointed: &mut PointedBlock,
+    ) -> bool {
+        let (size, poses) = self.poses.block(begin, block);
+        point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses.axis, pointed);
+        let all = begin..begin + size;
+        let joints = &mut self.out.joints;
+        joints.x_mm[all.clone()].copy_from_slice(&pointed.words_deg[0][..size]);
+        joints.y_mm[all.clone()].copy_from_slice(&pointed.words_deg[1][..size]);
+        joints.z_mm[all.clone()].copy_from_slice(&pointed.words_deg[2][..size]);
+        joints.first_rad[all.clone()].copy_from_slice(&pointed.words_deg[3][..size]);
+        self.out.conditioning[all].copy_from_slice(&pointed.conditioning[..size]);
+        let sound = |lane: usize| {
+            let tip_ok = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
+            u8::from(pointed.margin[lane] > 0.0) & tip_ok(0) & tip_ok(1) & tip_ok(2)
+        };
+        // without a branch in the loop
+        if (0..size).fold(1, |all, lane| all & sound(lane)) == 1 {
+            return false;
+        }
+        for lane in 0..size {
+            let tip_ok = |k: usize| poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM;
+            if !(0..3).all(tip_ok) {
+                pointed.margin[lane] = -1.0;
+            }
+        }
+        true
     }
 
     /// The words of u that a held pose keeps: those of the pose before, or what the path begins with.
@@ -247,23 +275,21 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
         }
         let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
-        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
-        let mut weights = Box::new(Weights::new());
-        let mut words = Box::new([[0.0; BLOCK]; 4]);
+        let mut lanes = self.lanes_of(grid);
         for begin in (0..poses).step_by(BLOCK) {
             self.go_on()?;
             let end = poses.min(begin + BLOCK);
-            if let Some(rules) = &rules {
+            if let Some(lanes) = &mut lanes {
                 let before = self.both(begin.saturating_sub(1));
-                self.weigh(before, begin, end, rules, &mut words, &mut weights);
+                self.weigh(before, begin, end, lanes);
             }
             let mut pose = begin;
             while pose < end {
                 let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
-                if rules.is_some() && pose > 0 && plain > 0 {
+                if let (Some(lanes), true) = (&lanes, pose > 0 && plain > 0) {
                     let last = self.stage(pose + plain - 1);
-                    let lanes = pose - begin..pose - begin + plain;
-                    let reached = choice.advance_lanes::<TIES>(&weights, lanes, &last);
+                    let run = pose - begin..pose - begin + plain;
+                    let reached = choice.advance_lanes::<TIES>(&lanes.weights, run, &last);
                     if reached < plain {
                         return Err(self.no_way(pose + reached));
                     }
@@ -283,22 +309,21 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// The weights of the steps into the poses `begin..end`, from the words `before` on.
-    fn weigh(
-        &self,
-        before: [f64; 4],
-        begin: usize,
-        end: usize,
-        rules: &Rules,
-        words: &mut [Lane; 4],
-        weights: &mut Weights,
-    ) {
+    fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
         let joints = &self.out.joints;
         let stored = [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad];
-        for (lane, from) in words.iter_mut().zip(stored) {
+        for (lane, from) in lanes.words.iter_mut().zip(stored) {
             lane[..end - begin].copy_from_slice(&from[begin..end]);
         }
         let all = self.options.selection == Selection::Cheapest;
+        let Weighed { rules, words, weights } = lanes;
         weigh(self.options.instructions, rules, before, words, all, weights);
+    }
+
+    /// Room for the weights of a block, where steps are weighed in lanes.
+    fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
+        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
+        Some(Weighed { rules, words: Box::new([[0.0; BLOCK]; 4]), weights: Box::new(Weights::new()) })
     }
 
     /// The words of u and of v along the states of a way; those of axes without end by the nearest turn.
@@ -334,29 +359,26 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     pub(super) fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let count = self.poses.count();
         let mut previous = self.start;
-        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.options.singly);
-        let mut weights = Box::new(Weights::new());
-        let mut lanes = Box::new([[0.0; BLOCK]; 4]);
+        let mut lanes = self.lanes_of(grid);
         let mut branch = 0;
         // both branches' words of the pose before the block: the arrays there hold the choice already
         let mut before = [0.0; 4];
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
             let end = count.min(begin + BLOCK);
-            if let Some(rules) = &rules {
-                self.weigh(before, begin, end, rules, &mut lanes, &mut weights);
+            if let Some(lanes) = &mut lanes {
+                self.weigh(before, begin, end, lanes);
             }
             before = self.both(end - 1);
             let mut pose = begin;
             while pose < end {
-                if let (Some(rules), Some(mut words), true) = (&rules, previous, pose > 0) {
+                if let (Some(lanes), Some(mut words), true) = (&lanes, previous, pose > 0) {
                     let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
                     let run = pose - begin..pose - begin + plain;
                     let joints = &mut self.out.joints;
                     let u_deg = &mut joints.x_mm[pose..pose + plain];
                     let v_deg = &mut joints.y_mm[pose..pose + plain];
-                    let taken =
-                        nearest_run(rules, &weights, &lanes, run, &mut branch, &mut words, u_deg, v_deg);
+                    let taken = nearest_run(lanes, run, &mut branch, &mut words, u_deg, v_deg);
                     previous = Some(words);
                     pose += taken;
                     if pose == end {
@@ -380,101 +402,19 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let joints = &self.out.joints;
         [joints.x_mm[pose], joints.y_mm[pose], joints.z_mm[pose], joints.first_rad[pose]]
     }
-
-    /// Turns the chosen words into joints, block by block, and collects the warnings.
-    pub(super) fn join(&mut self) -> Result<(), InverseError> {
-        let kinematics = self.kinematics;
-        let chain = kinematics.linear_chain();
-        let (mut block, mut joined) = (Box::new(PoseBlock::new()), Box::new(JointBlock::new()));
-        let swapped = kinematics.profile_index[0] == 1;
-        let mut previous = self.start;
-        for begin in (0..self.poses.count()).step_by(BLOCK) {
-            self.go_on()?;
-            let (size, poses) = self.poses.block(begin, &mut block);
-            let end = begin + size;
-            joined.words_deg[0][..size].copy_from_slice(&self.out.joints.x_mm[begin..end]);
-            joined.words_deg[1][..size].copy_from_slice(&self.out.joints.y_mm[begin..end]);
-            join(self.options.instructions, &chain, poses.tip_mm, &mut joined);
-            let (first, second) = if swapped { (1, 0) } else { (0, 1) };
-            let joints = &mut self.out.joints;
-            joints.x_mm[begin..end].copy_from_slice(&joined.linear_mm[0][..size]);
-            joints.y_mm[begin..end].copy_from_slice(&joined.linear_mm[1][..size]);
-            joints.z_mm[begin..end].copy_from_slice(&joined.linear_mm[2][..size]);
-            joints.first_rad[begin..end].copy_from_slice(&joined.rotary_rad[first][..size]);
-            joints.second_rad[begin..end].copy_from_slice(&joined.rotary_rad[second][..size]);
-            let entered = previous.unwrap_or([joined.words_deg[0][0], joined.words_deg[1][0]]);
-            previous = Some([joined.words_deg[0][size - 1], joined.words_deg[1][size - 1]]);
-            let marked = self.marks[begin..end].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
-            let wide = (0..2)
-                .any(|k| has_step_over(self.options.rewind_deg, entered[k], &joined.words_deg[k][..size]));
-            if !marked && !wide {
-                continue;
-            }
-            let mut previous = Some(entered);
-            for lane in 0..size {
-                let words = [joined.words_deg[0][lane], joined.words_deg[1][lane]];
-                let step = previous.map_or(0.0, |p: [f64; 2]| {
-                    let (du, dv) = ((words[0] - p[0]).abs(), (words[1] - p[1]).abs());
-                    if du > dv { du } else { dv }
-                });
-                previous = Some(words);
-                if step > self.options.rewind_deg || self.marks[begin + lane] & (HELD | LIMIT) != 0 {
-                    self.warn(begin + lane, step, words);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn warn(&mut self, index: usize, step_deg: f64, words_deg: [f64; 2]) {
-        let mark = self.marks[index];
-        let mut residual_rad = 0.0;
-        if mark & (HELD | LIMIT) != 0 {
-            let pose = self.poses.pose(index);
-            let axis = super::inverse::usable_axis(&pose).unwrap_or(pose.axis);
-            let (conditioning, residual) = self.kinematics.held_quality(axis, words_deg);
-            residual_rad = residual;
-            if mark & HELD != 0 {
-                self.out.conditioning[index] = conditioning;
-            }
-        }
-        let mut warn = |kind, axis_residual_rad| {
-            self.out.warnings.push(PathWarning { pose: index, kind, axis_residual_rad });
-        };
-        if step_deg > self.options.rewind_deg {
-            warn(WarningKind::Rewind, residual_rad);
-        }
-        if mark & HELD != 0 {
-            warn(WarningKind::PoleHold, residual_rad);
-        }
-        if mark & LIMIT != 0 {
-            warn(WarningKind::ReachLimit, residual_rad);
-        }
-    }
-}
-
-/// Whether a step between neighbours is over the threshold: no branch in the loop.
-fn has_step_over(threshold_deg: f64, entered_deg: f64, words_deg: &[f64]) -> bool {
-    let over = |from: f64, to: f64| u8::from((to - from).abs() > threshold_deg);
-    let first = words_deg.first().map_or(0, |word| over(entered_deg, *word));
-    let before = words_deg.iter();
-    before.zip(words_deg.get(1..).unwrap_or_default()).fold(first, |any, (from, to)| any | over(*from, *to))
-        != 0
 }
 
 /// Follows the nearest branches along lanes as far as nothing ties and nothing is out of travel. Returns how many
 /// lanes were taken; `branch` and `words` are those of the last one.
-#[expect(clippy::too_many_arguments, reason = "slices of arrays that are borrowed apart")]
 fn nearest_run(
-    rules: &Rules,
-    weights: &Weights,
-    lanes: &[Lane; 4],
+    lanes: &Weighed,
     run: std::ops::Range<usize>,
     branch: &mut usize,
     words: &mut [f64; 2],
     u_deg: &mut [f64],
     v_deg: &mut [f64],
 ) -> usize {
+    let Weighed { rules, words: principal_words, weights } = lanes;
     let start = run.start;
     for lane in run.clone() {
         let from = *branch & 1;
@@ -484,7 +424,7 @@ fn nearest_run(
             return lane - start;
         }
         for k in 0..2 {
-            let principal = lanes[2 * to + k][lane];
+            let principal = principal_words[2 * to + k][lane];
             words[k] = if rules.period[k] > 0.0 {
                 principal + 360.0 * nearest_integer((words[k] - principal) * (1.0 / 360.0))
             } else {
