@@ -179,9 +179,9 @@ pub async fn start(
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
     let address = listener.local_addr().map_err(StartFault::Process)?;
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
-    let mut state = AppState::open(settings, sources, compensator).await?;
+    let state = AppState::open(settings, sources, compensator).await?;
     if let Some(exporter) = exporter {
-        state = state.exporting(exporter);
+        state.export_to(exporter);
     }
     let guarding = guarding(address, &state).await?;
     let handle = Handle::new();

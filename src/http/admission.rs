@@ -3,8 +3,7 @@
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use axum::extract::{ConnectInfo, MatchedPath, Request, State};
-use axum::middleware::Next;
+use axum::extract::{ConnectInfo, MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::RETRY_AFTER;
 use http::{Extensions, HeaderValue};
@@ -17,16 +16,13 @@ use super::rates::Who;
 /// Asked by what watches the service, and never refused for asking often.
 const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
 
-/// Lets a request pass to its handler.
-pub(super) async fn admit(State(app): State<AppState>, request: Request, next: Next) -> Response {
+/// The refusal of a request that is not to reach its handler.
+pub(super) fn admit(app: &AppState, request: &Request) -> Option<Response> {
     let key_id = request.extensions().get::<Caller>().and_then(|caller| caller.key_id.clone());
-    if let Err(problem) = measured(&app, &request) {
-        return problem.into_response();
+    if let Err(problem) = measured(app, request) {
+        return Some(problem.into_response());
     }
-    match turned_away(&app, request.extensions(), key_id) {
-        Some(response) => response,
-        None => next.run(request).await,
-    }
+    turned_away(app, request.extensions(), key_id)
 }
 
 /// The answer to one who asks too often: by key, or by address where none was accepted.
@@ -35,7 +31,7 @@ pub(super) fn turned_away(
     extensions: &Extensions,
     key_id: Option<Arc<str>>,
 ) -> Option<Response> {
-    let rates = app.rates.as_deref()?;
+    let rates = app.rates.as_ref()?;
     let path = extensions.get::<MatchedPath>().map(MatchedPath::as_str);
     if path.is_some_and(|path| WATCHING.contains(&path)) {
         return None;

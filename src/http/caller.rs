@@ -1,7 +1,7 @@
 //! Who asks: the key that a request came with, what it allows, and the machines that it reaches.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use axum::extract::{FromRequestParts, MatchedPath};
 use http::Extensions;
@@ -29,7 +29,8 @@ impl Caller {
     /// Anybody, at a service without keys.
     #[must_use]
     pub fn anybody() -> Self {
-        Self { key_id: None, scopes: Arc::new(Scope::ALL.into()), machines: None }
+        static EVERY: LazyLock<Arc<BTreeSet<Scope>>> = LazyLock::new(|| Arc::new(Scope::ALL.into()));
+        Self { key_id: None, scopes: Arc::clone(&EVERY), machines: None }
     }
 
     /// Whoever asks for what is open at a service with keys.

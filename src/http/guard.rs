@@ -1,8 +1,7 @@
 //! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
 //! not there for it, and neither is anything that belongs to one.
 
-use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request, State};
-use axum::middleware::Next;
+use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
 use http::request::Parts;
@@ -30,30 +29,33 @@ impl From<Problem> for Refused {
 
 const REALM: &str = "Bearer realm=\"trunnion\"";
 
-/// Lets in whom it knows.
-pub(super) async fn guard(State(app): State<AppState>, request: Request, next: Next) -> Response {
+/// Lets in whom it knows, with the caller among the request's extensions.
+///
+/// # Errors
+/// The answer to anybody else.
+pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, Box<Response>> {
     let (mut parts, body) = request.into_parts();
-    let refused = match admitted(&app, &mut parts).await {
+    let refused = match admitted(app, &mut parts).await {
         Ok(caller) => {
             if let Some(id) = &caller.key_id {
                 tracing::Span::current().record("key_id", &**id);
-                app.keys.note_use(&app, id);
+                app.keys.note_use(app, id);
             }
             parts.extensions.insert(caller);
-            return next.run(Request::from_parts(parts, body)).await;
+            return Ok(Request::from_parts(parts, body));
         }
         Err(refused) => refused,
     };
     // Whoever guesses keys is counted by address.
-    if let Some(response) = turned_away(&app, &parts.extensions, None) {
-        return response;
+    if let Some(response) = turned_away(app, &parts.extensions, None) {
+        return Err(Box::new(response));
     }
     Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
     let mut response = refused.problem.into_response();
     if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {
         response.headers_mut().insert(WWW_AUTHENTICATE, value);
     }
-    response
+    Err(Box::new(response))
 }
 
 async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {

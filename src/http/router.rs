@@ -1,6 +1,6 @@
 //! Merges the resources' routes and puts the edge around them.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 use axum::extract::DefaultBodyLimit;
 use axum::response::IntoResponse;
@@ -9,20 +9,16 @@ use axum::{Router, middleware};
 use bytes::Bytes;
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
-use tower::ServiceBuilder;
-use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::decompression::RequestDecompressionLayer;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
-use super::admission::admit;
 use super::negotiate::choose;
-use super::observation::{Operations, watch};
+use super::observation::Operations;
 use super::problem::Problem;
 use super::{
-    AppState, audit, calibrations, edge, guard, jobs, keys, kinematics, machines, openapi, programs, service,
-    servo, wear, webhooks,
+    AppState, audit, calibrations, edge, jobs, keys, kinematics, machines, openapi, programs, service, servo,
+    wear, webhooks,
 };
 
 /// Every described route, and the description.
@@ -55,9 +51,9 @@ const PAGES: [(&str, &str, &str); 4] = [
 static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| openapi::document().to_string().into());
 
 /// The whole service.
-pub fn router(mut app: AppState) -> Router {
+pub fn router(app: AppState) -> Router {
     let (router, document) = described();
-    app.operations = Arc::new(Operations::new(openapi::all(&document).chain(PAGES)));
+    app.serve_operations(|| Operations::new(openapi::all(&document).chain(PAGES)));
     let served = |headers: HeaderMap| async move {
         choose(&headers, &["application/json"])?;
         Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
@@ -72,15 +68,7 @@ pub fn behind_the_edge(router: Router<AppState>, app: AppState) -> Router {
     router
         .fallback(edge::not_found)
         .method_not_allowed_fallback(edge::method_not_allowed)
-        .layer(
-            ServiceBuilder::new()
-                .layer(middleware::from_fn_with_state(app.clone(), watch))
-                .layer(CatchPanicLayer::custom(edge::panicked))
-                .layer(middleware::from_fn_with_state(app.clone(), edge::deadline))
-                .layer(middleware::from_fn_with_state(app.clone(), guard::guard))
-                .layer(middleware::from_fn_with_state(app.clone(), admit))
-                .layer(RequestDecompressionLayer::new())
-                .layer(DefaultBodyLimit::disable()),
-        )
+        .layer(DefaultBodyLimit::disable())
+        .layer(middleware::from_fn_with_state(app.clone(), edge::pass))
         .with_state(app)
 }

@@ -1,8 +1,9 @@
 //! What the handlers share.
 
 use std::fmt;
-use std::sync::Arc;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use tokio::sync::Semaphore;
@@ -20,9 +21,12 @@ use crate::jobs::{
 use crate::meter::Counter;
 use crate::store::Store;
 
-/// What the handlers share; cheap to clone.
+/// What the handlers share. A clone is one count: every layer of every request has one.
 #[derive(Clone)]
-pub struct AppState {
+pub struct AppState(Arc<Shared>);
+
+/// What is shared.
+pub struct Shared {
     /// Machines, jobs, keys.
     pub store: Store,
     /// The pool that computes.
@@ -35,14 +39,12 @@ pub struct AppState {
     pub settings: Arc<Settings>,
     /// What compensates programs.
     pub compensator: Arc<dyn Compensator>,
-    /// Counts and times of requests, by operation.
-    pub(super) operations: Arc<Operations>,
+    operations: OnceLock<Operations>,
     /// Requests whose client left before the answer.
-    pub(super) abandoned: Arc<Counter>,
+    pub(super) abandoned: Counter,
     /// How often callers may ask, where that is limited.
-    pub(super) rates: Option<Arc<Rates>>,
-    /// Where the spans of requests go besides the log.
-    pub(super) exporter: Option<Arc<dyn Exporter>>,
+    pub(super) rates: Option<Rates>,
+    exporter: OnceLock<Arc<dyn Exporter>>,
     /// When the service started.
     pub(super) began: Instant,
     /// Jobs that wait and run.
@@ -52,15 +54,23 @@ pub struct AppState {
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
     /// The API keys.
-    pub(super) keys: Arc<HeldKeys>,
+    pub(super) keys: HeldKeys,
     /// Machines used last.
-    pub(super) machines: Arc<HeldMachines>,
-    draining: Arc<AtomicBool>,
+    pub(super) machines: HeldMachines,
+    draining: AtomicBool,
 }
 
 impl fmt::Debug for AppState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("AppState").field("settings", &self.settings).finish_non_exhaustive()
+    }
+}
+
+impl Deref for AppState {
+    type Target = Shared;
+
+    fn deref(&self) -> &Shared {
+        &self.0
     }
 }
 
@@ -99,25 +109,25 @@ impl AppState {
         )
         .await?;
         let courier = Courier::open(store.clone(), sources.clone(), queue.clone(), &settings)?;
-        Ok(Self {
+        Ok(Self(Arc::new(Shared {
             courier,
             store,
             compute,
             spool,
             sources,
             followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
-            machines: Arc::default(),
-            keys: Arc::new(HeldKeys::new(&settings.data_dir)),
+            machines: HeldMachines::default(),
+            keys: HeldKeys::new(&settings.data_dir),
             settings: Arc::new(settings),
             compensator,
             queue,
-            operations: Arc::new(Operations::new(std::iter::empty())),
-            abandoned: Arc::default(),
-            rates: rates.map(Arc::new),
-            exporter: None,
+            operations: OnceLock::new(),
+            abandoned: Counter::new(),
+            rates,
+            exporter: OnceLock::new(),
             began: Instant::now(),
-            draining: Arc::new(AtomicBool::new(false)),
-        })
+            draining: AtomicBool::new(false),
+        })))
     }
 
     /// What one kinematics request may cost.
@@ -126,17 +136,25 @@ impl AppState {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
     }
 
-    /// The same with a place where the spans of requests go besides the log.
-    #[must_use]
-    pub fn exporting(mut self, exporter: Arc<dyn Exporter>) -> Self {
-        self.exporter = Some(exporter);
-        self
+    /// From now on the spans of requests go here besides the log. Where they go already, they stay.
+    pub fn export_to(&self, exporter: Arc<dyn Exporter>) {
+        self.exporter.get_or_init(|| exporter);
     }
 
     /// Where the spans of requests go besides the log.
     #[must_use]
     pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
-        self.exporter.clone()
+        self.exporter.get().cloned()
+    }
+
+    /// The operations that are served, counted from now on. They are told once.
+    pub(super) fn serve_operations(&self, operations: impl FnOnce() -> Operations) {
+        self.operations.get_or_init(operations);
+    }
+
+    /// Counts and times of requests, by operation.
+    pub(super) fn operations(&self) -> &Operations {
+        self.operations.get_or_init(|| Operations::new(std::iter::empty()))
     }
 
     /// What programs are worked on with.

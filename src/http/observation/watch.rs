@@ -3,8 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use axum::extract::{MatchedPath, Request, State};
-use axum::middleware::Next;
+use axum::extract::{MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{ALLOW, CONTENT_TYPE, HeaderName, LOCATION};
 use http::{HeaderMap, HeaderValue, Method, StatusCode};
@@ -22,10 +21,10 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Id, trace, span, log line, counts; a refusal that is not a problem document yet becomes one.
-pub(in crate::http) async fn watch(
-    State(app): State<AppState>,
+pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
+    app: &AppState,
     mut request: Request,
-    next: Next,
+    answered: impl FnOnce(Request) -> Answered,
 ) -> Response {
     let in_flight = meter::IN_FLIGHT.enter();
     let fresh = app.sources.ids.next();
@@ -35,7 +34,7 @@ pub(in crate::http) async fn watch(
     let method = request.method().clone();
     let path = request.uri().path().to_owned();
     let mut watched = Watched {
-        app: &app,
+        app,
         route: route.as_ref().map(MatchedPath::as_str),
         method,
         path: &path,
@@ -48,7 +47,7 @@ pub(in crate::http) async fn watch(
     watched.open();
     let span = watched.span.clone();
     request.extensions_mut().insert(RequestId(request_id.clone()));
-    let mut response = dressed(next.run(request).instrument(span).await);
+    let mut response = dressed(answered(request).instrument(span).await);
     if let Ok(value) = HeaderValue::try_from(&request_id) {
         response.headers_mut().insert(REQUEST_ID, value);
     }
@@ -81,7 +80,7 @@ impl Watched<'_> {
     /// The span is there whatever level is logged: faults within the request need its ids.
     fn open(&mut self) {
         let Subject { machine_id, job_id } = self.subject();
-        let operation = self.app.operations.of(self.route, &self.method).map(|series| &*series.operation);
+        let operation = self.app.operations().of(self.route, &self.method).map(|series| &*series.operation);
         self.span = tracing::error_span!(
             "request",
             request_id = self.request_id,
@@ -101,7 +100,7 @@ impl Watched<'_> {
     fn report(&self, response: Option<&Response>) {
         let elapsed = self.began.elapsed();
         let status = response.map(Response::status);
-        let Some(series) = self.app.operations.of(self.route, &self.method) else { return };
+        let Some(series) = self.app.operations().of(self.route, &self.method) else { return };
         match status {
             Some(status) => series.count(status),
             None => self.app.abandoned.add(1),
@@ -115,7 +114,7 @@ impl Watched<'_> {
             self.span.record("job_id", made);
         }
         log_line(&self.span, status, elapsed, series.method);
-        if let Some(exporter) = &self.app.exporter
+        if let Some(exporter) = self.app.exporter()
             && self.trace.sampled
         {
             exporter.export(&FinishedSpan {
