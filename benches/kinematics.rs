@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
-use trunnion::jobs::{InverseAnswer, InverseOptions, Limits, inverse};
+use trunnion::jobs::{InverseAnswer, InverseTask, Limits};
 use trunnion::kinematics::{
     InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
@@ -233,8 +233,8 @@ fn json(list: &[ToolPose]) {
         let solve = |document: &InverseRequest| {
             let options = document.options();
             let (setup, start_words_deg) = options.to_setup(&machine).ok()?;
-            let options = InverseOptions { setup, selection: document.selection, start_words_deg };
-            inverse(&machine, &options, &document.poses, limits, GO_ON).ok()
+            let task = InverseTask::new(machine.clone(), &setup, document.selection, start_words_deg);
+            task.solve(&document.poses, limits, GO_ON).ok()
         };
         let Some(answer) = solve(&document) else { continue };
         let print = |answer: InverseAnswer| {

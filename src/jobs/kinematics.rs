@@ -96,32 +96,6 @@ pub fn forward(
     Ok(poses)
 }
 
-/// What the inverse is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InverseOptions {
-    /// Work offset, tool length, errors.
-    pub setup: Setup,
-    /// Which solutions.
-    pub selection: Selection,
-    /// Rotary words before the first pose, in the profile's order \[deg\].
-    pub start_words_deg: Option<[f64; 2]>,
-}
-
-/// Whether [`inverse`] of so many poses is so little that it is done where it is asked.
-#[must_use]
-pub fn inverse_is_trifling(machine: &Machine, options: &InverseOptions, poses: usize) -> bool {
-    let kinematics = Kinematics::new(machine, &options.setup);
-    Cost::of_poses(poses, answers(&kinematics, options.selection)).is_trifling()
-}
-
-/// How many answers one pose can have.
-fn answers(kinematics: &Kinematics, selection: Selection) -> usize {
-    match selection {
-        Selection::Path => kinematics.path_states(),
-        Selection::All => kinematics.max_candidates(),
-    }
-}
-
 /// Solutions and what is particular about them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InverseAnswer {
@@ -133,93 +107,138 @@ pub struct InverseAnswer {
     pub warnings: Vec<PoseWarning>,
 }
 
-/// The joints of `poses`.
-///
-/// # Errors
-/// Every bad value, too many poses, a pose out of reach, or the client has left.
-pub fn inverse(
-    machine: &Machine,
-    options: &InverseOptions,
-    poses: &[Pose],
-    limits: Limits,
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<InverseAnswer, KinematicsFault> {
-    let kinematics = Kinematics::new(machine, &options.setup);
-    let answers = answers(&kinematics, options.selection);
-    limits.check(poses.len(), answers)?;
-    let count = poses.len().saturating_mul(answers);
-    if options.selection == Selection::All && count > MAX_CANDIDATES {
-        return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
-    }
-    let answer = match options.selection {
-        Selection::Path => path(machine, &kinematics, options, poses, stop),
-        Selection::All => all(machine, &kinematics, poses, stop),
-    }?;
-    meter::POSES.add(poses.len() as u64);
-    Ok(answer)
+/// What the inverse is asked for, on one machine.
+#[derive(Debug, Clone)]
+pub struct InverseTask {
+    machine: Machine,
+    kinematics: Kinematics,
+    selection: Selection,
+    start_words_deg: Option<[f64; 2]>,
 }
 
-fn path(
-    machine: &Machine,
-    kinematics: &Kinematics,
-    options: &InverseOptions,
-    poses: &[Pose],
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<InverseAnswer, KinematicsFault> {
-    let mut faults = FaultList::default();
-    let mut lanes = PoseLanes::with_capacity(poses.len());
-    for (index, pose) in poses.iter().enumerate() {
-        if let Some(pose) = pose.to_core(index, &mut faults) {
-            lanes.push(pose);
-        }
+impl InverseTask {
+    /// Which solutions, with what work offset, tool length and errors. `start_words_deg` are the rotary words before the
+    /// first pose, in the profile's order.
+    #[must_use]
+    pub fn new(
+        machine: Machine,
+        setup: &Setup,
+        selection: Selection,
+        start_words_deg: Option<[f64; 2]>,
+    ) -> Self {
+        Self { kinematics: Kinematics::new(&machine, setup), machine, selection, start_words_deg }
     }
-    faults.into_result().map_err(KinematicsFault::Values)?;
-    let chosen = PathOptions { start_words_deg: options.start_words_deg, ..PathOptions::default() };
-    let solved = kinematics.path_lanes(&lanes, &chosen, stop).map_err(|error| refused(machine, error))?;
-    let mut joints = Vec::with_capacity(lanes.len());
-    for (pose, conditioning) in solved.conditioning.iter().enumerate() {
-        let found = solved.get(pose);
-        joints.extend(found.map(|found| JointWords::from_core(machine, &found, Some(*conditioning))));
-    }
-    Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
-}
 
-fn all(
-    machine: &Machine,
-    kinematics: &Kinematics,
-    poses: &[Pose],
-    stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<InverseAnswer, KinematicsFault> {
-    let mut faults = FaultList::default();
-    let mut answer = InverseAnswer { joints: Vec::new(), ends: None, warnings: Vec::new() };
-    let mut ends = Vec::with_capacity(poses.len());
-    for (index, pose) in poses.iter().enumerate() {
-        if index % BETWEEN_STOPS == 0 && stop().is_break() {
-            return Err(KinematicsFault::Cancelled);
-        }
-        let Some(pose) = pose.to_core(index, &mut faults) else { continue };
-        let found = kinematics.candidates(index, &pose, 0.0).map_err(|error| refused(machine, error))?;
-        for candidate in &found {
-            answer.joints.push(JointWords::from_core(
-                machine,
-                &candidate.joints,
-                Some(candidate.conditioning),
-            ));
-        }
-        let residual_rad = found.iter().map(|candidate| candidate.axis_residual_rad).fold(0.0, f64::max);
-        if residual_rad > 0.0 {
-            let axis_residual_urad = Some(Angle::from_rad(residual_rad).urad());
-            answer.warnings.push(PoseWarning {
-                pose: index,
-                kind: PoseWarningKind::ReachLimit,
-                axis_residual_urad,
-            });
-        }
-        ends.push(answer.joints.len());
+    /// Whether so many poses are so little that they are solved where they are asked for.
+    #[must_use]
+    pub fn is_trifling(&self, poses: usize) -> bool {
+        Cost::of_poses(poses, self.answers()).is_trifling()
     }
-    faults.into_result().map_err(KinematicsFault::Values)?;
-    answer.ends = Some(ends);
-    Ok(answer)
+
+    /// The machine.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// How many answers one pose can have.
+    fn answers(&self) -> usize {
+        match self.selection {
+            Selection::Path => self.kinematics.path_states(),
+            Selection::All => self.kinematics.max_candidates(),
+        }
+    }
+
+    /// The joints of `poses`.
+    ///
+    /// # Errors
+    /// Every bad value, too many poses, a pose out of reach, or the client has left.
+    pub fn solve(
+        &self,
+        poses: &[Pose],
+        limits: Limits,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<InverseAnswer, KinematicsFault> {
+        let answers = self.answers();
+        limits.check(poses.len(), answers)?;
+        let count = poses.len().saturating_mul(answers);
+        if self.selection == Selection::All && count > MAX_CANDIDATES {
+            return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
+        }
+        let answer = match self.selection {
+            Selection::Path => self.path(poses, stop),
+            Selection::All => self.all(poses, stop),
+        }?;
+        meter::POSES.add(poses.len() as u64);
+        Ok(answer)
+    }
+
+    fn path(
+        &self,
+        poses: &[Pose],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<InverseAnswer, KinematicsFault> {
+        let mut faults = FaultList::default();
+        let mut lanes = PoseLanes::with_capacity(poses.len());
+        for (index, pose) in poses.iter().enumerate() {
+            if let Some(pose) = pose.to_core(index, &mut faults) {
+                lanes.push(pose);
+            }
+        }
+        faults.into_result().map_err(KinematicsFault::Values)?;
+        let chosen = PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() };
+        let solved = self
+            .kinematics
+            .path_lanes(&lanes, &chosen, stop)
+            .map_err(|error| refused(&self.machine, error))?;
+        let mut joints = Vec::with_capacity(lanes.len());
+        for (pose, conditioning) in solved.conditioning.iter().enumerate() {
+            let found = solved.get(pose);
+            joints
+                .extend(found.map(|found| JointWords::from_core(&self.machine, &found, Some(*conditioning))));
+        }
+        Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
+    }
+
+    fn all(
+        &self,
+        poses: &[Pose],
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<InverseAnswer, KinematicsFault> {
+        let mut faults = FaultList::default();
+        let mut answer = InverseAnswer { joints: Vec::new(), ends: None, warnings: Vec::new() };
+        let mut ends = Vec::with_capacity(poses.len());
+        for (index, pose) in poses.iter().enumerate() {
+            if index % BETWEEN_STOPS == 0 && stop().is_break() {
+                return Err(KinematicsFault::Cancelled);
+            }
+            let Some(pose) = pose.to_core(index, &mut faults) else { continue };
+            let found = self
+                .kinematics
+                .candidates(index, &pose, 0.0)
+                .map_err(|error| refused(&self.machine, error))?;
+            for candidate in &found {
+                answer.joints.push(JointWords::from_core(
+                    &self.machine,
+                    &candidate.joints,
+                    Some(candidate.conditioning),
+                ));
+            }
+            let residual_rad = found.iter().map(|candidate| candidate.axis_residual_rad).fold(0.0, f64::max);
+            if residual_rad > 0.0 {
+                let axis_residual_urad = Some(Angle::from_rad(residual_rad).urad());
+                answer.warnings.push(PoseWarning {
+                    pose: index,
+                    kind: PoseWarningKind::ReachLimit,
+                    axis_residual_urad,
+                });
+            }
+            ends.push(answer.joints.len());
+        }
+        faults.into_result().map_err(KinematicsFault::Values)?;
+        answer.ends = Some(ends);
+        Ok(answer)
+    }
 }
 
 fn warning(warning: &PathWarning) -> PoseWarning {

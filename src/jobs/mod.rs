@@ -32,9 +32,7 @@ pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, Too
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
-pub use kinematics::{
-    InverseAnswer, InverseOptions, KinematicsFault, Limits, forward, inverse, inverse_is_trifling,
-};
+pub use kinematics::{InverseAnswer, InverseTask, KinematicsFault, Limits, forward};
 pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;

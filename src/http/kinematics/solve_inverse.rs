@@ -13,9 +13,7 @@ use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{
-    InverseAnswer, InverseOptions, KinematicsFault, MachineUsed, inverse, inverse_is_trifling,
-};
+use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault, MachineUsed};
 use crate::process::Stop;
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
@@ -60,12 +58,16 @@ pub(super) async fn solve_inverse_kinematics(
     let limits = app.limits();
     let csv = kind == CSV;
     let (setup, start_words_deg) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
-    let options = InverseOptions { setup, selection: options.selection.unwrap_or_default(), start_words_deg };
-    let trifling = inverse_is_trifling(&machine, &options, poses.len());
+    let task = InverseTask::new(machine, &setup, options.selection.unwrap_or_default(), start_words_deg);
+    let trifling = task.is_trifling(poses.len());
     let solve = move |stop: &Stop<'_>| {
-        let answer = inverse(&machine, &options, &poses, limits, stop)?;
-        let columns = JointColumns::new(&machine, answer.ends.is_some());
-        Ok::<_, KinematicsFault>(if csv { Err((answer, columns)) } else { Ok(print(revision, answer)) })
+        let answer = task.solve(&poses, limits, stop)?;
+        Ok::<_, KinematicsFault>(if csv {
+            let columns = JointColumns::new(task.machine(), answer.ends.is_some());
+            Err((answer, columns))
+        } else {
+            Ok(print(revision, answer))
+        })
     };
     let solved = if trifling { solve(&|| ControlFlow::Continue(())) } else { app.compute.run(solve).await? };
     match solved? {
