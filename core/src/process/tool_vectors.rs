@@ -58,6 +58,13 @@ impl ToolVectors {
         }
     }
 
+    /// Goes on behind motions that were resolved elsewhere and all end at known words.
+    pub(super) fn pass_over(&mut self, motions: &[Motion]) {
+        let Some(Motion { end: Some(end), linear_end_mm, tool_axis, .. }) = motions.last() else { return };
+        self.near_deg = Some(end.rotary_deg);
+        self.last = linear_end_mm.zip(*tool_axis).map(|point| (point, *end));
+    }
+
     fn resolve_one(&mut self, motion: &mut Motion, end: VectorPoint) {
         if motion.start.is_none() {
             motion.start = motion.vector_start.and_then(|start| self.words(start));
