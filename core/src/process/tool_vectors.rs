@@ -58,6 +58,13 @@ impl ToolVectors {
         }
     }
 
+    /// The same for the motion that comes next, which comes again.
+    pub(super) fn resolve_ahead(&mut self, motion: &mut Motion) {
+        let kept = (self.near_deg, self.last);
+        self.resolve(std::slice::from_mut(motion));
+        (self.near_deg, self.last) = kept;
+    }
+
     /// Goes on behind motions that were resolved elsewhere and all end at known words.
     pub(super) fn pass_over(&mut self, motions: &[Motion]) {
         let Some(Motion { end: Some(end), linear_end_mm, tool_axis, .. }) = motions.last() else { return };
