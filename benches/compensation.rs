@@ -1,5 +1,6 @@
 //! Deviation, and the whole compensation of a program of a million blocks, 2 % of them over tolerance. Prints
-//! throughput and peak memory; the program lies in a temporary file and the output goes to another.
+//! throughput and peak memory; the program lies in a temporary file and the output goes to another. With a word behind
+//! `--` only measurements whose name contains it are made, as in `cargo bench --bench compensation -- apt`.
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it measured")]
 
 use std::fs::File;
@@ -80,6 +81,12 @@ fn median(mut seconds: Vec<f64>) -> f64 {
     seconds[seconds.len() / 2]
 }
 
+/// Whether a measurement of this name is asked for.
+fn is_asked_for(name: &str) -> bool {
+    let asked = std::env::args().skip(1).find(|word| !word.starts_with('-'));
+    asked.is_none_or(|asked| name.contains(&asked))
+}
+
 fn main() -> io::Result<()> {
     let machine = models::finishing::ac_machine();
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
@@ -89,6 +96,9 @@ fn main() -> io::Result<()> {
         ("tip", false, ContactSource::Tip),
         ("U V W words", true, ContactSource::Program),
     ] {
+        if !is_asked_for(name) {
+            continue;
+        }
         let path = folder.path().join("program.nc");
         let bytes = write_program(&path, contact_words)?;
         let parameters = CcParameters { contact, ..CcParameters::new(tool) };
@@ -118,11 +128,17 @@ fn main() -> io::Result<()> {
         }
     }
     for form in [Form::Siemens, Form::Conversational, Form::Table, Form::CutterLocations] {
-        in_form(&machine, tool, form, &folder.path().join("program.txt"))?;
+        if is_asked_for(form.name()) {
+            in_form(&machine, tool, form, &folder.path().join("program.txt"))?;
+        }
     }
-    worn(&machine, tool, &folder.path().join("worn.nc"))?;
-    one_by_one(&machine, tool);
-    in_lanes(&machine, tool);
+    if is_asked_for("worn ball") {
+        worn(&machine, tool, &folder.path().join("worn.nc"))?;
+    }
+    if is_asked_for("deviation") {
+        one_by_one(&machine, tool);
+        in_lanes(&machine, tool);
+    }
     Ok(())
 }
 
@@ -133,6 +149,18 @@ enum Form {
     Conversational,
     Table,
     CutterLocations,
+}
+
+impl Form {
+    /// What it is called in reports.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Siemens => "siemens",
+            Self::Conversational => "heidenhain",
+            Self::Table => "csv",
+            Self::CutterLocations => "apt",
+        }
+    }
 }
 
 /// The same program in another form: points and vectors where it is of cutter locations.

@@ -46,6 +46,8 @@ pub struct Interpreter {
     pub(super) corner_open: bool,
     /// The block before made a motion that axis words alone would make again: see `repetition`.
     pub(super) repeats: bool,
+    /// And it stated the tool axis as a vector.
+    pub(super) states_vector: bool,
     has_blocks: bool,
     has_motions: bool,
     ended: bool,
@@ -235,6 +237,7 @@ impl Interpreter {
             first_offset: FirstOffset::NoPoint,
             corner_open: false,
             repeats: false,
+            states_vector: false,
             has_blocks: false,
             has_motions: false,
             ended: false,

@@ -62,8 +62,9 @@ pub struct Motion {
     /// What TRANS and ATRANS add to X Y Z of this motion to give the place in the work offset \[mm\]; `None` where
     /// that is not known. Where it is not zero, `offset_changed` is set.
     pub program_offset_mm: Option<[f64; 3]>,
-    /// Its block has numbers for axis and contact words, F, a block number, G0 or G1 and comments at most, and makes the
-    /// motion before it again, to another place: behind the same motion the same text makes the same one.
+    /// Its block has numbers for axis and contact words, F, a block number, G0 or G1, the word of a line or a point and
+    /// comments at most, and makes the motion before it again, to another place: behind the same motion the same text makes
+    /// the same one. A vector becomes words of the machine later, in the order of the program.
     pub repeats: bool,
     /// Contact words of the block.
     pub contact: ContactWords,

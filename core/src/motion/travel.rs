@@ -11,9 +11,9 @@ use crate::program::{Address, Block, Dialect, round_to_decimals};
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
-const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
+pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
-const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
+pub(super) const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
 /// Words of an arc's centre and radius.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
@@ -451,7 +451,7 @@ fn feeds_a_turn(motion: &Motion) -> bool {
 }
 
 /// Of a block's tool vector.
-fn most_decimals(block: &BlockWords) -> u8 {
+pub(super) fn most_decimals(block: &BlockWords) -> u8 {
     let decimals = VECTOR.map(|address| if block.has(address) { block.decimals[address.index()] } else { 0 });
     decimals.into_iter().max().unwrap_or(0)
 }

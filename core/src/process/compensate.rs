@@ -15,6 +15,7 @@ use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
+use super::tool_vectors::ToolVectors;
 use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
@@ -89,9 +90,8 @@ pub(super) fn compensate_from(
         feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
         interpolation_stated: parameters.interpolation.is_some(),
     };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
-        .with_setup(machine, &parameters.setup)
-        .with_lines(lines);
+    let mut passages =
+        Passages::open(source, machine, parameters.dialect, options)?.leaving_vectors().with_lines(lines);
     // Of a stretch that is worked off the text is still to be read back.
     let (mut worked_off, mut present, mut next): (Stretch, Stretch, Stretch) = Default::default();
     let mut is_of_present = false;
@@ -107,12 +107,17 @@ pub(super) fn compensate_from(
         }
         let is_refused = passages.is_refused();
         work.largest_after_mm = verifier.milestones.largest_mm;
-        let written_of = if is_of_present { &present } else { &worked_off };
+        // A stretch is new to its first turn, and nothing is written of it yet.
+        let (turn, written_of) = if is_of_present {
+            (Turn::Again(&present), &present)
+        } else {
+            (Turn::First(&mut present), &worked_off)
+        };
         let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
         parts.run(vec![
             Box::new(|| {
                 if !is_refused {
-                    worked = work.stretch(&present, &mut writing);
+                    worked = work.turn(turn, &mut writing);
                 }
             }),
             Box::new(|| {
@@ -172,6 +177,12 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     inner.iter().map(off).fold(0.0, f64::max)
 }
 
+/// A stretch that is worked on, for the first time or further.
+enum Turn<'s> {
+    First(&'s mut Stretch),
+    Again(&'s Stretch),
+}
+
 /// How far a stretch has been worked off.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
@@ -187,6 +198,8 @@ struct Work<'a> {
     machine: &'a Machine,
     survey: Survey,
     contact: ContactSource,
+    /// What vectors are on the machine is worked out here: reading has more to do than judging where there are any.
+    vectors: ToolVectors,
     judge: Judge<'a>,
     emitter: Emitter,
     at: Place,
@@ -215,6 +228,7 @@ impl<'a> Work<'a> {
             machine,
             survey,
             contact,
+            vectors: ToolVectors::new(machine, &parameters.setup),
             judge: Judge::new(machine, kinematics, parameters, contact, effort),
             emitter: Emitter::new(survey.numbering),
             at: Place::default(),
@@ -234,6 +248,18 @@ impl<'a> Work<'a> {
 
     fn is_done(&self, stretch: &Stretch) -> bool {
         self.at.passage >= stretch.passages.len()
+    }
+
+    /// Goes on with a stretch that may be new.
+    fn turn(&mut self, turn: Turn<'_>, out: &mut Outgoing<'a>) -> Result<(), Fault> {
+        let stretch = match turn {
+            Turn::First(stretch) => {
+                stretch.resolve(&mut self.vectors);
+                stretch
+            }
+            Turn::Again(stretch) => stretch,
+        };
+        self.stretch(stretch, out)
     }
 
     /// Goes on with a stretch, to its end or until enough is written to be handed over.

@@ -11,6 +11,7 @@ mod inventory;
 mod judge;
 mod numbering;
 mod parameters;
+mod plain_lines;
 mod plan;
 mod post;
 mod read_back;

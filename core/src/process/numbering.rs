@@ -29,12 +29,17 @@ impl Numbering {
                 self.increases = false;
                 continue;
             };
-            if let Some(last) = self.last {
-                self.increases &= number > last;
-                self.least_step = self.least_step.min(number.saturating_sub(last));
-            }
-            self.last = Some(number);
+            self.see_number(number);
         }
+    }
+
+    /// Looks at the next block's number.
+    pub(super) fn see_number(&mut self, number: u64) {
+        if let Some(last) = self.last {
+            self.increases &= number > last;
+            self.least_step = self.least_step.min(number.saturating_sub(last));
+        }
+        self.last = Some(number);
     }
 
     /// The first of `count` numbers, one apart, for blocks behind the one of index `block`. `None` where that block has

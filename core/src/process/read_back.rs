@@ -45,6 +45,8 @@ pub(super) struct ReadBack<E> {
     blocks_before: u64,
     /// Lines are read as soon as they are there; else in full batches.
     is_eager: bool,
+    /// A statement may run over lines, or hang on the one behind it.
+    pub(super) looks_ahead: bool,
     /// What comes next; empty only where `later` is.
     expected: VecDeque<E>,
     /// What comes behind it, in the order written.
@@ -70,6 +72,7 @@ impl<E: Awaited> ReadBack<E> {
             diagnostics: Diagnostics::new(),
             blocks_before: 0,
             is_eager: false,
+            looks_ahead: matches!(dialect, Dialect::Heidenhain | Dialect::Apt),
             expected: VecDeque::new(),
             later: VecDeque::new(),
             spare: Vec::new(),
@@ -137,13 +140,13 @@ impl<E: Awaited> ReadBack<E> {
         self.seen == self.motions.len() && self.reader.is_between_lines() && self.interpreter.can_pass_over()
     }
 
-    /// Goes on behind blocks that stand in the output as they stand in the source, `last` being the last of their motions;
-    /// what was expected of them is taken away by the caller.
-    pub(super) fn pass_over(&mut self, batch: &Batch, blocks: &[Block], last: &Motion) {
-        let bytes = blocks.iter().map(|block| u64::from(block.end - block.start)).sum();
-        self.reader.pass_over(blocks.len() as u64, bytes);
-        self.interpreter.pass_over(last);
-        self.vectors.resolve(&mut [*last]);
+    /// Goes on behind blocks that stand in the output as they stand in the source, on so many lines, and make these
+    /// motions; what was expected of them is taken away by the caller.
+    pub(super) fn pass_over(&mut self, batch: &Batch, blocks: &[Block], lines: u64, motions: &[Motion]) {
+        let bytes = blocks.iter().map(|block| (block.end - block.start) as usize).sum();
+        self.reader.pass_over(lines, bytes);
+        self.interpreter.pass_over(motions);
+        self.vectors.pass_over(motions);
         self.inventory.see_blocks(batch, blocks);
         self.blocks_before += self.batch.blocks().len() as u64 + blocks.len() as u64;
         self.batch.clear();
@@ -165,6 +168,11 @@ impl<E: Awaited> ReadBack<E> {
     /// These bytes of the output were written.
     pub(super) fn feed(&mut self, bytes: &[u8]) {
         self.reader.feed(bytes);
+    }
+
+    /// The last so many of them are only looked at until this is called with 0.
+    pub(super) fn hold(&mut self, bytes: usize) {
+        self.reader.hold(bytes);
     }
 
     /// Nothing more is written.

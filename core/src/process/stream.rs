@@ -53,6 +53,16 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
+    /// Gives the motions with tool vectors their words, where the passages [left that](Passages::leaving_vectors).
+    pub(super) fn resolve(&mut self, vectors: &mut ToolVectors) {
+        for passage in &mut self.passages {
+            vectors.resolve(&mut passage.motions);
+        }
+        if let Some(following) = &mut self.following {
+            vectors.resolve_ahead(following);
+        }
+    }
+
     /// A motion by its place.
     pub(super) fn motion(&self, passage: usize, motion: usize) -> Option<&Motion> {
         self.passages.get(passage)?.motions.get(motion)
@@ -80,7 +90,8 @@ pub(super) struct Passages<'a> {
     ended: bool,
     reader: Reader,
     interpreter: Interpreter,
-    vectors: ToolVectors,
+    /// `None`: somebody else gives motions with vectors their words.
+    vectors: Option<ToolVectors>,
     ahead: VecDeque<Passage>,
     /// Passages that were worked off: their memory is used again.
     spare: Vec<Passage>,
@@ -106,7 +117,7 @@ impl<'a> Passages<'a> {
             ended: false,
             reader: Reader::new(dialect, ReadLimits::default()),
             interpreter: Interpreter::new(machine, options),
-            vectors: ToolVectors::new(machine, &Setup::default()),
+            vectors: Some(ToolVectors::new(machine, &Setup::default())),
             ahead: VecDeque::new(),
             spare: Vec::new(),
             diagnostics: Diagnostics::new(),
@@ -126,7 +137,13 @@ impl<'a> Passages<'a> {
 
     /// Tool vectors are those of the machine set up like this.
     pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
-        self.vectors = ToolVectors::new(machine, setup);
+        self.vectors = Some(ToolVectors::new(machine, setup));
+        self
+    }
+
+    /// Tool vectors are left as they are: stretches are [resolved](Stretch::resolve) in their order later.
+    pub(super) fn leaving_vectors(mut self) -> Self {
+        self.vectors = None;
         self
     }
 
@@ -200,7 +217,9 @@ impl<'a> Passages<'a> {
             }
         }
         self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
-        self.vectors.resolve(&mut passage.motions);
+        if let Some(vectors) = &mut self.vectors {
+            vectors.resolve(&mut passage.motions);
+        }
         for cursor in &mut self.lines {
             for motion in &mut passage.motions {
                 motion.line = cursor.source_line(motion.line);

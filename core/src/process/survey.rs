@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::glance::{Glance, whole_lines};
 use super::numbering::Numbering;
+use super::plain_lines::PlainLines;
 use super::stream::{CHUNK_BYTES, read_some};
 use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
@@ -72,10 +73,30 @@ impl Survey {
                 if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
                     continue;
                 }
+                let plain = reader.dialect().and_then(|dialect| PlainLines::of(dialect, rotary));
+                if let Some(plain) = plain.filter(|_| !is_read && reader.is_between_lines())
+                    && let Some((behind, lines)) = plain.behind(piece, &survey)
+                {
+                    reader.pass_over(lines, piece.len());
+                    survey = behind;
+                    continue;
+                }
                 reader.feed(piece);
-                while reader.next_batch(&mut batch)? {
+                // In the order of the program: what is told by bytes stands behind all that is read.
+                while if plain.is_some() {
+                    reader.next_part(&mut batch)?
+                } else {
+                    reader.next_batch(&mut batch)?
+                } {
                     survey.see(&batch, rotary);
                     glance = Glance::behind(&batch, rotary);
+                }
+                // A statement that hangs on the one behind it is not given before that is there.
+                if let Some(plain) = plain.filter(|_| !broken)
+                    && let Some((behind, lines)) = plain.behind(reader.rest(), &survey)
+                {
+                    reader.pass_over_rest(lines);
+                    survey = behind;
                 }
             }
             pending.drain(..taken);

@@ -58,6 +58,20 @@ impl ToolVectors {
         }
     }
 
+    /// The same for the motion that comes next, which comes again.
+    pub(super) fn resolve_ahead(&mut self, motion: &mut Motion) {
+        let kept = (self.near_deg, self.last);
+        self.resolve(std::slice::from_mut(motion));
+        (self.near_deg, self.last) = kept;
+    }
+
+    /// Goes on behind motions that were resolved elsewhere and all end at known words.
+    pub(super) fn pass_over(&mut self, motions: &[Motion]) {
+        let Some(Motion { end: Some(end), linear_end_mm, tool_axis, .. }) = motions.last() else { return };
+        self.near_deg = Some(end.rotary_deg);
+        self.last = linear_end_mm.zip(*tool_axis).map(|point| (point, *end));
+    }
+
     fn resolve_one(&mut self, motion: &mut Motion, end: VectorPoint) {
         if motion.start.is_none() {
             motion.start = motion.vector_start.and_then(|start| self.words(start));

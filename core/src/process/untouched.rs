@@ -3,7 +3,8 @@
 //! A motion that repeats the one before ([`Motion::repeats`]) is made of that motion and of its own text alone. So where the
 //! first motion of a run of copied blocks was read from the output and is the source's to the bit, and the blocks behind it
 //! repeat it and are in the output the same bytes as in the source, reading them would give the source's motions: by
-//! induction from one block to the next. Everything else is read.
+//! induction from one block to the next. Where a statement may run over lines or hang on the one behind it, the last one
+//! of the run is compared and read as well: it says where the one before it ends and what it is. Everything else is read.
 
 use std::collections::VecDeque;
 
@@ -13,6 +14,7 @@ use super::read_back::failed;
 use super::stream::{Passage, Stretch};
 use super::verify::{Expected, Judged, Meaning, SourceMotion, Verifier};
 use crate::motion::Motion;
+use crate::program::Block;
 
 /// Shorter runs are read: that costs less than to look for their ends.
 const LEAST_RUN: usize = 4;
@@ -124,27 +126,36 @@ impl<'a> Verifier<'a> {
             let before = passage.motions.get(first).filter(|motion| (motion.block as usize) < to);
             let Some(before) = before else { return Ok(fed) };
             let run = run_behind(&passage.motions, first, to);
+            // Where a statement hangs on what follows, the last one of a run says what the one before it is, and is read.
+            let passed = run - usize::from(self.read_back.looks_ahead && run > 0);
             let last = passage.motions.get(first + run).filter(|_| run >= LEAST_RUN);
-            let Some(last) = last else {
+            let (Some(last), Some(last_passed)) = (last, passage.motions.get(first + passed)) else {
                 first += run + 1;
                 continue;
             };
-            let read_to = end_of(before.block as usize);
-            self.read_back.feed(text.get(fed..read_to).unwrap_or_default());
-            fed = read_to;
+            let (read_to, run_to) = (end_of(before.block as usize), end_of(last.block as usize));
+            let feed_to = if self.read_back.looks_ahead { run_to } else { read_to };
+            self.read_back.feed(text.get(fed..feed_to).unwrap_or_default());
+            self.read_back.hold(feed_to - read_to);
+            fed = feed_to;
             self.read(stretch)?;
-            let run_blocks = blocks.get(before.block as usize + 1..=last.block as usize).unwrap_or_default();
-            let here = text.get(read_to..end_of(last.block as usize));
+            let run_blocks =
+                blocks.get(before.block as usize + 1..=last_passed.block as usize).unwrap_or_default();
+            let here = text.get(read_to..run_to);
             let there = passage.batch.blocks_text(before.block as usize + 1, last.block as usize + 1);
             if self.exact == Some((copied.passage, first))
                 && self.read_back.can_pass_over()
                 && here == Some(there)
             {
-                let motions = passage.motions.get(first + 1..=first + run).unwrap_or_default();
+                let motions = passage.motions.get(first + 1..=first + passed).unwrap_or_default();
                 self.pass_over(motions, before.block)?;
-                self.read_back.pass_over(&passage.batch, run_blocks, last);
-                fed += there.len();
+                let lines = lines_of(blocks, before.block as usize + 1, last_passed.block as usize + 1);
+                self.read_back.pass_over(&passage.batch, run_blocks, lines, motions);
+                if !self.read_back.looks_ahead {
+                    fed = run_to;
+                }
             }
+            self.read_back.hold(0);
             first += run + 1;
         }
     }
@@ -173,13 +184,23 @@ impl<'a> Verifier<'a> {
     }
 }
 
+/// On how many lines the blocks from one index to another stand. The last one may be the batch's last where every block
+/// is a line.
+fn lines_of(blocks: &[Block], from: usize, to: usize) -> u64 {
+    match (blocks.get(from), blocks.get(to)) {
+        (Some(first), Some(behind)) => behind.line - first.line,
+        _ => (to - from) as u64,
+    }
+}
+
 /// How many motions behind this one repeat it in blocks before the one of index `end`, with contacts of the same kind and
-/// either all or none with a feed.
+/// either all or none with a feed. All end at known words: where a vector has none, the next one hangs on what was before.
 fn run_behind(motions: &[Motion], first: usize, end: usize) -> usize {
     let Some(before) = motions.get(first) else { return 0 };
     let has_feed = before.feed.word_in_block;
     let repeats = |motion: &&Motion| {
         motion.repeats
+            && motion.end.is_some()
             && (motion.block as usize) < end
             && motion.feed.word_in_block == has_feed
             && std::mem::discriminant(&motion.contact) == std::mem::discriminant(&before.contact)
@@ -206,6 +227,58 @@ mod tests {
         Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
     }
 
+    /// Runs of lines that repeat and what ends them, in several dialects, each with what a line of a motion contains.
+    fn programs() -> [(Dialect, &'static str, String); 3] {
+        [
+            (Dialect::Iso, "X", program()),
+            (Dialect::Heidenhain, "L X", conversational()),
+            (Dialect::Apt, "GOTO/", cutter_locations()),
+        ]
+    }
+
+    /// Statements that run on, comments, feeds, codes, corners that the next statement cuts.
+    fn conversational() -> String {
+        let mut text = "0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 A+0 C+0 R0 F500\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            match line % 97 {
+                40 => text.push_str("; a note\n\n"),
+                45..=50 => writeln!(text, "L X{at:+.3} ~\n  Y-{at:.2} ; note").unwrap(),
+                60 => writeln!(text, "L X{at:+.3} FMAX M8").unwrap(),
+                70 => writeln!(text, "L X{at:+.3} F{:.0}", 100.0 + at).unwrap(),
+                75 => writeln!(text, "L X{at:+.3}\n; a note\n\nRND R1").unwrap(),
+                80 => text.push_str("L IX+0.25\nL IX+0.25\n"),
+                85..=88 => writeln!(text, "L\tX{at:+.3} c{at:+.1} ").unwrap(),
+                _ => writeln!(text, "{} L X{at:+.3} Y-{at:.2} Z+2 A{:+.3} C{at:+.1}", line + 2, 0.5 * at)
+                    .unwrap(),
+            }
+        }
+        text.push_str("900 END PGM P MM\n");
+        text
+    }
+
+    /// The same of points and vectors; they turn little from one to the next.
+    fn cutter_locations() -> String {
+        let mut text =
+            "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/500.,MMPM\nGOTO/0.,0.,0.,0.1,0.5,0.8\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            let (i, j) = (0.3 + 0.001 * at, 0.5 - 0.001 * at);
+            match line % 97 {
+                40 => text.push_str("$$ a note\n\n"),
+                45..=50 => writeln!(text, "GOTO/{at:.3},1.,2.,$\n  {i:.4},{j:.4},0.8 $$ note").unwrap(),
+                60 => writeln!(text, "RAPID\nGOTO/{at:.3},1.,5.,{i:.4},{j:.4},0.8").unwrap(),
+                70 => writeln!(text, "FEDRAT/{:.0}.,MMPM", 100.0 + at).unwrap(),
+                80 => text.push_str("GODLTA/0.25,0.,0.\n"),
+                85..=88 => writeln!(text, "goto/\t{at:.3} , 1.,2.,{i:.4},{j:.4},0.8").unwrap(),
+                90..=95 => writeln!(text, "GOTO/{at:.3},-1.25,2.5").unwrap(),
+                _ => writeln!(text, "GOTO/{at:.3},-1.25,2.5,{i:.4},{j:.4},0.8").unwrap(),
+            }
+        }
+        text.push_str("FINI\n");
+        text
+    }
+
     /// Runs of lines that repeat, and what ends them: feeds, codes, comments, contacts, incremental words.
     fn program() -> String {
         let mut text = "%\nG21 G90 G94\nG1 F500 X0. Y0. Z0. A0. C0.\n".to_owned();
@@ -227,11 +300,11 @@ mod tests {
     }
 
     /// Reads `text` back as what was written for `source`, every block left as it was.
-    fn read_back(source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
+    fn read_back(dialect: Dialect, source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
         let (machine, options) = (tables(), InterpreterOptions::default());
         let parameters = CcParameters::new(Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap());
         let source = source.as_bytes().to_vec();
-        let mut passages = Passages::open(&source, &machine, Some(Dialect::Iso), options)?;
+        let mut passages = Passages::open(&source, &machine, Some(dialect), options)?;
         let mut stretch = Stretch::default();
         passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
         let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
@@ -245,44 +318,66 @@ mod tests {
         }
         assert!(written.text == source, "the whole program");
         change(&mut written.text);
-        let mut verifier = Verifier::new(&machine, &parameters, Dialect::Iso, options, Effort::default());
+        let mut verifier = Verifier::new(&machine, &parameters, dialect, options, Effort::default());
         verifier.take(&mut written, &stretch)?;
         verifier.finish(&inventory)
     }
 
     #[test]
     fn what_left_as_it_came_is_found_to_be_so() {
-        assert_eq!(read_back(&program(), |_| ()).map_err(|fault| fault.to_string()), Ok(()));
+        for (dialect, _, source) in programs() {
+            let found = read_back(dialect, &source, |_| ()).map_err(|fault| fault.to_string());
+            assert_eq!(found, Ok(()), "{dialect}");
+        }
     }
 
     #[test]
     fn no_changed_digit_goes_by() {
-        let source = program();
-        let digits = source.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()).map(|(at, _)| at);
-        let behind_head = digits.filter(|at| (15..source.len() - 8).contains(at));
-        for at in behind_head.step_by(61) {
-            let changed =
-                read_back(&source, |text| text[at] = if text[at] == b'9' { b'8' } else { text[at] + 1 });
-            assert!(changed.is_err(), "byte {at}: {:?}", source.get(at.saturating_sub(20)..at + 5));
+        for (dialect, _, source) in programs() {
+            let digits =
+                source.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()).map(|(at, _)| at);
+            let behind_head = digits.filter(|at| (15..source.len() - 16).contains(at));
+            for at in behind_head.step_by(61) {
+                let change =
+                    |text: &mut Vec<u8>| text[at] = if text[at] == b'9' { b'8' } else { text[at] + 1 };
+                let changed = read_back(dialect, &source, change);
+                assert!(changed.is_err(), "byte {at}: {:?}", source.get(at.saturating_sub(20)..at + 5));
+            }
         }
     }
 
     #[test]
     fn no_line_is_lost_doubled_or_moved() {
-        let source = program();
-        let ends: Vec<usize> = memchr::memchr_iter(b'\n', source.as_bytes()).map(|at| at + 1).collect();
-        for line in (5..ends.len() - 4).step_by(23) {
-            let (from, to, behind) = (ends[line - 1], ends[line], ends[line + 1]);
-            let own = &source.as_bytes()[from..to];
-            if !own.contains(&b'X') || !source.as_bytes()[to..behind].contains(&b'X') {
-                continue;
+        for (dialect, motion, source) in programs() {
+            let ends: Vec<usize> = memchr::memchr_iter(b'\n', source.as_bytes()).map(|at| at + 1).collect();
+            for line in (5..ends.len() - 4).step_by(23) {
+                let (from, to, behind) = (ends[line - 1], ends[line], ends[line + 1]);
+                let own = &source.as_bytes()[from..to];
+                if !source[from..to].contains(motion) || !source[to..behind].contains(motion) {
+                    continue;
+                }
+                let without = |text: &mut Vec<u8>| drop(text.drain(from..to));
+                let twice = |text: &mut Vec<u8>| drop(text.splice(from..from, own.iter().copied()));
+                let moved = |text: &mut Vec<u8>| text[from..behind].rotate_left(to - from);
+                assert!(read_back(dialect, &source, without).is_err(), "{dialect}: line {line} lost");
+                assert!(read_back(dialect, &source, twice).is_err(), "{dialect}: line {line} twice");
+                assert!(read_back(dialect, &source, moved).is_err(), "{dialect}: line {line} moved");
             }
-            let without = |text: &mut Vec<u8>| drop(text.drain(from..to));
-            let twice = |text: &mut Vec<u8>| drop(text.splice(from..from, own.iter().copied()));
-            let moved = |text: &mut Vec<u8>| text[from..behind].rotate_left(to - from);
-            assert!(read_back(&source, without).is_err(), "line {line} lost");
-            assert!(read_back(&source, twice).is_err(), "line {line} twice");
-            assert!(read_back(&source, moved).is_err(), "line {line} moved");
+        }
+    }
+
+    /// A statement behind a copied one that cuts its corner gives it another meaning; so does a sign that it runs on.
+    #[test]
+    fn no_statement_that_changes_the_one_before_goes_by() {
+        let (dialect, _, source) = &programs()[1];
+        let lines: Vec<usize> = memchr::memmem::find_iter(source.as_bytes(), b" L X").collect();
+        for at in lines.into_iter().skip(8).step_by(37) {
+            let from = memchr::memrchr(b'\n', &source.as_bytes()[..at]).unwrap() + 1;
+            let insert = |text: &mut Vec<u8>, new: &[u8]| drop(text.splice(from..from, new.iter().copied()));
+            for new in [&b"RND R0.5\n"[..], b"CHF 1\n", b"  X+1\n"] {
+                assert!(read_back(*dialect, source, |text| insert(text, new)).is_err(), "byte {from}");
+            }
+            assert!(read_back(*dialect, source, |text| text[from - 1] = b'~').is_err(), "byte {from}");
         }
     }
 

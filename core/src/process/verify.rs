@@ -255,7 +255,11 @@ impl<'a> Verifier<'a> {
                             let source = stretch.motion(*passage, *motion);
                             let source = source.ok_or(failed(*line, "a motion is missing"))?;
                             Meaning::of(source).check(read)?;
-                            let is_exact = read.end == source.end && read.contact == source.contact;
+                            let is_exact = read.end.is_some()
+                                && read.end == source.end
+                                && (read.linear_end_mm, read.tool_axis)
+                                    == (source.linear_end_mm, source.tool_axis)
+                                && read.contact == source.contact;
                             self.exact = is_exact.then_some((*passage, *motion));
                             (source.line, source.kind)
                         }

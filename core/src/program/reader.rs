@@ -35,6 +35,8 @@ pub struct Reader {
     /// How far `pending` has been searched for line endings, and one past the last one found.
     searched: usize,
     complete: usize,
+    /// How many of the last bytes of `pending` are looked at as what follows, but not given.
+    held: usize,
     current: Batch,
     next_line: u64,
     has_header: bool,
@@ -54,6 +56,7 @@ impl Reader {
             taken: 0,
             searched: 0,
             complete: 0,
+            held: 0,
             current: Batch::new(),
             next_line: 1,
             has_header: false,
@@ -99,16 +102,39 @@ impl Reader {
         self.give(batch, true)
     }
 
-    /// Whether everything fed has been given, and the dialect is known.
-    #[must_use]
-    pub fn is_between_lines(&self) -> bool {
-        self.opening.is_some() && self.taken == self.pending.len() && self.current.blocks.is_empty()
+    /// The last so many bytes fed are looked at, where what a statement is hangs on what follows, but are not given until
+    /// this is called with 0. They begin with a line.
+    pub fn hold(&mut self, bytes: usize) {
+        self.held = bytes.min(self.pending.len() - self.taken);
     }
 
-    /// Goes on behind so many lines that are not fed. Only [between lines](Self::is_between_lines).
-    pub fn pass_over(&mut self, lines: u64, bytes: u64) {
+    /// Whether everything fed and not [held](Self::hold) has been given, and the dialect is known.
+    #[must_use]
+    pub fn is_between_lines(&self) -> bool {
+        let is_given = self.taken + self.held == self.pending.len();
+        self.opening.is_some() && is_given && self.current.blocks.is_empty()
+    }
+
+    /// Goes on behind so many lines that are held or, where none are, not fed. Only
+    /// [between lines](Self::is_between_lines).
+    pub fn pass_over(&mut self, lines: u64, bytes: usize) {
+        let held = bytes.min(self.held);
+        self.held -= held;
+        self.taken += held;
         self.next_line += lines;
-        self.current.offset += bytes;
+        self.current.offset += bytes as u64;
+    }
+
+    /// What was fed and not given.
+    #[must_use]
+    pub fn rest(&self) -> &[u8] {
+        self.pending.get(self.taken..).unwrap_or_default()
+    }
+
+    /// Goes on behind all that was fed, so many lines. Only where all [parts](Self::next_part) were taken.
+    pub fn pass_over_rest(&mut self, lines: u64) {
+        self.held = self.pending.len() - self.taken;
+        self.pass_over(lines, self.held);
     }
 
     fn give(&mut self, batch: &mut Batch, partly: bool) -> Result<bool, ReadFault> {
@@ -215,7 +241,7 @@ impl Reader {
             if self.current.blocks.len() >= self.limits.batch_blocks || length >= self.limits.batch_bytes {
                 return Ok(true);
             }
-            if start >= text.len() {
+            if start >= text.len().min(self.pending.len() - self.held) {
                 return Ok(false);
             }
             let line = self.next_line;
