@@ -346,3 +346,23 @@ fn whether_to_go_on_is_asked_within_a_single_dear_block() {
     let dear = with(&parameters, std::str::from_utf8(&turns).expect("text"));
     assert!(matches!(dear, Err(Fault::TooCostly { .. })));
 }
+
+#[test]
+fn a_line_that_is_too_long_is_named_by_its_number_behind_lines_that_were_only_glanced_at() {
+    for (head, row, end) in [
+        ("G21 G90\nG1 F1000\n", "X1.000 Y2.000\n", "\n"),
+        ("G21 G90\r\nG1 F1000\r\n", "X1.000 Y2.000\r\n", "\r\n"),
+        ("X,Y,Z,A,C\n", "1.0,2.0,3.0,4.0,5.0\n", "\n"),
+    ] {
+        let rows = 20_000;
+        let text = format!("{head}{}{}{end}{row}", row.repeat(rows), "X1 ".repeat(40_000));
+        let line = head.lines().count() + rows + 1;
+        match with(&CcParameters::new(ball()), &text) {
+            Err(Fault::Unreadable(fault)) => {
+                let told = fault.to_string();
+                assert!(told.contains(&line.to_string()), "{told}: it is line {line}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

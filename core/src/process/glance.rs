@@ -95,6 +95,12 @@ pub(super) fn whole_lines(text: &[u8], ended: bool) -> Option<usize> {
         .or_else(|| (!text.is_empty() && (ended || text.len() > MAX_UNBROKEN_BYTES)).then_some(text.len()))
 }
 
+/// How many lines these whole ones are; a CR that no LF follows ends one too.
+pub(super) fn line_count(lines: &[u8]) -> u64 {
+    let ends = memchr::memchr2_iter(b'\n', b'\r', lines);
+    ends.filter(|&at| lines[at] == b'\n' || lines.get(at + 1) != Some(&b'\n')).count() as u64
+}
+
 /// Whether more than `decimals` digits stand behind a point somewhere.
 fn has_fraction_longer_than(decimals: u8, text: &[u8]) -> bool {
     match decimals {

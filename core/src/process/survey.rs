@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::glance::{Glance, whole_lines};
+use super::glance::{Glance, line_count, whole_lines};
 use super::numbering::Numbering;
 use super::plain_lines::PlainLines;
 use super::stream::{CHUNK_BYTES, read_some};
@@ -71,6 +71,7 @@ impl Survey {
                 let is_read = broken || piece.last() != Some(&b'\n');
                 broken |= is_read;
                 if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
+                    reader.pass_over_lines(line_count(piece));
                     continue;
                 }
                 let plain = reader.dialect().and_then(|dialect| PlainLines::of(dialect, rotary));

@@ -125,6 +125,12 @@ impl Reader {
         self.current.offset += bytes as u64;
     }
 
+    /// Counts so many lines that are not fed, each of them a statement: what comes behind them has the number it has in
+    /// the text.
+    pub fn pass_over_lines(&mut self, lines: u64) {
+        self.next_line += lines;
+    }
+
     /// What was fed and not given.
     #[must_use]
     pub fn rest(&self) -> &[u8] {
