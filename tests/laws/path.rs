@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use trunnion::geometry::{Vec3, angle_between};
 use trunnion::kinematics::{
-    InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, Selection, Setup, TRAVEL_SLACK,
-    ToolPose, WarningKind,
+    InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, PoseLanes, Selection, Setup,
+    TRAVEL_SLACK, ToolPose, WarningKind,
 };
 use trunnion::machine::{Machine, MachineParts, Preset, Travel};
 
@@ -194,6 +194,49 @@ proptest! {
             prop_assert!((angle_between(back.axis, pose.axis) - residual).abs() <= 2e-12);
         }
     }
+
+    #[test]
+    fn few_poses_are_solved_singly_to_the_last_bit(
+        machine in preset_machine(true), travels in [travel(), travel()], poses in (1..40_usize).prop_flat_map(poses),
+        nearest in any::<bool>(), start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]),
+        linear in prop::option::of(20.0..400.0_f64),
+    ) {
+        let mut parts = parts_of(&with_travels(&machine, travels));
+        parts.linear_travel_mm = linear.map_or([None; 3], |max| [Some(Travel { min: -max, max }), None, None]);
+        let machine = Machine::new(parts).unwrap();
+        let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
+        let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
+        let options = PathOptions { selection, start_words_deg: start, ..PathOptions::default() };
+        let mut poses: Vec<_> = poses.into_iter().filter(|p| kinematics.candidates(0, p, 0.0).is_ok()).collect();
+        // one on the pole
+        if let Some(pose) = poses.get_mut(2) { pose.axis = Vec3::z(); }
+        let mut lanes = PoseLanes::with_capacity(poses.len());
+        for pose in &poses {
+            lanes.push(*pose);
+        }
+        // memory that was used for something else
+        let (mut used, mut used_too) = (Path::default(), Path::default());
+        for path in [&mut used, &mut used_too] {
+            let _solved_or_not = kinematics.path_lanes_into(&lanes, &PathOptions::default(), GO_ON, path);
+        }
+        let of = |lanes_used, path: &mut Path| {
+            kinematics.path_lanes_into(&lanes, &PathOptions { lanes: lanes_used, ..options }, GO_ON, path)
+        };
+        let (singly, in_lanes) = (of(Lanes::Never, &mut used), of(Lanes::Always, &mut used_too));
+        prop_assert_eq!(&singly, &in_lanes);
+        if singly.is_ok() {
+            prop_assert_eq!(bits(&used), bits(&used_too));
+            prop_assert_eq!(&used.warnings, &used_too.warnings);
+        }
+    }
+}
+
+/// Every number of a path, to the bit.
+fn bits(path: &Path) -> Vec<u64> {
+    let Path { joints, conditioning, .. } = path;
+    let lanes =
+        [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad, &joints.second_rad, conditioning];
+    lanes.into_iter().flatten().map(|value| value.to_bits()).collect()
 }
 
 /// The cheapest way through all candidates, every step from every candidate to every other.

@@ -354,7 +354,13 @@ fn a_circle_without_its_end_is_refused() {
 
 #[test]
 fn a_feed_behind_rapid_keeps_the_next_point_at_feed() {
-    for (between, rapid) in [("", true), ("FEDRAT/100,MMPM\n", false), ("COOLNT/ON\n", true)] {
+    for (between, rapid) in [
+        ("", true),
+        ("FEDRAT/100,MMPM\n", false),
+        ("FEDRAT/ 100.\n", false),
+        ("FEDRAT/MMPM,100\n", false),
+        ("COOLNT/ON\n", true),
+    ] {
         let text = format!("FEDRAT/200,MMPM\nGOTO/0,0,5\nRAPID\n{between}GOTO/9,0,5\n");
         let (output, _) = run(&ac_machine(), &PostParameters::default(), &text).expect("posted");
         let last = output.lines().rfind(|line| line.contains("X9")).expect("the point");
@@ -364,7 +370,7 @@ fn a_feed_behind_rapid_keeps_the_next_point_at_feed() {
 
 #[test]
 fn what_stands_behind_the_end_is_counted() {
-    let text = "FEDRAT/100,MMPM\nGOTO/0,0,5\nFINI\nGOTO/9,0,5\n\nEND\n";
+    let text = "FEDRAT/100,MMPM\nGOTO/0,0,5\nEND\nGOTO/9,0,5\n\nSTOP\nFINI\n";
     let (output, report) = run(&ac_machine(), &PostParameters::default(), text).expect("posted");
     assert!(!output.contains("X9"), "{output}");
     assert_eq!((report.points, report.blocks_after_end, report.end_line), (1, 2, Some(3)));

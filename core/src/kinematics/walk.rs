@@ -372,7 +372,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             before = self.both(end - 1);
             let mut pose = begin;
             while pose < end {
-                if let (Some(lanes), Some(mut words), true) = (&lanes, previous, pose > 0) {
+                // Behind a held pose the weights, which are from a branch's own words, are not from where it stands.
+                let goes_on = pose > 0 && self.marks[pose - 1] & HELD == 0;
+                if let (Some(lanes), Some(mut words), true) = (&lanes, previous, goes_on) {
                     let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
                     let run = pose - begin..pose - begin + plain;
                     let joints = &mut self.out.joints;

@@ -176,6 +176,8 @@ impl Interpreter {
                     odd.map_or_else(|| batch.block_text(block).trim_ascii(), |word| batch.word_text(word));
                 let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
                 diagnostics.push(at_bytes(batch, block, start, end, code));
+                // It may have been the motion that RAPID or CIRCLE was for.
+                self.modal.next_motion = None;
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
                 self.forget_all();
             }

@@ -271,7 +271,9 @@ impl Interpreter {
             }
             let (batch, block) = (&*batch, &block);
             if self.ended {
-                let is_text = block.counts() && block.kind != BlockKind::Percent;
+                let ends_again =
+                    || batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::EndPgm));
+                let is_text = block.counts() && block.kind != BlockKind::Percent && !ends_again();
                 self.blocks_after_end += u64::from(is_text);
                 continue;
             }

@@ -107,15 +107,17 @@ impl Interpreter {
             }
             Statement::RapidHere => {}
             Statement::Corner => *reason = Some(Unfollowable::Corner),
+            Statement::Feedrate => {
+                // Systems differ on whether RAPID or a feed behind it holds, and a cut must not become a rapid.
+                if self.modal.next_motion == Some(MotionMode::Rapid) {
+                    self.modal.next_motion = None;
+                }
+            }
             Statement::OtherFeed => {
-                self.end_rapid();
                 self.this_block.other_feed = true;
                 self.modal.feed = ModalFeed::Unknown;
             }
-            Statement::FeedUnit(mode, mm_per_unit) => {
-                self.end_rapid();
-                self.feed_unit(mode, mm_per_unit);
-            }
+            Statement::FeedUnit(mode, mm_per_unit) => self.feed_unit(mode, mm_per_unit),
             Statement::End => self.this_block.ends = true,
             Statement::ToolCall => {
                 self.position.forget_linear();
@@ -152,6 +154,7 @@ impl Interpreter {
                 return Some(Action::Odd(Unfollowable::CannedCycle));
             }
             Statement::Contour => {
+                self.modal.next_motion = None;
                 self.this_block.forgets_linear = true;
                 self.forget_stated_axis();
                 return Some(Action::Odd(Unfollowable::ContourElement));
@@ -175,6 +178,7 @@ impl Interpreter {
             }
             Statement::CoordinateSystem => self.enter_system(),
             Statement::GoHome => {
+                self.modal.next_motion = None;
                 self.this_block.forgets_linear = true;
                 return Some(Action::Odd(Unfollowable::Reference));
             }
@@ -247,13 +251,6 @@ impl Interpreter {
         }
         if self.this_block.tcp_off_behind {
             self.obstacle = self.modal.obstacle();
-        }
-    }
-
-    /// A feed behind RAPID, before the point: systems differ on which of them holds, and a cut must not become a rapid.
-    fn end_rapid(&mut self) {
-        if self.modal.next_motion == Some(MotionMode::Rapid) {
-            self.modal.next_motion = None;
         }
     }
 

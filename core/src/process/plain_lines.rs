@@ -4,10 +4,13 @@
 use super::survey::{MAX_DECIMALS, Survey};
 use crate::program::Dialect;
 
-/// Longer lines are read \[bytes\]: so many words have room that a reader takes none.
+/// Longer lines are read \[bytes\]; a line of this length cannot hold more words than a reader takes.
 const MAX_LINE_BYTES: usize = 256;
-/// Digits of a block number, before and behind the point of another one: what has more is read.
-const MAX_DIGITS: [usize; 3] = [8, 6, 9];
+/// Block numbers of more digits are read.
+const MAX_NUMBER_DIGITS: usize = 8;
+/// So are values with more digits before the point, or behind it.
+const MAX_WHOLE_DIGITS: usize = 6;
+const MAX_FRACTION_DIGITS: usize = 9;
 
 /// How the lines of a program are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,7 +188,7 @@ impl Line<'_> {
         let count = self.digits();
         let digits = self.text.get(start..self.at)?;
         let value = digits.iter().fold(0, |value, digit| 10 * value + u64::from(digit - b'0'));
-        (1..=MAX_DIGITS[0]).contains(&count).then_some(value)
+        (1..=MAX_NUMBER_DIGITS).contains(&count).then_some(value)
     }
 
     /// The decimals of a number with its sign, as far as a survey counts them.
@@ -198,7 +201,7 @@ impl Line<'_> {
             self.at += 1;
             decimals = self.digits();
         }
-        if whole == 0 || whole > MAX_DIGITS[1] || decimals > MAX_DIGITS[2] {
+        if whole == 0 || whole > MAX_WHOLE_DIGITS || decimals > MAX_FRACTION_DIGITS {
             return None;
         }
         Some(u8::try_from(decimals).unwrap_or(MAX_DECIMALS).min(MAX_DECIMALS))

@@ -118,6 +118,7 @@ impl Reader {
     /// Goes on behind so many lines that are held or, where none are, not fed. Only
     /// [between lines](Self::is_between_lines).
     pub fn pass_over(&mut self, lines: u64, bytes: usize) {
+        debug_assert!(self.is_between_lines(), "nothing waits before the lines that are passed over");
         let held = bytes.min(self.held);
         self.held -= held;
         self.taken += held;
@@ -126,7 +127,7 @@ impl Reader {
     }
 
     /// Counts so many lines that are not fed, each of them a statement: what comes behind them has the number it has in
-    /// the text.
+    /// the text. Places in bytes do not follow.
     pub fn pass_over_lines(&mut self, lines: u64) {
         self.next_line += lines;
     }

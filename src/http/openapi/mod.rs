@@ -53,6 +53,7 @@ pub(super) fn completed(mut document: Document) -> Document {
 /// service's own answers for examples.
 pub(super) fn published(document: &Document) -> Value {
     let mut document = serde_json::to_value(document).unwrap_or_default();
+    schemas::bound_unsigned(&mut document);
     let Some(Value::Object(mut schemas)) = document.pointer_mut("/components/schemas").map(Value::take)
     else {
         return document;

@@ -36,6 +36,25 @@ pub(super) fn mend(schemas: &mut Map<String, Value>) {
     }
 }
 
+/// Says how large a number of 32 bits without a sign can be: of its format, `int32`, a reader takes half.
+pub(super) fn bound_unsigned(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(bound_unsigned),
+        Value::Object(members) => {
+            let is_of = |name: &str, wanted: Value| members.get(name) == Some(&wanted);
+            if is_of("format", json!("int32"))
+                && is_of("minimum", json!(0))
+                && !members.contains_key("maximum")
+            {
+                members.insert("format".to_owned(), json!("int64"));
+                members.insert("maximum".to_owned(), json!(u32::MAX));
+            }
+            members.values_mut().for_each(bound_unsigned);
+        }
+        _ => {}
+    }
+}
+
 /// A reference to a schema.
 pub(super) fn reference(name: &str) -> Value {
     json!({ "$ref": format!("{SCHEMAS}{name}") })

@@ -9,7 +9,7 @@ use crate::units::MM_PER_INCH;
 pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
     use Keyword as K;
     let statement = match keyword {
-        K::Fedrat | K::PostWord | K::Cutter => return Code::Harmless,
+        K::PostWord | K::Cutter => return Code::Harmless,
         K::R0 => return Code::Compensation(false),
         K::RadiusCompensation => return Code::Compensation(true),
         K::BeginMm => return Code::Units(1.0),
@@ -19,6 +19,7 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
         K::From => Statement::From,
         K::Rapid => Statement::Next(MotionMode::Rapid),
         K::Circle => Statement::Next(MotionMode::Arc),
+        K::Fedrat => Statement::Feedrate,
         K::FeedElsewhere => Statement::OtherFeed,
         K::CycleOn => Statement::InCycle(true),
         K::CycleOff => Statement::InCycle(false),

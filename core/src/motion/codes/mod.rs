@@ -104,6 +104,8 @@ pub(super) enum Statement {
     RapidHere,
     /// The end of this motion is cut off.
     Corner,
+    /// A feed is stated, whatever its unit.
+    Feedrate,
     /// The feed is not a path feed in the program's unit.
     OtherFeed,
     /// What F is counted in, and its unit where that is not the program's.

@@ -269,6 +269,11 @@ fn rapid_and_circle_hold_for_the_next_point_only() {
     use MotionKind::{Arc, Linear, Rapid};
     assert_eq!(kinds, [Rapid, Linear, Arc, Linear]);
     assert_eq!(motions[3].feed.value, Some(100.0));
+    // What went home at rapid is not the point behind it; a feed of any form is no rapid.
+    for between in ["GOHOME", "GOFWD/P1", "RETRCT", "FEDRAT/100", "FEDRAT/ 100., MMPM"] {
+        let motions = apt(&format!("FEDRAT/100.,MMPM\nGOTO/1,0,0\nRAPID\n{between}\nGOTO/2,0,0\n"));
+        assert_eq!(motions.last().unwrap().kind, Linear, "{between}");
+    }
 }
 
 #[test]

@@ -18,20 +18,24 @@ pub(super) enum Posted {
     NotDone,
 }
 
-/// What switched the coolant on last; flood where nothing has yet.
+/// What switched the coolant on last; flood where nothing has yet, none where it was in no form that is known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coolant(&'static str);
+pub(super) struct Coolant(Option<&'static str>);
 
 impl Default for Coolant {
     fn default() -> Self {
-        Self("M8")
+        Self(Some("M8"))
     }
 }
 
 impl Coolant {
-    fn switch(&mut self, words: &'static str) -> String {
+    fn switch(&mut self, words: Option<&'static str>) -> Option<String> {
         self.0 = words;
-        words.to_owned()
+        self.again()
+    }
+
+    fn again(self) -> Option<String> {
+        self.0.map(str::to_owned)
     }
 }
 
@@ -52,10 +56,11 @@ pub(super) fn posted(statement: &[u8], coolant: &mut Coolant) -> Posted {
         ("DELAY", [time]) => dwell(time),
         ("SPINDL", ["OFF"]) => Some("M5".to_owned()),
         ("SPINDL", minors) => spindle(minors),
-        ("COOLNT", ["ON"]) => Some(coolant.0.to_owned()),
-        ("COOLNT", ["FLOOD"]) => Some(coolant.switch("M8")),
-        ("COOLNT", ["MIST"]) => Some(coolant.switch("M7")),
+        ("COOLNT", ["ON"]) => coolant.again(),
+        ("COOLNT", ["FLOOD"]) => coolant.switch(Some("M8")),
+        ("COOLNT", ["MIST"]) => coolant.switch(Some("M7")),
         ("COOLNT", ["OFF"]) => Some("M9".to_owned()),
+        ("COOLNT", _) => coolant.switch(None),
         _ => None,
     };
     match words {
@@ -147,5 +152,9 @@ mod tests {
             .map(|minor| super::posted(format!("COOLNT/{minor}").as_bytes(), &mut coolant));
         let expected = ["M8", "M7", "M9", "M7", "M8", "M9", "M8"].map(|word| Posted::Words(word.to_owned()));
         assert_eq!(words, expected);
+        let words = ["THRU", "OFF", "ON", "MIST", "ON"]
+            .map(|minor| super::posted(format!("COOLNT/{minor}").as_bytes(), &mut coolant));
+        let [m9, m7] = ["M9", "M7"].map(|word| Posted::Words(word.to_owned()));
+        assert_eq!(words, [Posted::NotDone, m9, Posted::NotDone, m7.clone(), m7]);
     }
 }
