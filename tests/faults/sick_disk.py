@@ -168,7 +168,7 @@ def at_the_start(folder):
         return
     began = time.monotonic()
     service.launch()
-    assert service.process.wait(REFUSAL_S) == 1, service.logged()
+    assert service.process.wait(REFUSAL_S) == 2, service.logged()
     said = service.logged()
     assert "Read-only file system" in said or "read-only" in said, said
     found = service.command("doctor")
