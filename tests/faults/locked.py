@@ -98,7 +98,7 @@ def main():
         service.launch()
         status = service.process.wait(PATIENCE_S)
         said, took_s = service.logged().strip().splitlines()[-1], time.monotonic() - began
-        assert status == 1 and ("busy" in said or "locked" in said), (status, said)
+        assert status == 2 and ("busy" in said or "locked" in said), (status, said)
         lock.release()
         service.start()
         reads(service)
