@@ -48,9 +48,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     fn join_singly(&mut self) -> Result<(), InverseError> {
-        self.go_on()?;
         let mut previous = self.start;
         for index in 0..self.poses.count() {
+            if index % BLOCK == 0 {
+                self.go_on()?;
+            }
             let joints = &mut self.out.joints;
             let words = [joints.x_mm[index], joints.y_mm[index]];
             let joined = self.kinematics.joints_at(self.poses.pose(index).tip_mm, words);

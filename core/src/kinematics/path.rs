@@ -25,8 +25,8 @@ pub enum Selection {
     Nearest,
 }
 
-/// Up to so many poses are treated singly: a block of lanes costs the same however few of them are used, about as much
-/// as two dozen poses one by one.
+/// Up to so many poses are treated singly: a block of lanes costs the same however few of them are used, as much as
+/// about twenty poses one by one (measured: 1 pose 1.6 µs against 17.6 µs, 16 poses 14 against 19).
 const FEW: usize = 16;
 
 /// Whether poses are treated side by side.

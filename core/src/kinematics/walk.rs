@@ -134,17 +134,17 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         joints.z_mm[all.clone()].copy_from_slice(&pointed.words_deg[2][..size]);
         joints.first_rad[all.clone()].copy_from_slice(&pointed.words_deg[3][..size]);
         self.out.conditioning[all].copy_from_slice(&pointed.conditioning[..size]);
-        let sound = |lane: usize| {
-            let tip_ok = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-            u8::from(pointed.margin[lane] > 0.0) & tip_ok(0) & tip_ok(1) & tip_ok(2)
+        let tip_is_near = |lane: usize| {
+            let is_near = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
+            is_near(0) & is_near(1) & is_near(2)
         };
+        let sound = |lane: usize| u8::from(pointed.margin[lane] > 0.0) & tip_is_near(lane);
         // without a branch in the loop
         if (0..size).fold(1, |all, lane| all & sound(lane)) == 1 {
             return false;
         }
         for lane in 0..size {
-            let tip_ok = |k: usize| poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM;
-            if !(0..3).all(tip_ok) {
+            if tip_is_near(lane) == 0 {
                 pointed.margin[lane] = -1.0;
             }
         }
