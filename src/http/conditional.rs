@@ -55,21 +55,20 @@ pub(super) fn unless_known<R: IntoResponse>(
 
 /// What the caller believes of a machine before it is replaced or deleted.
 pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem> {
-    match tags(headers, &IF_MATCH)? {
-        Some(Tags::Any) => return Ok(Some(Expected::Any)),
-        Some(Tags::List(list)) => {
+    // Both are read before either counts: what cannot be read is said whatever stands beside it.
+    let (matching, absent) = (tags(headers, &IF_MATCH)?, tags(headers, &IF_NONE_MATCH)?);
+    Ok(match (matching, absent) {
+        (Some(Tags::Any), _) => Some(Expected::Any),
+        (Some(Tags::List(list)), _) => {
             let ours = list.iter().filter(|tag| !tag.weak).filter_map(|tag| {
                 let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
                 let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
                 Some((revision.parse().ok()?, digest))
             });
-            return Ok(Some(Expected::OneOf(ours.collect())));
+            Some(Expected::OneOf(ours.collect()))
         }
-        None => {}
-    }
-    Ok(match tags(headers, &IF_NONE_MATCH)? {
-        Some(Tags::Any) => Some(Expected::Nothing),
-        Some(Tags::List(_)) | None => None,
+        (None, Some(Tags::Any)) => Some(Expected::Nothing),
+        (None, Some(Tags::List(_)) | None) => None,
     })
 }
 
