@@ -95,6 +95,9 @@ async fn conditions_are_kept() {
     problem(app.put_machine("m", &ac_table()).await, "precondition-required").await;
     problem(put_if(&app, "m", &ac_table(), "if-match", "unquoted").await, "malformed-request").await;
     problem(put_if(&app, "m", &ac_table(), "if-match", "\"a\" \"b\"").await, "malformed-request").await;
+    let both = app.client.put(app.url("/v1/machines/m")).json(&ac_table());
+    let both = both.header("if-match", "*").header("if-none-match", "unquoted").send().await.unwrap();
+    problem(both, "malformed-request").await;
     let tag = etag(&app.get("/v1/machines/m").await);
     problem(put_if(&app, "m", &ac_table(), "if-match", &format!("W/{tag}")).await, "precondition-failed")
         .await;
