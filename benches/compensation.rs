@@ -16,7 +16,7 @@ use trunnion::machine::Tool;
 use trunnion::motion::{AxisWords, Interpolation};
 use trunnion::process::{
     CcParameters, ContactSource, ProgramSource, WearParameters, WornCutter, compensate_side_by_side,
-    compensate_wear,
+    compensate_wear_side_by_side,
 };
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
@@ -236,23 +236,25 @@ fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Re
     let contact = ContactSource::FeedPlane;
     let parameters = WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual)) };
     let bytes = write_program(path, false)?;
-    let mut seconds = Vec::new();
-    let mut moved = 0;
-    for _ in 0..3 {
-        let mut output = File::create(path.with_extension("out"))?;
-        let stop = || ControlFlow::Continue(());
-        let start = Instant::now();
-        let done = compensate_wear(machine, &parameters, &OnDisk(path.to_owned()), &mut output, &stop);
-        seconds.push(start.elapsed().as_secs_f64());
-        moved = done.expect("moved").motions_shifted;
+    for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
+        let mut seconds = Vec::new();
+        let mut moved = 0;
+        for _ in 0..3 {
+            let mut output = File::create(path.with_extension("out"))?;
+            let (source, stop) = (OnDisk(path.to_owned()), || ControlFlow::Continue(()));
+            let start = Instant::now();
+            let done = compensate_wear_side_by_side(machine, &parameters, &source, &mut output, parts, &stop);
+            seconds.push(start.elapsed().as_secs_f64());
+            moved = done.expect("moved").motions_shifted;
+        }
+        let seconds = median(seconds);
+        println!(
+            "worn ball, contact feed-plane, {cores}: {:.2} M blocks/s, {:.0} MB/s; {moved} motions moved; peak {:.0} MiB",
+            f64::from(BLOCKS) / seconds / 1e6,
+            bytes as f64 / seconds / 1e6,
+            peak_memory_mib(),
+        );
     }
-    let seconds = median(seconds);
-    println!(
-        "worn ball, contact feed-plane: {:.2} M blocks/s, {:.0} MB/s; {moved} motions moved; peak {:.0} MiB",
-        f64::from(BLOCKS) / seconds / 1e6,
-        bytes as f64 / seconds / 1e6,
-        peak_memory_mib(),
-    );
     Ok(())
 }
 

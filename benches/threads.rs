@@ -1,8 +1,10 @@
 //! Threads for the benchmarks that use several.
 
+use std::sync::{Mutex, PoisonError};
+
 use trunnion::wear::SideBySide;
 
-/// Every part but the first in a thread of its own.
+/// So many threads, the caller's own among them; each takes the next part when it is done with one.
 pub(crate) struct Threads(pub(crate) usize);
 
 impl SideBySide for Threads {
@@ -11,15 +13,19 @@ impl SideBySide for Threads {
     }
 
     fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
-        std::thread::scope(|scope| {
-            let mut parts = parts.into_iter();
-            let own = parts.next();
-            for part in parts {
-                scope.spawn(part);
-            }
-            if let Some(part) = own {
+        let helpers = self.0.min(parts.len()).saturating_sub(1);
+        let waiting = Mutex::new(parts.into_iter());
+        let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let work = || {
+            while let Some(part) = next() {
                 part();
             }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..helpers {
+                scope.spawn(work);
+            }
+            work();
         });
     }
 }

@@ -2,7 +2,7 @@
 //! client that has left.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -56,23 +56,25 @@ impl SideBySide for Threads {
     }
 
     fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
-        std::thread::scope(|scope| {
-            let mut own = Vec::new();
-            for part in parts {
-                // The first part is the computation's own; a place that somebody waits for is not free.
-                match self.places.try_acquire().ok().filter(|_| !own.is_empty()) {
-                    Some(place) => {
-                        scope.spawn(move || {
-                            part();
-                            drop(place);
-                        });
-                    }
-                    None => own.push(part),
-                }
-            }
-            for part in own {
+        let helpers = parts.len().saturating_sub(1);
+        let waiting = Mutex::new(parts.into_iter());
+        let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+        // Each takes the next part when it is done with one.
+        let work = || {
+            while let Some(part) = next() {
                 part();
             }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..helpers {
+                // A place that somebody waits for is not free.
+                let Ok(place) = self.places.try_acquire() else { break };
+                scope.spawn(move || {
+                    work();
+                    drop(place);
+                });
+            }
+            work();
         });
     }
 }

@@ -19,11 +19,18 @@ impl ProgramParameters for WearParameters {
         let mut core = self.to_core(sizes.has_part())?;
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
-            let Workplace { program, surface, stop, .. } = place;
+            let Workplace { program, surface, threads, stop, .. } = place;
             let mut output = place.output()?;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
-            let report = process::compensate_wear(&on.machine, &core, program, &mut output, stop)
-                .map_err(in_words_of_the_wire)?;
+            let moved = process::compensate_wear_side_by_side(
+                &on.machine,
+                &core,
+                program,
+                &mut output,
+                threads,
+                stop,
+            );
+            let report = moved.map_err(in_words_of_the_wire)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
             let findings = findings(&self, &report);

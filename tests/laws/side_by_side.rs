@@ -4,7 +4,10 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use trunnion::process::{CcParameters, Fault, OutputForm, compensate, compensate_side_by_side};
+use trunnion::process::{
+    CcParameters, ContactSource, Fault, OutputForm, WearParameters, WornCutter, compensate,
+    compensate_side_by_side, compensate_wear, compensate_wear_side_by_side,
+};
 use trunnion::units::Length;
 use trunnion::wear::SideBySide;
 
@@ -77,6 +80,31 @@ fn threads_and_their_order_change_nothing() {
             assert!(output == alone, "the bytes differ");
             assert_eq!(again.expect("compensated"), report);
         }
+    }
+}
+
+#[test]
+fn threads_and_their_order_change_nothing_for_a_worn_cutter() {
+    let machine = ac_machine();
+    let worn = WornCutter::Tool(tool(4.9, 4.9));
+    let contact = ContactSource::FeedPlane;
+    let parameters = WearParameters { contact, ..WearParameters::new(tool(5.0, 5.0), worn) };
+    let text = program(9_000, 50, 3000);
+    let mut alone = Vec::new();
+    let report = compensate_wear(&machine, &parameters, &text, &mut alone, &go_on).expect("compensated");
+    assert!(report.motions_shifted > 8_000, "{}", report.motions_shifted);
+    let faulty = [&text[..text.len() - 6], b"X900000\nG1 X0 F0.0000001\nX1e\nG4 X\n"].concat();
+    let refused = compensate_wear(&machine, &parameters, &faulty, &mut Vec::new(), &go_on);
+    let refused = format!("{:?}", refused.expect_err("refused"));
+    for hands in [Hands::Threads, Hands::Reversed] {
+        let mut output = Vec::new();
+        let go = |text: &Vec<u8>, output: &mut Vec<u8>| {
+            compensate_wear_side_by_side(&machine, &parameters, text, output, &hands, &go_on)
+        };
+        let again = go(&text, &mut output).expect("compensated");
+        assert!(output == alone, "the bytes differ");
+        assert_eq!(format!("{again:?}"), format!("{report:?}"));
+        assert_eq!(format!("{:?}", go(&faulty, &mut output).expect_err("refused")), refused);
     }
 }
 

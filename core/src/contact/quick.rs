@@ -53,8 +53,10 @@ pub fn quick_look(
 ) -> Option<QuickLook> {
     let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
     let t = middle.axis;
-    let (swing, offset_mm, normal) = match contacts {
-        [CutterContact::Tip, CutterContact::Tip] => (Swing::Tip, Vec3::zeros(), None),
+    // Asked for each kind where it stands, so that what is known of it there need not be looked up again.
+    let bound_mm = |swing: &Swing| curvature_bound_mm(kinematics, tool, mode, ends, swing);
+    let (bound_mm, offset_mm, normal) = match contacts {
+        [CutterContact::Tip, CutterContact::Tip] => (bound_mm(&Swing::Tip)?, Vec3::zeros(), None),
         [
             CutterContact::Normal { direction: a, magnitude: from },
             CutterContact::Normal { direction: b, magnitude: to },
@@ -65,7 +67,7 @@ pub fn quick_look(
                 offset_mm -= across(n, t).try_normalize(NO_DIRECTION)? * core;
             }
             let swing = Swing::Normal { arc_rad, directions: [*a, *b], magnitude: [*from, *to] };
-            (swing, offset_mm, Some(n))
+            (bound_mm(&swing)?, offset_mm, Some(n))
         }
         [
             CutterContact::Offset { axial_mm: a0, radial_mm: r0, inward: m0 },
@@ -85,7 +87,7 @@ pub fn quick_look(
                 axial_mm: [*a0, *a1],
                 radial_mm: [*r0, *r1],
             };
-            (swing, t * axial - m * radial, normal)
+            (bound_mm(&swing)?, t * axial - m * radial, normal)
         }
         _ => return None,
     };
@@ -94,11 +96,11 @@ pub fn quick_look(
     let off_line = contact_mm - line.foot_mm(contact_mm);
     let middle =
         Deviation { distance_mm: off_line.norm(), along_normal_mm: normal.map_or(0.0, |n| n.dot(&off_line)) };
-    let bound = curvature_bound_mm(kinematics, tool, mode, ends, &swing)?;
-    Some(QuickLook { middle, at_most_mm: middle.distance_mm + MIDPOINT_SLACK * bound })
+    Some(QuickLook { middle, at_most_mm: middle.distance_mm + MIDPOINT_SLACK * bound_mm })
 }
 
 /// An upper bound on the angle between two unit vectors, and the direction half way; `None` where they are far apart.
+#[inline]
 fn halfway(a: &Vec3, b: &Vec3) -> Option<(f64, Vec3)> {
     let chord = (b - a).norm();
     if chord > SHORT_CHORD {

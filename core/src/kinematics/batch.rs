@@ -62,6 +62,20 @@ impl JointLanes {
         }
     }
 
+    /// So many lanes, the first of them these; what is behind them is left as it was or zero.
+    #[inline]
+    pub fn fill(&mut self, count: usize, joints: impl Iterator<Item = ([f64; 3], [f64; 2])>) {
+        let Self { x_mm, y_mm, z_mm, first_rad, second_rad } = self;
+        for lane in [&mut *x_mm, y_mm, z_mm, first_rad, second_rad] {
+            lane.resize(count, 0.0);
+        }
+        let places = x_mm.iter_mut().zip(y_mm).zip(z_mm).zip(first_rad).zip(second_rad);
+        for (((((x, y), z), first), second), (linear_mm, rotary_rad)) in places.zip(joints) {
+            [*x, *y, *z] = linear_mm;
+            [*first, *second] = rotary_rad;
+        }
+    }
+
     /// One more lane.
     #[inline]
     pub fn push(&mut self, linear_mm: [f64; 3], rotary_rad: [f64; 2]) {
@@ -98,6 +112,15 @@ impl PoseLanes {
             lane.reserve_exact(count);
         }
         lanes
+    }
+
+    /// The pose of one lane.
+    #[inline]
+    pub(crate) fn pose(&self, index: usize) -> ToolPose {
+        ToolPose {
+            tip_mm: [self.x_mm[index], self.y_mm[index], self.z_mm[index]].into(),
+            axis: [self.i[index], self.j[index], self.k[index]].into(),
+        }
     }
 
     /// One more lane.

@@ -114,7 +114,8 @@ impl Kinematics {
 
     /// Sine and cosine of the angles of u and v.
     fn turns(&self, rotary_rad: [f64; 2]) -> [(f64, f64); 2] {
-        self.profile_index.map(|index| trig::sin_cos(rotary_rad[index]))
+        let [u, v] = self.profile_index;
+        [trig::sin_cos(rotary_rad[u]), trig::sin_cos(rotary_rad[v])]
     }
 
     /// The tool axis t in W at these rotary angles (profile order) \[rad\]: `exp(θ_u û) exp(θ_v v̂) t0`.

@@ -37,10 +37,8 @@ impl Kinematics {
         let table_between = if self.head_axes == 0 { between } else { 0.0 };
         let straight = (self.linear_directions * (linear_mm[1] - linear_mm[0])).norm();
         let head_path = head_turn * head_reach;
-        let at_ends = tips_mm
-            .map(|tip| (tip + self.work_offset_mm - u.point_mm).norm())
-            .into_iter()
-            .fold(0.0, f64::max);
+        let away = |tip: Vec3| (tip + self.work_offset_mm - u.point_mm).norm_squared();
+        let at_ends = away(tips_mm[0]).max(away(tips_mm[1])).sqrt();
         let by_convexity = at_ends + 2.0 * table_between + head_path;
         let reach = if table_turn < SHORT_TURN_RAD {
             let by_path = (at_ends + 0.5 * (straight + head_path + table_turn * table_between))

@@ -66,10 +66,7 @@ impl PoseSource for PoseLanes {
         self.len()
     }
     fn pose(&self, index: usize) -> ToolPose {
-        ToolPose {
-            tip_mm: [self.x_mm[index], self.y_mm[index], self.z_mm[index]].into(),
-            axis: [self.i[index], self.j[index], self.k[index]].into(),
-        }
+        Self::pose(self, index)
     }
     fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
         let end = self.len().min(start + BLOCK);

@@ -1,7 +1,8 @@
 //! Cutter-contact compensation of a whole program, streamed: read, judge, divide, write, read back.
 //!
-//! Two hands work side by side where there are two: one judges and writes a stretch of the program while the other reads
-//! back what was written of the stretch before and reads the next one. What comes out does not depend on it.
+//! Three pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch of the
+//! program is judged and written, the next is read and prepared, and what was written of the one before is read back. What
+//! comes out does not depend on who does what.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -10,12 +11,11 @@ use super::compensation::{LineCursor, LineMap, line_ends};
 use super::dialect_fit::DialectFit;
 use super::emit::Emitter;
 use super::fault::go_on;
-use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::plan;
+use super::prepare::Preparation;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::tool_vectors::ToolVectors;
 use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
@@ -98,6 +98,8 @@ pub(super) fn compensate_from(
     passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
+    let mut preparation = Preparation::new(machine, &kinematics, parameters);
+    preparation.prepare(&mut present);
     let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
     let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
@@ -107,25 +109,23 @@ pub(super) fn compensate_from(
         }
         let is_refused = passages.is_refused();
         work.largest_after_mm = verifier.milestones.largest_mm;
-        // A stretch is new to its first turn, and nothing is written of it yet.
-        let (turn, written_of) = if is_of_present {
-            (Turn::Again(&present), &present)
-        } else {
-            (Turn::First(&mut present), &worked_off)
-        };
+        work.counted = preparation.inventory.blocks;
+        let written_of = if is_of_present { &present } else { &worked_off };
         let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
+        // The longest first: whoever is done before it takes the last one as well.
         parts.run(vec![
             Box::new(|| {
                 if !is_refused {
-                    worked = work.turn(turn, &mut writing);
+                    worked = work.stretch(&present, &mut writing);
                 }
             }),
             Box::new(|| {
-                checked = verifier.take(&mut written, written_of);
                 if next.passages.is_empty() {
                     filled = passages.fill(&mut next, stop);
+                    preparation.prepare(&mut next);
                 }
             }),
+            Box::new(|| checked = verifier.take(&mut written, written_of)),
         ]);
         checked?;
         output.write_all(&written.text)?;
@@ -156,9 +156,10 @@ pub(super) fn compensate_from(
     if work.fit.is_unread(parameters.dialect, source)? {
         return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
-    work.inventory.inserted += work.emitter.feed_blocks;
-    work.inventory.join(&work.emitter.numbers);
-    verifier.finish(&work.inventory)?;
+    let mut inventory = preparation.inventory;
+    inventory.inserted = work.inserted + work.emitter.feed_blocks;
+    inventory.join(&work.emitter.numbers);
+    verifier.finish(&inventory)?;
     verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
     passages.warn(&mut work.judge.warnings);
@@ -177,12 +178,6 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     inner.iter().map(off).fold(0.0, f64::max)
 }
 
-/// A stretch that is worked on, for the first time or further.
-enum Turn<'s> {
-    First(&'s mut Stretch),
-    Again(&'s Stretch),
-}
-
 /// How far a stretch has been worked off.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
@@ -198,8 +193,6 @@ struct Work<'a> {
     machine: &'a Machine,
     survey: Survey,
     contact: ContactSource,
-    /// What vectors are on the machine is worked out here: reading has more to do than judging where there are any.
-    vectors: ToolVectors,
     judge: Judge<'a>,
     emitter: Emitter,
     at: Place,
@@ -208,7 +201,9 @@ struct Work<'a> {
     checked: u64,
     over: u64,
     fit: DialectFit,
-    inventory: Inventory,
+    /// Blocks that were read so far, and those that divisions add.
+    counted: u64,
+    inserted: u64,
     uses_tcp: bool,
     /// Of inserted blocks, in the lines of what is read.
     lines: LineMap,
@@ -228,7 +223,6 @@ impl<'a> Work<'a> {
             machine,
             survey,
             contact,
-            vectors: ToolVectors::new(machine, &parameters.setup),
             judge: Judge::new(machine, kinematics, parameters, contact, effort),
             emitter: Emitter::new(survey.numbering),
             at: Place::default(),
@@ -236,7 +230,8 @@ impl<'a> Work<'a> {
             checked: 0,
             over: 0,
             fit: DialectFit::default(),
-            inventory: Inventory::default(),
+            counted: 0,
+            inserted: 0,
             uses_tcp: false,
             lines: LineMap::default(),
         }
@@ -250,24 +245,10 @@ impl<'a> Work<'a> {
         self.at.passage >= stretch.passages.len()
     }
 
-    /// Goes on with a stretch that may be new.
-    fn turn(&mut self, turn: Turn<'_>, out: &mut Outgoing<'a>) -> Result<(), Fault> {
-        let stretch = match turn {
-            Turn::First(stretch) => {
-                stretch.resolve(&mut self.vectors);
-                stretch
-            }
-            Turn::Again(stretch) => stretch,
-        };
-        self.stretch(stretch, out)
-    }
-
-    /// Goes on with a stretch, to its end or until enough is written to be handed over.
+    /// Goes on with a prepared stretch, to its end or until enough is written to be handed over.
     fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<'a>) -> Result<(), Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
             if self.at.motion == 0 && self.at.copied == 0 {
-                self.inventory.see(&passage.batch);
-                self.judge.prepare(&passage.motions);
                 self.settle(passage, out)?;
             }
             if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
@@ -288,14 +269,14 @@ impl<'a> Work<'a> {
         following: Option<&Motion>,
         out: &mut Outgoing<'a>,
     ) -> Result<bool, Fault> {
-        let Passage { batch, motions } = passage.1;
+        let Passage { batch, motions, .. } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
             let text =
                 batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
-            let verdict = self.judge.judge(motions, self.at.motion, following, text, self.largest_after_mm);
+            let verdict = self.judge.judge(passage.1, self.at.motion, following, text, self.largest_after_mm);
             self.judge.effort.pass(1);
             go_on(&self.judge.effort)?;
             self.at.motion += 1;
@@ -373,7 +354,7 @@ impl<'a> Work<'a> {
             .settle(batch, index, index + 1, &mut out.text)
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
-        self.inventory.inserted += division.nodes.len() as u64 - 1;
+        self.inserted += division.nodes.len() as u64 - 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
         let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
         if !self.faults() {
@@ -434,7 +415,7 @@ impl<'a> Work<'a> {
                 limit: budget.max_evaluations,
             });
         }
-        if self.inventory.blocks + self.inventory.inserted > budget.max_blocks_out {
+        if self.counted + self.inserted > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())

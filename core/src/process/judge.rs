@@ -1,6 +1,8 @@
 //! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
 
 use super::fault::{LineFaultKind, LineFaults};
+use super::prepare::MotionPoses;
+use super::stream::Passage;
 use super::warnings::Warnings;
 use super::{CcParameters, ContactSource, WarningKind};
 use crate::contact::{
@@ -8,7 +10,7 @@ use crate::contact::{
     feed_plane_normal, quick_look, rotary_rad, sample_until_sure,
 };
 use crate::geometry::{Vec3, across};
-use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 
@@ -75,33 +77,25 @@ impl Point {
             line: motion.line,
         }
     }
-}
 
-/// A point in a place that may be there already.
-#[inline]
-fn put(place: Option<Box<Point>>, point: Point) -> Box<Point> {
-    match place {
-        Some(mut place) => {
-            *place = point;
-            place
-        }
-        None => Box::new(point),
+    /// Where the tool touches.
+    fn contact(&self) -> &CutterContact {
+        self.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact)
     }
-}
 
-/// Half way between two positions.
-fn middle<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
-    std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
-}
-
-/// The pose of one lane; with TCP the linear words are the tip themselves.
-#[inline]
-fn pose(lanes: &PoseLanes, mode: Interpolation, index: usize, linear_mm: &[f64; 3]) -> ToolPose {
-    let tip_mm = match mode {
-        Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
-        Interpolation::Tcp => Vec3::from(*linear_mm),
-    };
-    ToolPose { tip_mm, axis: Vec3::new(lanes.i[index], lanes.j[index], lanes.k[index]) }
+    /// The point at the end of a motion, where a point is no longer needed.
+    #[inline]
+    fn arrive(&mut self, words: &AxisWords, pose: &ToolPose, mode: Interpolation, motion: &Motion) {
+        // Field by field: a point put together elsewhere and moved here would be read before it is written.
+        self.station.words = *words;
+        self.station.pose = *pose;
+        self.mode = mode;
+        self.words = motion.contact;
+        self.touch = None;
+        self.faulty = false;
+        self.contact_mm = pose.tip_mm;
+        self.line = motion.line;
+    }
 }
 
 /// Looks at motion after motion, in the order of the program.
@@ -119,9 +113,6 @@ pub(super) struct Judge<'a> {
     pub(super) warnings: Warnings,
     pub(super) faults: LineFaults,
     pub(super) effort: Effort<'a>,
-    joints: JointLanes,
-    ends: PoseLanes,
-    middles: PoseLanes,
 }
 
 impl<'a> Judge<'a> {
@@ -144,38 +135,7 @@ impl<'a> Judge<'a> {
             warnings: Warnings::default(),
             faults: LineFaults::default(),
             effort,
-            joints: JointLanes::default(),
-            ends: PoseLanes::default(),
-            middles: PoseLanes::default(),
         }
-    }
-
-    /// Computes the poses at the ends and in the middle of these motions, many at a time; to be called before they
-    /// are judged.
-    pub(super) fn prepare(&mut self, motions: &[Motion]) {
-        self.joints.clear();
-        for motion in motions {
-            self.push_joints(motion.end);
-        }
-        self.kinematics.forward_lanes(&self.joints, &mut self.ends);
-        self.joints.clear();
-        for motion in motions {
-            self.push_joints(motion.start.zip(motion.end).map(|(start, end)| AxisWords {
-                linear_mm: middle(&start.linear_mm, &end.linear_mm),
-                rotary_deg: middle(&start.rotary_deg, &end.rotary_deg),
-            }));
-        }
-        self.kinematics.forward_lanes(&self.joints, &mut self.middles);
-    }
-
-    fn push_joints(&mut self, words: Option<AxisWords>) {
-        // A motion without known ends keeps its lane; nobody looks at it.
-        let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
-        self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
-    }
-
-    fn station(&self, mode: Interpolation, index: usize, words: AxisWords) -> Station {
-        Station { words, pose: pose(&self.ends, mode, index, &words.linear_mm) }
     }
 
     /// The mode a motion is judged in: the parameter wins over the program's own switches.
@@ -183,27 +143,31 @@ impl<'a> Judge<'a> {
         self.parameters.interpolation.unwrap_or(motion.interpolation)
     }
 
-    /// Judges the motion of this index among those prepared; `following` is the first motion after them, `text` the
+    /// Judges the motion of this index in a prepared passage; `following` is the first motion after it, `text` the
     /// motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured, smaller
     /// ones only bounded. `None`: not checked.
     pub(super) fn judge(
         &mut self,
-        motions: &[Motion],
+        passage: &Passage,
         index: usize,
         following: Option<&Motion>,
         text: &[u8],
         largest_after_mm: f64,
     ) -> Option<Verdict<'a>> {
-        let motion = &motions[index];
+        let motion = &passage.motions[index];
         let mode = self.mode(motion);
         self.stated_before = self.stated;
         if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
             // What a call or a cycle does to them is not seen.
             self.stated = motion.contact;
         }
-        let mut end = motion.end.map(|words| {
-            let point = Point::new(self.station(mode, index, words), mode, motion);
-            put(self.spare.take(), point)
+        let pose = &passage.poses[index].end;
+        let mut end = motion.end.as_ref().map(|words| match self.spare.take() {
+            Some(mut point) => {
+                point.arrive(words, pose, mode, motion);
+                point
+            }
+            None => Box::new(Point::new(Station { words: *words, pose: *pose }, mode, motion)),
         });
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
@@ -221,7 +185,7 @@ impl<'a> Judge<'a> {
                     Box::new(Point { words: ContactWords::None, ..Point::new(station, mode, motion) })
                 });
                 let verdict =
-                    self.between(&mut start_point, end, motions, index, following, text, largest_after_mm);
+                    self.between(&mut start_point, end, passage, index, following, text, largest_after_mm);
                 start = Some(start_point);
                 verdict
             }
@@ -244,13 +208,13 @@ impl<'a> Judge<'a> {
         &mut self,
         start: &mut Point,
         end: &mut Point,
-        motions: &[Motion],
+        Passage { motions, poses, .. }: &Passage,
         index: usize,
         following: Option<&Motion>,
         text: &[u8],
         largest_after_mm: f64,
     ) -> Option<Verdict<'a>> {
-        let motion = &motions[index];
+        let (motion, MotionPoses { middle, .. }) = (&motions[index], &poses[index]);
         let mode = end.mode;
         let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
         if start.touch.is_none() && !start.faulty {
@@ -261,11 +225,9 @@ impl<'a> Judge<'a> {
         let beyond = next
             .filter(|next| checkable(next) && next.start == motion.end && self.mode(next) == mode)
             .and_then(|next| next.end)
-            .map_or(to, |words| {
-                if index + 1 < motions.len() {
-                    return pose(&self.ends, mode, index + 1, &words.linear_mm).tip_mm;
-                }
-                Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
+            .map_or(to, |words| match poses.get(index + 1) {
+                Some(next) => next.end.tip_mm,
+                None => Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm,
             });
         self.touch(end, beyond - from, text);
         if start.touch.is_none() || end.touch.is_none() {
@@ -276,9 +238,7 @@ impl<'a> Judge<'a> {
             self.warnings.add(WarningKind::ContactSwings, Some(motion.line));
             return None;
         }
-        let half_way = middle(&start.station.words.linear_mm, &end.station.words.linear_mm);
-        let middle = pose(&self.middles, mode, index, &half_way);
-        Some(self.measure(start, end, &middle, largest_after_mm))
+        Some(self.measure(start, end, middle, largest_after_mm))
     }
 
     /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
@@ -325,8 +285,7 @@ impl<'a> Judge<'a> {
         let tolerance_mm = self.parameters.tolerance.mm();
         let mode = end.mode;
         let ends = [&start.station, &end.station];
-        let contacts = [start, end]
-            .map(|point| point.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact));
+        let contacts = [start.contact(), end.contact()];
         let contacts_mm = [start.contact_mm, end.contact_mm];
         self.effort.spend(1);
         let look = quick_look(self.kinematics, &tool, mode, ends, contacts, contacts_mm, middle);

@@ -14,6 +14,7 @@ mod parameters;
 mod plain_lines;
 mod plan;
 mod post;
+mod prepare;
 mod read_back;
 mod report;
 mod sampler;
@@ -53,4 +54,5 @@ pub use verification::{
 };
 pub use wear::{
     CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear,
+    compensate_wear_side_by_side,
 };

@@ -159,12 +159,6 @@ impl<E: Awaited> ReadBack<E> {
         self.later.back_mut().unwrap_or(&mut self.expected).push_back(next);
     }
 
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.expected.clear();
-        self.later.clear();
-    }
-
     /// These bytes of the output were written.
     pub(super) fn feed(&mut self, bytes: &[u8]) {
         self.reader.feed(bytes);

@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use std::ops::ControlFlow;
 
 use super::compensation::LineCursor;
+use super::prepare::MotionPoses;
 use super::tool_vectors::ToolVectors;
 use super::warnings::Warnings;
 use super::{Fault, WarningKind};
@@ -42,6 +43,8 @@ impl ProgramSource for Vec<u8> {
 pub(super) struct Passage {
     pub(super) batch: Batch,
     pub(super) motions: Vec<Motion>,
+    /// Of each motion, once they are [prepared](super::prepare::Preparation).
+    pub(super) poses: Vec<MotionPoses>,
 }
 
 /// Consecutive passages that are worked on at a time.
@@ -204,6 +207,7 @@ impl<'a> Passages<'a> {
     fn read(&mut self) -> Result<Option<Passage>, Fault> {
         let mut passage = self.spare.pop().unwrap_or_default();
         passage.motions.clear();
+        passage.poses.clear();
         while !self.reader.next_batch(&mut passage.batch)? {
             if self.ended {
                 return Ok(None);

@@ -198,7 +198,8 @@ impl Course<'_> {
             posts,
             has_wear: parameters.wear.is_some(),
         };
-        let moved = move_program(self.machine, &moves, self.upstream(source), output, note, self.stop)?;
+        let source = self.upstream(source);
+        let moved = move_program(self.machine, &moves, source, output, note, self.parts, self.stop)?;
         Ok((moved, moves.written_setup))
     }
 

@@ -169,7 +169,11 @@ impl<'a> Run<'a> {
             }
         }
         if self.collector.is_open() && self.held.len() < MAX_HELD {
-            self.held.push_back(Passage { batch: passage.batch.clone(), motions: passage.motions.clone() });
+            self.held.push_back(Passage {
+                batch: passage.batch.clone(),
+                motions: passage.motions.clone(),
+                ..Passage::default()
+            });
             return Ok(());
         }
         self.close(stop)?;
@@ -293,7 +297,7 @@ impl<'a> Run<'a> {
 
     /// Writes a batch whose motions' fates are known, and reads it back.
     fn write(&mut self, passage: &Passage, output: &mut dyn Write) -> Result<(), Fault> {
-        let Passage { batch, motions } = passage;
+        let Passage { batch, motions, .. } = passage;
         let mut copied = 0;
         self.settle(batch)?;
         for motion in motions {

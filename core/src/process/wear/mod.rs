@@ -16,5 +16,5 @@ mod written;
 pub(super) use parameters::Moves;
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 pub use report::{CurvatureAcross, WearReport};
-pub use run::compensate_wear;
 pub(super) use run::{Moved, move_program};
+pub use run::{compensate_wear, compensate_wear_side_by_side};

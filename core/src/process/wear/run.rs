@@ -1,7 +1,9 @@
 //! The course of a wear compensation, streamed: read, move, write, read back.
+//!
+//! As along the contact's path, three pieces of work are done side by side where there are hands for it: one stretch of the
+//! program is moved and written, the next is read, and what was written of the one before is read back.
 
 use std::io::Write;
-use std::ops::ControlFlow;
 
 use super::super::compensate::Upstream;
 use super::super::compensation::{BlockChange, LineMap, line_ends};
@@ -9,10 +11,10 @@ use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults};
 use super::super::inventory::Inventory;
 use super::super::spindle::Spindle;
-use super::super::stream::{Passage, Passages};
+use super::super::stream::{Passage, Passages, Stretch};
 use super::super::survey::Survey;
 use super::super::warnings::Warnings;
-use super::super::{ContactSource, Fault, ProgramSource, WarningKind};
+use super::super::{ContactSource, Fault, ProgramSource, Stop, WarningKind};
 use super::contact::contact_angle;
 use super::course::{Course, Goal, Pilot, Point};
 use super::feed::lowered_feed;
@@ -20,7 +22,7 @@ use super::parameters::{Milling, Moves, WearParameters};
 use super::points::Points;
 use super::posting::Posting;
 use super::report::{CurvatureAcross, WearReport};
-use super::verify::{Expected, WearVerifier};
+use super::verify::{Expected, Outgoing, WearVerifier};
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
@@ -31,6 +33,7 @@ use crate::motion::{
 };
 use crate::program::{Address, Batch, Dialect, NewWord, print_changed};
 use crate::units::{Angle, Length, MM_PER_INCH};
+use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
@@ -42,6 +45,21 @@ const LEAST_ROTARY_DECIMALS: u8 = 3;
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
 
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
+/// thread.
+///
+/// # Errors
+/// Those of [`compensate_wear_side_by_side`].
+pub fn compensate_wear(
+    machine: &Machine,
+    parameters: &WearParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<WearReport, Fault> {
+    compensate_wear_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
+}
+
 /// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)).
 ///
 /// Tool axis and rotary words never change, blocks are never divided, and those whose words stay are copied byte for
@@ -50,16 +68,17 @@ const INCREMENTAL_CENTRES: u32 = 911;
 ///
 /// # Errors
 /// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
-pub fn compensate_wear(
+pub fn compensate_wear_side_by_side(
     machine: &Machine,
     parameters: &WearParameters,
     source: &dyn ProgramSource,
     output: &mut dyn Write,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
 ) -> Result<WearReport, Fault> {
     let moves = Moves::of_wear(parameters);
     let source = Upstream { source, lines: Vec::new() };
-    Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), stop)?.wear)
+    Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), parts, stop)?.wear)
 }
 
 /// What moving the ends of a program's motions comes to.
@@ -83,7 +102,8 @@ pub(in crate::process) fn move_program(
     Upstream { source, lines }: Upstream<'_>,
     output: &mut dyn Write,
     note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
 ) -> Result<Moved, Fault> {
     let parameters = moves.parameters;
     let survey = Survey::of(machine, parameters.dialect, source, stop)?;
@@ -100,13 +120,42 @@ pub(in crate::process) fn move_program(
     let mut passages = Passages::open(source, machine, parameters.dialect, options)?
         .with_setup(machine, &moves.source_setup)
         .with_lines(lines);
-    let mut run: Option<Run<'_>> = None;
-    passages.work(stop, |passage, following, dialect| {
-        let run = run
-            .get_or_insert_with(|| Run::new(machine, &kinematics, moves, survey, contact, dialect, options));
-        run.passage(passage, following, output, note, stop)
-    })?;
-    let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
+    let (mut present, mut next) = (Stretch::default(), Stretch::default());
+    passages.fill(&mut present, stop)?;
+    let mut run = Run::new(machine, &kinematics, moves, survey, contact);
+    let mut verifier = WearVerifier::new(machine, moves, &kinematics[1], passages.dialect(), options);
+    let mut written = Outgoing::default();
+    while !present.passages.is_empty() || !written.text.is_empty() {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let is_refused = passages.is_refused();
+        let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
+        parts.run(vec![
+            Box::new(|| {
+                if !is_refused {
+                    worked = run.stretch(&present, stop);
+                }
+            }),
+            Box::new(|| filled = passages.fill(&mut next, stop)),
+            Box::new(|| checked = verifier.take(&mut written)),
+        ]);
+        checked?;
+        output.write_all(&written.text)?;
+        verifier.changes.drain(..).try_for_each(|change| note(&change))?;
+        worked.and(filled)?;
+        written.clear();
+        if is_refused || run.faults.total > 0 {
+            // A faulty program is looked at to its end, so that every fault is named, but no longer written.
+            run.out.clear();
+        }
+        std::mem::swap(&mut run.out, &mut written);
+        std::mem::swap(&mut present, &mut next);
+    }
+    passages.refusals()?;
+    if passages.motions == 0 {
+        return Err(Fault::NoMotion);
+    }
     if run.faults.total > 0 {
         return Err(Fault::Lines(run.faults));
     }
@@ -119,10 +168,11 @@ pub(in crate::process) fn move_program(
         return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
     }
     run.inventory.inserted += run.emitter.feed_blocks;
-    run.verifier.finish(&run.inventory, note)?;
+    verifier.finish(&run.inventory)?;
+    verifier.changes.drain(..).try_for_each(|change| note(&change))?;
     output.flush()?;
     passages.warn(&mut run.pilot.warnings);
-    Ok(run.moved(passages.dialect(), passages.blocks))
+    Ok(run.moved(verifier, passages.dialect(), passages.blocks))
 }
 
 /// The work in progress.
@@ -135,10 +185,9 @@ struct Run<'a> {
     /// U V W have to be written anew, because the words of every point mean another place.
     moves_points: bool,
     emitter: Emitter,
-    verifier: WearVerifier<'a>,
     faults: LineFaults,
     inventory: Inventory,
-    out: Vec<u8>,
+    out: Outgoing,
     /// Blocks looked through for codes that matter.
     scanned: usize,
     spindle: Spindle,
@@ -164,8 +213,6 @@ impl<'a> Run<'a> {
         moves: &Moves<'a>,
         survey: Survey,
         contact: ContactSource,
-        dialect: Dialect,
-        options: InterpreterOptions,
     ) -> Self {
         let [source, written] = kinematics;
         let parameters = moves.parameters;
@@ -193,10 +240,9 @@ impl<'a> Run<'a> {
             points: Written::new([Address::U, Address::V, Address::W]),
             moves_points: moves.moves_points(machine),
             emitter: Emitter::default(),
-            verifier: WearVerifier::new(machine, moves, written, dialect, options),
             faults: LineFaults::default(),
             inventory: Inventory::default(),
-            out: Vec::new(),
+            out: Outgoing::default(),
             scanned: 0,
             spindle: Spindle::default(),
             uses_tcp: false,
@@ -213,16 +259,21 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Moves one batch, reads it back and writes it.
+    /// Moves a stretch and writes it.
+    fn stretch(&mut self, stretch: &Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
+        for (index, passage) in stretch.passages.iter().enumerate() {
+            self.passage(passage, stretch.following(index), stop)?;
+        }
+        Ok(())
+    }
+
     fn passage(
         &mut self,
         passage: &Passage,
         following: Option<&Motion>,
-        output: &mut dyn Write,
-        note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        stop: &Stop<'_>,
     ) -> Result<(), Fault> {
-        let Passage { batch, motions } = passage;
+        let Passage { batch, motions, .. } = passage;
         self.inventory.see(batch);
         self.settle(batch, 0, 0)?;
         self.pilot.points.prepare(motions);
@@ -252,15 +303,10 @@ impl<'a> Run<'a> {
             }
         }
         self.scan(batch, batch.blocks().len());
-        self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
-        // A faulty program is looked at to its end, so that every fault is named, but no longer written.
-        if self.faults.total == 0 {
-            self.verifier.take(&self.out, note)?;
-            output.write_all(&self.out)?;
-        } else {
-            self.verifier.abandon();
+        self.out.text.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        if self.faults.total > 0 {
+            self.out.clear();
         }
-        self.out.clear();
         Ok(())
     }
 
@@ -325,17 +371,18 @@ impl<'a> Run<'a> {
         let end = motion.end.map(|words| self.axes.standing(&words));
         self.foresee(motion, start, end, motion.contact, None, None);
         if self.emitter.owes_feed() {
-            self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+            self.out.text.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
             *copied = motion.block as usize;
-            let before = (self.emitter.feed_blocks, self.out.len());
+            let before = (self.emitter.feed_blocks, self.out.text.len());
             let changed = self
                 .emitter
-                .restore_feed(batch, motion, &mut self.out)
+                .restore_feed(batch, motion, &mut self.out.text)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.feed_blocks > before.0 {
                 let block = batch.blocks().get(motion.block as usize);
                 let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
-                let inserted = line_ends(self.out.get(before.1..).unwrap_or_default()).saturating_sub(own);
+                let inserted =
+                    line_ends(self.out.text.get(before.1..).unwrap_or_default()).saturating_sub(own);
                 self.lines.insert(line_before(batch, motion), inserted)?;
             }
             *copied += usize::from(changed);
@@ -388,8 +435,8 @@ impl<'a> Run<'a> {
         let only_feed = words.is_empty();
         words.extend(feed);
         if !words.is_empty() {
-            self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-            print_changed(batch, motion.block as usize, &words, false, &mut self.out)
+            self.out.text.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
+            print_changed(batch, motion.block as usize, &words, false, &mut self.out.text)
                 .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
             if self.emitter.count_feed(batch, &words) {
                 self.lines.insert(line_before(batch, motion), 1)?;
@@ -411,12 +458,12 @@ impl<'a> Run<'a> {
     /// Gives an owed F back before the blocks from `first` on change what F means.
     fn settle(&mut self, batch: &Batch, style: usize, first: usize) -> Result<(), Fault> {
         let line = batch.blocks().get(style).map_or(0, |block| block.line);
-        let written_from = self.out.len();
+        let written_from = self.out.text.len();
         self.emitter
-            .settle(batch, style, first, &mut self.out)
+            .settle(batch, style, first, &mut self.out.text)
             .map_err(|fault| Fault::Unwritable { line, fault })?;
         let behind = line.saturating_sub(u64::from(first == style));
-        self.lines.insert(behind, line_ends(&self.out[written_from..]))
+        self.lines.insert(behind, line_ends(&self.out.text[written_from..]))
     }
 
     /// The F word that the block needs: a lower one, or the source's where the written program has another.
@@ -495,7 +542,7 @@ impl<'a> Run<'a> {
             planned.feed.raw = feed.value;
         }
         let resolutions = self.resolutions(motion);
-        self.verifier.await_next(Expected { motion: planned, point, resolutions });
+        self.out.expected.push_back(Expected { motion: planned, point, resolutions });
     }
 
     /// The axes' travel, at the place the block leads to.
@@ -524,7 +571,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn moved(mut self, dialect: Dialect, blocks_in: u64) -> Moved {
+    fn moved(mut self, verifier: WearVerifier<'_>, dialect: Dialect, blocks_in: u64) -> Moved {
         let moves = self.pilot.moves;
         let is_larger = self.pilot.parameters.is_larger();
         let warnings = &mut self.pilot.warnings;
@@ -543,13 +590,13 @@ impl<'a> Run<'a> {
         }
         self.posting.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
-        self.posting.left = self.verifier.axis_left;
+        self.posting.left = verifier.axis_left;
         let wear = WearReport {
             dialect,
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
             contact: self.pilot.contact,
             blocks_in,
-            blocks_out: self.verifier.blocks(),
+            blocks_out: verifier.blocks(),
             blocks_changed: self.blocks_changed,
             contacts_kept: self.contacts_kept,
             motions_shifted: self.motions_shifted,
@@ -559,10 +606,10 @@ impl<'a> Run<'a> {
             max_shift_line,
             contact_angles: self.contact_angles,
             curvature: self.pilot.parameters.part.as_ref().map(|_| self.pilot.curvature),
-            before: self.verifier.found.before.summary(),
-            after: self.verifier.found.after.summary(),
-            cc_path_length_mm: self.verifier.found.before.path_mm(),
-            series: self.verifier.found.series,
+            before: verifier.found.before.summary(),
+            after: verifier.found.after.summary(),
+            cc_path_length_mm: verifier.found.before.path_mm(),
+            series: verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
         };
         Moved { wear, posting: self.posting, lines: self.lines }

@@ -1,6 +1,8 @@
 //! The written program read back as a control would read it: every motion against what was planned, and the worn
 //! cutter's contact against the nominal one's, from the words that were read.
 
+use std::collections::VecDeque;
+
 use super::super::Fault;
 use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
@@ -36,6 +38,20 @@ pub(super) struct Expected {
     pub(super) resolutions: [Resolution; 2],
 }
 
+/// Text of the output, and what it has to mean.
+#[derive(Debug, Default)]
+pub(super) struct Outgoing {
+    pub(super) text: Vec<u8>,
+    pub(super) expected: VecDeque<Expected>,
+}
+
+impl Outgoing {
+    pub(super) fn clear(&mut self) {
+        self.text.clear();
+        self.expected.clear();
+    }
+}
+
 impl Awaited for Expected {
     fn line(&self) -> u64 {
         self.motion.line
@@ -60,6 +76,8 @@ pub(super) struct WearVerifier<'a> {
     pub(super) found: BeforeAfter,
     /// Angle between the tool axis read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
+    /// What became of the motions read back, to be taken away.
+    pub(super) changes: Vec<BlockChange>,
 }
 
 impl<'a> WearVerifier<'a> {
@@ -82,29 +100,21 @@ impl<'a> WearVerifier<'a> {
             contact_mm: None,
             found: BeforeAfter::default(),
             axis_left: Largest::default(),
+            changes: Vec::new(),
         }
     }
 
-    /// What has to come next, in the order written.
-    pub(super) fn await_next(&mut self, next: Expected) {
-        self.read_back.await_next(next);
-    }
-
-    /// Forgets what was to come: the program is refused.
-    pub(super) fn abandon(&mut self) {
-        self.read_back.abandon();
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8], note: Note<'_>) -> Result<(), Fault> {
-        self.read_back.feed(bytes);
-        self.read(note)
+    /// Reads this text of the output.
+    pub(super) fn take(&mut self, written: &mut Outgoing) -> Result<(), Fault> {
+        self.read_back.await_all(&mut written.expected);
+        self.read_back.feed(&written.text);
+        self.read()
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory, note: Note<'_>) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.read_back.end();
-        self.read(note)?;
+        self.read()?;
         self.read_back.is_whole(source)
     }
 
@@ -113,11 +123,11 @@ impl<'a> WearVerifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self, note: Note<'_>) -> Result<(), Fault> {
+    fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
             let mut change = BlockChange::none(next.motion.line, next.motion.kind);
             self.check(&motion, &next, &mut change)?;
-            note(&change)?;
+            self.changes.push(change);
         }
         Ok(())
     }
@@ -201,9 +211,6 @@ impl<'a> WearVerifier<'a> {
         change.error = BlockError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
     }
 }
-
-/// Takes what became of a motion.
-type Note<'n> = &'n mut dyn FnMut(&BlockChange) -> Result<(), Fault>;
 
 /// One place's distance, and its part along the normal.
 fn sampled(distance_mm: f64, along_mm: f64) -> Sampled {

@@ -1,0 +1,89 @@
+//! What is worked out of a stretch before it is judged: many motions at a time, beside the judging of the stretch before.
+
+use super::CcParameters;
+use super::inventory::Inventory;
+use super::stream::{Passage, Stretch};
+use super::tool_vectors::ToolVectors;
+use crate::contact::rotary_rad;
+use crate::geometry::Vec3;
+use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::machine::Machine;
+use crate::motion::{AxisWords, Interpolation, Motion};
+
+/// The tool in W at the end of a motion and half way along it, by who interpolates. One after the other in memory, since
+/// they are looked at one after the other. Nobody looks at those of a motion without known ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MotionPoses {
+    pub(super) end: ToolPose,
+    pub(super) middle: ToolPose,
+}
+
+/// Prepares stretch after stretch, in the order of the program.
+pub(super) struct Preparation<'a> {
+    machine: &'a Machine,
+    kinematics: &'a Kinematics,
+    /// Who interpolates, where the parameter says so.
+    interpolation: Option<Interpolation>,
+    vectors: ToolVectors,
+    joints: JointLanes,
+    poses: PoseLanes,
+    /// Of everything prepared.
+    pub(super) inventory: Inventory,
+}
+
+impl<'a> Preparation<'a> {
+    pub(super) fn new(machine: &'a Machine, kinematics: &'a Kinematics, parameters: &CcParameters) -> Self {
+        Self {
+            machine,
+            kinematics,
+            interpolation: parameters.interpolation,
+            vectors: ToolVectors::new(machine, &parameters.setup),
+            joints: JointLanes::default(),
+            poses: PoseLanes::default(),
+            inventory: Inventory::default(),
+        }
+    }
+
+    /// Gives the motions of a stretch their words where vectors stated them, works out their poses, and counts what there is.
+    pub(super) fn prepare(&mut self, stretch: &mut Stretch) {
+        stretch.resolve(&mut self.vectors);
+        for passage in &mut stretch.passages {
+            self.inventory.see(&passage.batch);
+            self.work_out(passage);
+        }
+    }
+
+    fn work_out(&mut self, Passage { motions, poses, .. }: &mut Passage) {
+        let (machine, count) = (self.machine, motions.len());
+        let joints = |words: Option<AxisWords>| {
+            let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
+            (words.linear_mm, rotary_rad(machine, words.rotary_deg))
+        };
+        self.joints.fill(2 * count, {
+            let ends = motions.iter().map(|motion| motion.end);
+            ends.chain(motions.iter().map(half_way)).map(joints)
+        });
+        self.kinematics.forward_lanes(&self.joints, &mut self.poses);
+        poses.clear();
+        poses.extend(motions.iter().enumerate().map(|(index, motion)| {
+            let mut found =
+                MotionPoses { end: self.poses.pose(index), middle: self.poses.pose(count + index) };
+            // With TCP the linear words are the tip themselves.
+            if self.interpolation.unwrap_or(motion.interpolation) == Interpolation::Tcp {
+                let tip_mm = |words: Option<AxisWords>| words.map(|words| Vec3::from(words.linear_mm));
+                found.end.tip_mm = tip_mm(motion.end).unwrap_or(found.end.tip_mm);
+                found.middle.tip_mm = tip_mm(half_way(motion)).unwrap_or(found.middle.tip_mm);
+            }
+            found
+        }));
+    }
+}
+
+/// The words half way along a motion whose ends are known.
+fn half_way(motion: &Motion) -> Option<AxisWords> {
+    let (a, b) = (motion.start.as_ref()?, motion.end.as_ref()?);
+    Some(AxisWords {
+        linear_mm: std::array::from_fn(|k| 0.5 * (a.linear_mm[k] + b.linear_mm[k])),
+        rotary_deg: std::array::from_fn(|k| 0.5 * (a.rotary_deg[k] + b.rotary_deg[k])),
+    })
+}
