@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use trunnion::process::{
-    CcParameters, ContactSource, Fault, OutputForm, WearParameters, WornCutter, compensate,
+    CcParameters, ContactSource, Fault, OutputForm, Stop, WearParameters, WornCutter, compensate,
     compensate_side_by_side, compensate_wear, compensate_wear_side_by_side,
 };
 use trunnion::units::Length;
@@ -40,6 +40,9 @@ impl SideBySide for Hands {
         }
     }
 }
+
+/// Bytes before the first point of such a program.
+const HEAD: usize = "%\nG21 G90 G94\nG1 F3000\n".len();
 
 /// More blocks than a stretch has; one in `long_every` turns far, and one rests.
 fn program(blocks: u32, long_every: u32, feed: u32) -> Vec<u8> {
@@ -93,19 +96,48 @@ fn threads_and_their_order_change_nothing_for_a_worn_cutter() {
     let mut alone = Vec::new();
     let report = compensate_wear(&machine, &parameters, &text, &mut alone, &go_on).expect("compensated");
     assert!(report.motions_shifted > 8_000, "{}", report.motions_shifted);
-    let faulty = [&text[..text.len() - 6], b"X900000\nG1 X0 F0.0000001\nX1e\nG4 X\n"].concat();
-    let refused = compensate_wear(&machine, &parameters, &faulty, &mut Vec::new(), &go_on);
-    let refused = format!("{:?}", refused.expect_err("refused"));
+    // Refused as a whole; and from the middle on cut by another tool.
+    let refused = [&text[..text.len() - 6], b"G4 X\n"].concat();
+    let half = text.len() / 2 + text[text.len() / 2..].iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let faulty = [b"T1 M6\n", &text[2..half], b"T2 M6\n", &text[half..]].concat();
+    let said = |fault: Result<_, Fault>| format!("{:?}", fault.map(|_report| ()).expect_err("a fault"));
+    let alone_said = [&refused, &faulty]
+        .map(|text| said(compensate_wear(&machine, &parameters, text, &mut Vec::new(), &go_on)));
+    assert!(alone_said[0].starts_with("Program") && alone_said[1].starts_with("Lines"), "{alone_said:?}");
     for hands in [Hands::Threads, Hands::Reversed] {
         let mut output = Vec::new();
-        let go = |text: &Vec<u8>, output: &mut Vec<u8>| {
-            compensate_wear_side_by_side(&machine, &parameters, text, output, &hands, &go_on)
+        let go = |text: &Vec<u8>, output: &mut Vec<u8>, stop: &Stop<'_>| {
+            compensate_wear_side_by_side(&machine, &parameters, text, output, &hands, stop)
         };
-        let again = go(&text, &mut output).expect("compensated");
+        let again = go(&text, &mut output, &go_on).expect("compensated");
         assert!(output == alone, "the bytes differ");
         assert_eq!(format!("{again:?}"), format!("{report:?}"));
-        assert_eq!(format!("{:?}", go(&faulty, &mut output).expect_err("refused")), refused);
+        let hands_said = [&refused, &faulty].map(|text| said(go(text, &mut Vec::new(), &go_on)));
+        assert_eq!(hands_said, alone_said);
+        for left in [1, 40, 300] {
+            let left = AtomicU64::new(left);
+            let stopped = go(&text, &mut Vec::new(), &|| breaking(&left));
+            assert!(matches!(stopped, Err(Fault::Cancelled)), "{stopped:?}");
+        }
     }
+}
+
+/// Goes on so many times more.
+fn breaking(left: &AtomicU64) -> ControlFlow<()> {
+    let before = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+    if before.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+}
+
+#[test]
+fn a_refused_program_is_refused_however_long_it_is() {
+    let text = program(9_000, 50, 3000);
+    let refusable = [&text[..HEAD], b"G4 X\n", &text[HEAD..]].concat();
+    let mut parameters = CcParameters::new(tool(5.0, 5.0));
+    parameters.budget.max_blocks_out = 5_000;
+    let refused = compensate(&ac_machine(), &parameters, &refusable, &mut Vec::new(), &go_on);
+    assert!(matches!(refused, Err(Fault::Program(_))), "{refused:?}");
+    let dear = compensate(&ac_machine(), &parameters, &text, &mut Vec::new(), &go_on);
+    assert!(matches!(dear, Err(Fault::TooCostly { .. })), "{dear:?}");
 }
 
 #[test]
@@ -149,11 +181,7 @@ fn stop_is_asked_all_along() {
     // And where it breaks, whenever that is, nothing is called done.
     for share in 1..8 {
         let left = AtomicU64::new(often * share / 8);
-        let breaking = || {
-            let before = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
-            if before.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        };
-        let stopped = compensate(&ac_machine(), &parameters, &text, &mut Vec::new(), &breaking);
+        let stopped = compensate(&ac_machine(), &parameters, &text, &mut Vec::new(), &|| breaking(&left));
         assert!(matches!(stopped, Err(Fault::Cancelled)), "share {share} of 8");
     }
 }

@@ -62,9 +62,10 @@ impl JointLanes {
         }
     }
 
-    /// So many lanes, the first of them these; what is behind them is left as it was or zero.
+    /// These lanes instead of what was there: linear words \[mm\] and kinematic angles \[rad\].
     #[inline]
-    pub fn fill(&mut self, count: usize, joints: impl Iterator<Item = ([f64; 3], [f64; 2])>) {
+    pub fn fill(&mut self, joints: impl ExactSizeIterator<Item = ([f64; 3], [f64; 2])>) {
+        let count = joints.len();
         let Self { x_mm, y_mm, z_mm, first_rad, second_rad } = self;
         for lane in [&mut *x_mm, y_mm, z_mm, first_rad, second_rad] {
             lane.resize(count, 0.0);

@@ -109,10 +109,12 @@ pub(super) fn compensate_from(
         }
         let is_refused = passages.is_refused();
         work.largest_after_mm = verifier.milestones.largest_mm;
-        work.counted = preparation.inventory.blocks;
+        if !is_refused {
+            work.counted = preparation.inventory.blocks;
+        }
         let written_of = if is_of_present { &present } else { &worked_off };
         let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
-        // The longest first: whoever is done before it takes the last one as well.
+        // The two that may be long first: who is done with one of them takes the reading back as well.
         parts.run(vec![
             Box::new(|| {
                 if !is_refused {
@@ -122,7 +124,9 @@ pub(super) fn compensate_from(
             Box::new(|| {
                 if next.passages.is_empty() {
                     filled = passages.fill(&mut next, stop);
-                    preparation.prepare(&mut next);
+                    if !is_refused {
+                        preparation.prepare(&mut next);
+                    }
                 }
             }),
             Box::new(|| checked = verifier.take(&mut written, written_of)),

@@ -87,14 +87,11 @@ impl Point {
     #[inline]
     fn arrive(&mut self, words: &AxisWords, pose: &ToolPose, mode: Interpolation, motion: &Motion) {
         // Field by field: a point put together elsewhere and moved here would be read before it is written.
-        self.station.words = *words;
-        self.station.pose = *pose;
-        self.mode = mode;
-        self.words = motion.contact;
-        self.touch = None;
-        self.faulty = false;
-        self.contact_mm = pose.tip_mm;
-        self.line = motion.line;
+        let Self { station, mode: own_mode, words: contact, touch, faulty, contact_mm, line } = self;
+        let Station { words: own_words, pose: own_pose } = station;
+        (*own_words, *own_pose, *own_mode) = (*words, *pose, mode);
+        (*contact, *touch, *faulty) = (motion.contact, None, false);
+        (*contact_mm, *line) = (pose.tip_mm, motion.line);
     }
 }
 

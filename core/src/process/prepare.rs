@@ -59,10 +59,10 @@ impl<'a> Preparation<'a> {
             let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
             (words.linear_mm, rotary_rad(machine, words.rotary_deg))
         };
-        self.joints.fill(2 * count, {
-            let ends = motions.iter().map(|motion| motion.end);
-            ends.chain(motions.iter().map(half_way)).map(joints)
-        });
+        // All ends, then all middles.
+        self.joints.fill((0..2 * count).map(|lane| {
+            joints(if lane < count { motions[lane].end } else { half_way(&motions[lane - count]) })
+        }));
         self.kinematics.forward_lanes(&self.joints, &mut self.poses);
         poses.clear();
         poses.extend(motions.iter().enumerate().map(|(index, motion)| {

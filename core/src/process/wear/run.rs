@@ -38,7 +38,7 @@ use crate::wear::{OneAfterAnother, SideBySide};
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
 /// Whether to go on is asked every so many motions: each may look for a contact on a surface.
-const ASK_EVERY: usize = 32;
+pub(super) const ASK_EVERY: usize = 32;
 /// Fewest decimals of a rotary word that was turned.
 const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
@@ -138,7 +138,7 @@ pub(in crate::process) fn move_program(
                 }
             }),
             Box::new(|| filled = passages.fill(&mut next, stop)),
-            Box::new(|| checked = verifier.take(&mut written)),
+            Box::new(|| checked = verifier.take(&mut written, stop)),
         ]);
         checked?;
         output.write_all(&written.text)?;
@@ -168,7 +168,7 @@ pub(in crate::process) fn move_program(
         return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
     }
     run.inventory.inserted += run.emitter.feed_blocks;
-    verifier.finish(&run.inventory)?;
+    verifier.finish(&run.inventory, stop)?;
     verifier.changes.drain(..).try_for_each(|change| note(&change))?;
     output.flush()?;
     passages.warn(&mut run.pilot.warnings);

@@ -3,14 +3,15 @@
 
 use std::collections::VecDeque;
 
-use super::super::Fault;
 use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
 use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::super::verify::Meaning;
+use super::super::{Fault, Stop};
 use super::course::Point;
 use super::parameters::{Moves, WearParameters};
 use super::posting::Largest;
+use super::run::ASK_EVERY;
 use super::written::Resolution;
 use crate::contact::{Sampled, Station};
 use crate::geometry::{Vec3, angle_between};
@@ -104,17 +105,17 @@ impl<'a> WearVerifier<'a> {
         }
     }
 
-    /// Reads this text of the output.
-    pub(super) fn take(&mut self, written: &mut Outgoing) -> Result<(), Fault> {
+    /// Reads this text of the output; whether to go on is asked all along.
+    pub(super) fn take(&mut self, written: &mut Outgoing, stop: &Stop<'_>) -> Result<(), Fault> {
         self.read_back.await_all(&mut written.expected);
         self.read_back.feed(&written.text);
-        self.read()
+        self.read(stop)
     }
 
     /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+    pub(super) fn finish(&mut self, source: &Inventory, stop: &Stop<'_>) -> Result<(), Fault> {
         self.read_back.end();
-        self.read()?;
+        self.read(stop)?;
         self.read_back.is_whole(source)
     }
 
@@ -123,8 +124,11 @@ impl<'a> WearVerifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self) -> Result<(), Fault> {
+    fn read(&mut self, stop: &Stop<'_>) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
+            if self.changes.len().is_multiple_of(ASK_EVERY) && stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
             let mut change = BlockChange::none(next.motion.line, next.motion.kind);
             self.check(&motion, &next, &mut change)?;
             self.changes.push(change);
