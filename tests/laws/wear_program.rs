@@ -689,6 +689,31 @@ proptest! {
     }
 }
 
+/// `FROM/` in the middle says where the tool stands, whatever was moved before it.
+#[test]
+fn the_way_goes_on_from_where_a_program_says_that_the_tool_stands() {
+    let mut text = "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/900,MMPM\n".to_owned();
+    for k in 0..60 {
+        let (along, lean) = (0.2 * f64::from(k), 0.3 + 0.002 * f64::from(k));
+        let word = if k == 30 { "FROM" } else { "GOTO" };
+        writeln!(text, "{word}/{along:.4},5,{:.4},{:.7},0,{:.7}", 0.1 * along, lean.sin(), lean.cos())
+            .expect("text");
+    }
+    text.push_str("FINI\n");
+    let parameters = WearParameters {
+        contact: ContactSource::FeedPlane,
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)))
+    };
+    let mut output = Vec::new();
+    let machine = ac_machine();
+    let go_on = || ControlFlow::Continue(());
+    let report = compensate_wear(&machine, &parameters, &text.clone().into_bytes(), &mut output, &go_on);
+    assert_eq!(report.expect("compensated").motions_shifted, 59);
+    let output = String::from_utf8(output).expect("text");
+    let from = |text: &str| text.lines().find(|line| line.starts_with("FROM")).map(str::to_owned);
+    assert_eq!(from(&output), from(&text));
+}
+
 #[test]
 fn a_larger_cutter_leaves_a_wall_as_it_stood_there() {
     let wall = "G90 G21 G94\nG0 X-30. Y5. Z10. A0. C0. U-30. V0. W10.\nG1 Z-10. U-30. V0. W0. F500\n\

@@ -31,7 +31,7 @@ use crate::machine::{Machine, Travel};
 use crate::motion::{
     AxisWords, ContactWords, Interpolation, InterpreterOptions, Motion, MotionKind, Unfollowable,
 };
-use crate::program::{Address, Batch, Dialect, NewWord, print_changed};
+use crate::program::{Address, Batch, Dialect, Keyword, NewWord, print_changed};
 use crate::units::{Angle, Length, MM_PER_INCH};
 use crate::wear::{OneAfterAnother, SideBySide};
 
@@ -335,6 +335,10 @@ impl<'a> Run<'a> {
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);
+            }
+            if batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::From)) {
+                // Says where the tool stands, in both programs.
+                self.axes.leave(&self.axes.stated_in(batch.words(block)), false);
             }
             for word in batch.words(block) {
                 match (word.address, word.code_tenths()) {

@@ -184,6 +184,11 @@ impl Axes {
         self.linear.is_off() || self.rotary.is_off()
     }
 
+    /// What these words state.
+    pub(super) fn stated_in(&self, words: &[Word]) -> StatedAxes {
+        StatedAxes { linear: self.linear.stated_in(words), rotary: self.rotary.stated_in(words) }
+    }
+
     pub(super) fn stated(&self, batch: &Batch, motion: &Motion) -> StatedAxes {
         StatedAxes { linear: self.linear.stated(batch, motion), rotary: self.rotary.stated(batch, motion) }
     }
