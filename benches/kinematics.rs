@@ -5,10 +5,11 @@
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
-use trunnion::jobs::{InverseAnswer, InverseTask, Limits};
+use trunnion::jobs::{InverseAnswer, InverseTask, Limits, MachineUsed};
 use trunnion::kinematics::{
     InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
@@ -230,10 +231,11 @@ fn json(list: &[ToolPose]) {
         text += "], \"work_offset_mm\": [70, -40, 95]}";
         let read = || read_json::<InverseRequest>(text.as_bytes()).ok();
         let Some(document) = read() else { continue };
+        let on = Arc::new(MachineUsed { revision: 1, machine: machine.clone(), drives: None });
         let solve = |document: &InverseRequest| {
             let options = document.options();
-            let (setup, start_words_deg) = options.to_setup(&machine).ok()?;
-            let task = InverseTask::new(machine.clone(), &setup, document.selection, start_words_deg);
+            let (setup, start_words_deg) = options.to_setup(&on.machine).ok()?;
+            let task = InverseTask::new(Arc::clone(&on), &setup, document.selection, start_words_deg);
             task.solve(&document.poses, limits, GO_ON).ok()
         };
         let Some(answer) = solve(&document) else { continue };

@@ -1,5 +1,6 @@
 //! Bodies, chunk by chunk: bounded in length and in the pauses between chunks.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::Poll;
@@ -78,18 +79,27 @@ impl Incoming {
     /// The whole body.
     pub(super) async fn whole(&mut self, headers: &HeaderMap, limit: u64) -> Result<Bytes, Problem> {
         let announced = content_length(headers);
-        let mut whole = BytesMut::new();
         if announced.is_some_and(|length| length > limit) {
             return Err(self.refuse_length(limit).await);
         }
+        // A small body comes in one chunk, which is the whole as it is.
+        let mut first = Bytes::new();
+        let mut whole = BytesMut::new();
         while let Some(chunk) = self.next().await? {
-            if (whole.len() + chunk.len()) as u64 > limit {
-                drop(whole);
+            if (first.len().max(whole.len()) + chunk.len()) as u64 > limit {
+                drop((first, whole));
                 return Err(self.refuse_length(limit).await);
+            }
+            if first.is_empty() {
+                first = chunk;
+                continue;
+            }
+            if whole.is_empty() {
+                whole.extend_from_slice(&first);
             }
             whole.extend_from_slice(&chunk);
         }
-        Ok(whole.freeze())
+        Ok(if whole.is_empty() { first } else { whole.freeze() })
     }
 
     /// Refuses a body that is too long, after swallowing some of the rest.
@@ -146,10 +156,13 @@ pub(super) fn content_length(headers: &HeaderMap) -> Option<u64> {
 }
 
 /// Essence of the content type, lower case: `text/csv` for `Text/CSV; charset=utf-8`.
-pub(super) fn media_type(headers: &HeaderMap) -> Option<String> {
+pub(super) fn media_type(headers: &HeaderMap) -> Option<Cow<'_, str>> {
     let value = headers.get(CONTENT_TYPE)?;
     let essence = value.to_str().unwrap_or("unreadable/unreadable").split(';').next()?.trim();
-    if essence.is_empty() { None } else { Some(essence.to_ascii_lowercase()) }
+    if essence.bytes().any(|byte| byte.is_ascii_uppercase()) {
+        return Some(essence.to_ascii_lowercase().into());
+    }
+    (!essence.is_empty()).then_some(essence.into())
 }
 
 fn too_slow(pause: Duration) -> Problem {

@@ -107,6 +107,6 @@ pub(super) fn actor(parts: &Parts) -> Result<Actor, Problem> {
         key_id: caller(found)?.key_id.map(|id| id.to_string()),
         method: Some(parts.method.to_string()),
         route: found.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
-        request_id: found.get::<RequestId>().map(|id| id.0.clone()),
+        request_id: found.get::<RequestId>().map(|id| id.as_str().to_owned()),
     })
 }

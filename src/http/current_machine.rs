@@ -1,15 +1,23 @@
 //! The machine that a request names, as it is now.
 
+use std::sync::Arc;
+
 use super::AppState;
 use super::problem::Problem;
 use crate::jobs::MachineUsed;
 
 /// The machine with this id, at its current revision.
-pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<MachineUsed, Problem> {
+pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<Arc<MachineUsed>, Problem> {
     let writes = app.store.writes();
     if let Some(held) = app.machines.get(machine_id, writes) {
         return Ok(held);
     }
+    // Boxed, as it is rare: its room would be part of every request's.
+    Box::pin(read(app, machine_id, writes)).await
+}
+
+/// The machine from the database, kept for the next request if nothing is written meanwhile.
+async fn read(app: &AppState, machine_id: &str, writes: u64) -> Result<Arc<MachineUsed>, Problem> {
     let found = app.store.machine(machine_id).await?.ok_or_else(|| Problem::machine_not_found(machine_id))?;
     let revision = found.document.revision;
     let drives = found.document.profile.drives.clone();
@@ -18,7 +26,7 @@ pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<
         .profile
         .into_machine()
         .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
-    let used = MachineUsed { revision, machine, drives };
+    let used = Arc::new(MachineUsed { revision, machine, drives });
     app.machines.keep(machine_id, writes, &used);
     Ok(used)
 }

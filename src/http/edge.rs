@@ -4,16 +4,20 @@
 use std::any::Any;
 use std::convert::Infallible;
 use std::panic::AssertUnwindSafe;
+use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum::body::Body;
-use axum::extract::{Request, State};
-use axum::middleware::Next;
+use axum::extract::Request;
 use axum::response::{IntoResponse, Response};
+use axum::routing::Route;
 use futures::FutureExt;
+use futures::future::BoxFuture;
+use http::HeaderValue;
 use http::header::CONTENT_ENCODING;
-use tower::{ServiceExt, service_fn};
+use tower::{Layer, Service, ServiceExt};
 use tower_http::decompression::RequestDecompression;
+use uuid::Uuid;
 
 use super::AppState;
 use super::admission::admit;
@@ -21,13 +25,65 @@ use super::guard::guard;
 use super::observation::watch;
 use super::problem::{Problem, ProblemType};
 
-/// The id of a request.
+/// The id of a request, as the header that its answer has.
 #[derive(Debug, Clone)]
-pub(super) struct RequestId(pub(super) String);
+pub(super) struct RequestId(HeaderValue);
 
-/// Every request goes through this, once, to its handler: one layer, as each of axum's copies all that lie within it.
-pub(super) async fn pass(State(app): State<AppState>, request: Request, next: Next) -> Response {
-    let app = &app;
+impl RequestId {
+    /// The one that the client gave, or this fresh one.
+    pub(super) fn of(given: Option<&HeaderValue>, fresh: Uuid) -> Self {
+        let own = || HeaderValue::from_str(fresh.hyphenated().encode_lower(&mut Uuid::encode_buffer()));
+        Self(given.cloned().or_else(|| own().ok()).unwrap_or_else(|| HeaderValue::from_static("none")))
+    }
+
+    /// The header.
+    pub(super) fn header(&self) -> HeaderValue {
+        self.0.clone()
+    }
+
+    /// The id.
+    pub(super) fn as_str(&self) -> &str {
+        self.0.to_str().unwrap_or_default()
+    }
+}
+
+/// Puts every route behind what its requests go through.
+#[derive(Debug, Clone)]
+pub(super) struct EdgeLayer(pub(super) AppState);
+
+impl Layer<Route> for EdgeLayer {
+    type Service = Edge;
+
+    fn layer(&self, route: Route) -> Edge {
+        Edge { app: self.0.clone(), route }
+    }
+}
+
+/// A route behind the edge. One service of our own instead of a layer for each step: each of axum's copies all that lies
+/// within it, for every request.
+#[derive(Debug, Clone)]
+pub(super) struct Edge {
+    app: AppState,
+    route: Route,
+}
+
+impl Service<Request> for Edge {
+    type Response = Response;
+    type Error = Infallible;
+    type Future = BoxFuture<'static, Result<Response, Infallible>>;
+
+    fn poll_ready(&mut self, _context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn call(&mut self, request: Request) -> Self::Future {
+        let Self { app, route } = self.clone();
+        Box::pin(async move { Ok(pass(&app, request, route).await) })
+    }
+}
+
+/// Every request goes through this, once, to its handler.
+async fn pass(app: &AppState, request: Request, route: Route) -> Response {
     watch(app, request, |request| {
         caught(within_time(app, async move {
             let request = match guard(app, request).await {
@@ -36,7 +92,7 @@ pub(super) async fn pass(State(app): State<AppState>, request: Request, next: Ne
             };
             match admit(app, &request) {
                 Some(refusal) => refusal,
-                None => decompressed(request, next).await,
+                None => answered(request, route).await,
             }
         }))
     })
@@ -44,13 +100,17 @@ pub(super) async fn pass(State(app): State<AppState>, request: Request, next: Ne
 }
 
 /// Hands on a request whose body is what it says before it was compressed.
-async fn decompressed(request: Request, next: Next) -> Response {
-    if !request.headers().contains_key(CONTENT_ENCODING) {
-        return next.run(request).await;
-    }
-    let run = |request: http::Request<_>| next.clone().run(request.map(Body::new)).map(Ok::<_, Infallible>);
-    match RequestDecompression::new(service_fn(run)).oneshot(request).await {
-        Ok(response) => response.map(Body::new),
+async fn answered(request: Request, mut route: Route) -> Response {
+    let answered = if request.headers().contains_key(CONTENT_ENCODING) {
+        // Boxed, as it is rare: its room would be part of every request's.
+        Box::pin(RequestDecompression::new(route).oneshot(request))
+            .await
+            .map(|response| response.map(Body::new))
+    } else {
+        route.call(request).await
+    };
+    match answered {
+        Ok(response) => response,
         Err(fault) => match fault {},
     }
 }

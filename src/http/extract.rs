@@ -35,14 +35,15 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
         let (parts, body) = request.into_parts();
         let kind = media_type(&parts.headers);
         if !kind.as_deref().is_some_and(is_json) {
-            let found = kind.unwrap_or_else(|| "none".to_owned());
+            let found = kind.as_deref().unwrap_or("none");
             let detail = format!("the operation takes application/json, not {found}");
             return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
         }
         let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
         let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
         let read = if text.len() > PARSED_AT_ONCE {
-            app.compute.run(move |_stop| read_json(&text)).await?
+            // Boxed, as it is rare: its room would be part of every request's.
+            Box::pin(app.compute.run(move |_stop| read_json(&text))).await?
         } else {
             read_json(&text)
         };

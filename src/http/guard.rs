@@ -1,6 +1,7 @@
 //! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
 //! not there for it, and neither is anything that belongs to one.
 
+use axum::body::Body;
 use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
@@ -46,16 +47,22 @@ pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, B
         }
         Err(refused) => refused,
     };
+    // Boxed, as it is rare: its room would be part of every request's.
+    Err(Box::pin(refusal(app, refused, parts, body)).await)
+}
+
+/// The answer to whom it does not let in.
+async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> Box<Response> {
     // Whoever guesses keys is counted by address.
     if let Some(response) = turned_away(app, &parts.extensions, None) {
-        return Err(Box::new(response));
+        return Box::new(response);
     }
     Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
     let mut response = refused.problem.into_response();
     if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {
         response.headers_mut().insert(WWW_AUTHENTICATE, value);
     }
-    Err(Box::new(response))
+    Box::new(response)
 }
 
 async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {
@@ -84,7 +91,7 @@ async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> 
         });
     }
     if caller.machines.is_some() {
-        reaches(app, &caller, route, parts).await?;
+        Box::pin(reaches(app, &caller, route, parts)).await?;
     }
     Ok(caller)
 }

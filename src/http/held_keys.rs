@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use super::AppState;
 use crate::jobs::KeyRing;
-use crate::store::{KeyMark, Store, StoreError};
+use crate::store::{KEY_MARK_TRUSTED, KeyMark, Store, StoreError};
 
 /// How long the ring is trusted without asking the database. Changes by this process and by the command line are seen
 /// at once; this is for what comes in any other way, such as a restored database.
@@ -19,23 +20,42 @@ const NOTED: Duration = Duration::from_mins(5);
 /// The keys of one data directory.
 #[derive(Debug)]
 pub(super) struct HeldKeys {
-    directory: PathBuf,
+    /// Where another process says that it has changed them.
+    mark: PathBuf,
     loaded: RwLock<Option<Loaded>>,
     loading: tokio::sync::Mutex<()>,
     noted: Mutex<HashMap<Arc<str>, Instant>>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Loaded {
     ring: Arc<KeyRing>,
     mark: Option<KeyMark>,
     at: Instant,
+    /// How long after `at` the last look at the mark began \[ns\].
+    looked_ns: AtomicU64,
+}
+
+impl Loaded {
+    /// Whether nobody has said within this age that the keys have changed.
+    fn is_unchanged(&self, age: Duration, place: &Path) -> bool {
+        let looked = Duration::from_nanos(self.looked_ns.load(Ordering::Relaxed));
+        if age < looked + KEY_MARK_TRUSTED {
+            return true;
+        }
+        let unchanged = self.mark == KeyMark::at(place);
+        if unchanged {
+            // When it began: a change that came after this look is one that the next must find.
+            self.looked_ns.store(u64::try_from(age.as_nanos()).unwrap_or(0), Ordering::Relaxed);
+        }
+        unchanged
+    }
 }
 
 impl HeldKeys {
     pub(super) fn new(directory: &Path) -> Self {
         Self {
-            directory: directory.to_owned(),
+            mark: KeyMark::place(directory),
             loaded: RwLock::new(None),
             loading: tokio::sync::Mutex::new(()),
             noted: Mutex::default(),
@@ -47,38 +67,47 @@ impl HeldKeys {
     /// # Errors
     /// The keys have changed, or were never read, and cannot be read.
     pub(super) async fn current(&self, store: &Store) -> Result<Arc<KeyRing>, StoreError> {
-        if let Some(loaded) = self.unchanged()
-            && loaded.at.elapsed() < TRUSTED
+        if let Some((ring, age)) = self.unchanged()
+            && age < TRUSTED
         {
-            return Ok(loaded.ring);
+            return Ok(ring);
         }
+        // Boxed, as it is rare: its room would be part of every request's.
+        Box::pin(self.read(store)).await
+    }
+
+    /// Every key from the database.
+    async fn read(&self, store: &Store) -> Result<Arc<KeyRing>, StoreError> {
         // Only one request reads; the others that come meanwhile find what it has read.
         let _reading = self.loading.lock().await;
         let known = self.unchanged();
-        if let Some(loaded) = &known
-            && loaded.at.elapsed() < TRUSTED
+        if let Some((ring, age)) = &known
+            && *age < TRUSTED
         {
-            return Ok(Arc::clone(&loaded.ring));
+            return Ok(Arc::clone(ring));
         }
         // Looked at before the database, so that a change in between is seen the next time.
-        let (mark, at) = (KeyMark::of(&self.directory), Instant::now());
+        let at = Instant::now();
+        let mark = KeyMark::at(&self.mark);
         let ring = match (store.every_api_key().await, known) {
             (Ok(rows), _) => Arc::new(KeyRing::of(rows)),
-            (Err(fault), Some(known)) => {
+            (Err(fault), Some((known, _age))) => {
                 tracing::warn!(error = %fault, "the API keys cannot be read again; those that are known go on");
-                known.ring
+                known
             }
             (Err(fault), None) => return Err(fault),
         };
-        let loaded = Loaded { ring: Arc::clone(&ring), mark, at };
+        let loaded = Loaded { ring: Arc::clone(&ring), mark, at, looked_ns: AtomicU64::new(0) };
         *self.loaded.write().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
         Ok(ring)
     }
 
-    /// What was read, where nobody has said since that it has changed.
-    fn unchanged(&self) -> Option<Loaded> {
-        let loaded = self.loaded.read().unwrap_or_else(PoisonError::into_inner).clone();
-        loaded.filter(|loaded| loaded.mark == KeyMark::of(&self.directory))
+    /// What was read and how long ago, where nobody has said since that it has changed.
+    fn unchanged(&self) -> Option<(Arc<KeyRing>, Duration)> {
+        let loaded = self.loaded.read().unwrap_or_else(PoisonError::into_inner);
+        let loaded = loaded.as_ref()?;
+        let age = loaded.at.elapsed();
+        loaded.is_unchanged(age, &self.mark).then(|| (Arc::clone(&loaded.ring), age))
     }
 
     /// The keys have changed: they are read again before the next request.
@@ -101,5 +130,24 @@ impl HeldKeys {
                 tracing::warn!(error = %fault, key_id = %id, "the use of an API key could not be noted");
             }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::mark_key_change;
+
+    #[test]
+    fn a_change_is_seen_as_soon_as_it_was_told() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let place = KeyMark::place(folder.path());
+        let ring = Arc::new(KeyRing::of(Vec::new()));
+        let loaded = Loaded { ring, mark: None, at: Instant::now(), looked_ns: AtomicU64::new(0) };
+        assert!(loaded.is_unchanged(KEY_MARK_TRUSTED * 2, &place));
+        // The last look was the latest that there can be before the change.
+        loaded.looked_ns.store(u64::try_from(loaded.at.elapsed().as_nanos()).unwrap(), Ordering::Relaxed);
+        mark_key_change(folder.path(), "one").unwrap();
+        assert!(!loaded.is_unchanged(loaded.at.elapsed(), &place));
     }
 }

@@ -2,7 +2,7 @@
 //! only taken from here as long as nothing at all was written since it was read.
 
 use std::collections::HashMap;
-use std::sync::{PoisonError, RwLock};
+use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use crate::jobs::MachineUsed;
@@ -22,23 +22,23 @@ pub(super) struct HeldMachines(RwLock<HashMap<Box<str>, Held>>);
 struct Held {
     writes: u64,
     at: Instant,
-    machine: MachineUsed,
+    machine: Arc<MachineUsed>,
 }
 
 impl HeldMachines {
     /// The machine, if so many writes have been seen as when it was read.
-    pub(super) fn get(&self, machine_id: &str, writes: u64) -> Option<MachineUsed> {
+    pub(super) fn get(&self, machine_id: &str, writes: u64) -> Option<Arc<MachineUsed>> {
         let held = self.0.read().unwrap_or_else(PoisonError::into_inner);
         let found = held.get(machine_id)?;
-        (found.writes == writes && found.at.elapsed() < TRUSTED).then(|| found.machine.clone())
+        (found.writes == writes && found.at.elapsed() < TRUSTED).then(|| Arc::clone(&found.machine))
     }
 
     /// Keeps a machine that was read after so many writes.
-    pub(super) fn keep(&self, machine_id: &str, writes: u64, machine: &MachineUsed) {
+    pub(super) fn keep(&self, machine_id: &str, writes: u64, machine: &Arc<MachineUsed>) {
         let mut held = self.0.write().unwrap_or_else(PoisonError::into_inner);
         if held.len() >= MOST && !held.contains_key(machine_id) {
             held.clear();
         }
-        held.insert(machine_id.into(), Held { writes, at: Instant::now(), machine: machine.clone() });
+        held.insert(machine_id.into(), Held { writes, at: Instant::now(), machine: Arc::clone(machine) });
     }
 }

@@ -10,6 +10,12 @@ use super::problem::{Problem, ProblemType};
 /// # Errors
 /// None of them fits.
 pub(super) fn choose<'a>(headers: &HeaderMap, offers: &[&'a str]) -> Result<&'a str, Problem> {
+    let Some(first) = offers.first() else {
+        return Err(Problem::new(ProblemType::NotAcceptable, "there is no representation"));
+    };
+    if !headers.contains_key(ACCEPT) {
+        return Ok(first);
+    }
     let ranges: Vec<Range> = headers
         .get_all(ACCEPT)
         .iter()
@@ -17,12 +23,6 @@ pub(super) fn choose<'a>(headers: &HeaderMap, offers: &[&'a str]) -> Result<&'a 
         .flat_map(|value| value.split(','))
         .filter_map(Range::parse)
         .collect();
-    let Some(first) = offers.first() else {
-        return Err(Problem::new(ProblemType::NotAcceptable, "there is no representation"));
-    };
-    if !headers.contains_key(ACCEPT) {
-        return Ok(first);
-    }
     let mut best: Option<(&str, u16)> = None;
     for offer in offers {
         let quality = quality(&ranges, offer);

@@ -5,9 +5,13 @@ use std::net::IpAddr;
 
 use http::header::{HOST, ORIGIN};
 use http::request::Parts;
-use http::{HeaderMap, Method};
+use http::uri::Authority;
+use http::{HeaderMap, HeaderName, Method};
 
 use super::problem::{Problem, ProblemType};
+
+/// Where a browser says from which site a request comes.
+const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
 /// Refuses what a page of another site sends to a service without keys on a loopback address.
 ///
@@ -19,9 +23,9 @@ use super::problem::{Problem, ProblemType};
 /// # Errors
 /// It does.
 pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
-    let authority = parts.uri.authority().map(|authority| authority.as_str().to_owned());
-    let host = text(&parts.headers, HOST.as_str()).map(str::to_owned).or(authority);
-    if let Some(host) = host.as_deref().filter(|host| !is_this_computer(host)) {
+    let authority = parts.uri.authority().map(Authority::as_str);
+    let host = text(&parts.headers, &HOST).or(authority);
+    if let Some(host) = host.filter(|host| !is_this_computer(host)) {
         let detail = format!(
             "without an API key the service answers to addresses and to localhost, not to the name {host:?}"
         );
@@ -30,9 +34,9 @@ pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
     if parts.method == Method::GET || parts.method == Method::HEAD {
         return Ok(());
     }
-    let foreign = match (text(&parts.headers, "sec-fetch-site"), text(&parts.headers, ORIGIN.as_str())) {
+    let foreign = match (text(&parts.headers, &FETCH_SITE), text(&parts.headers, &ORIGIN)) {
         (Some(site), _) => site != "same-origin" && site != "none",
-        (None, Some(origin)) => origin.split_once("://").map(|(_, of)| of) != host.as_deref(),
+        (None, Some(origin)) => origin.split_once("://").map(|(_, of)| of) != host,
         (None, None) => false,
     };
     if foreign {
@@ -43,7 +47,7 @@ pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
 }
 
 /// A header's value; empty where it is no text.
-fn text<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     headers.get(name).map(|value| value.to_str().unwrap_or_default())
 }
 
@@ -53,8 +57,9 @@ fn is_this_computer(authority: &str) -> bool {
         Some((inside, _port)) => inside,
         None => authority.split_once(':').map_or(authority, |(name, _port)| name),
     };
-    let name = name.trim_end_matches('.').to_ascii_lowercase();
-    !name.contains('.') || name.ends_with(".localhost") || name.parse::<IpAddr>().is_ok()
+    let name = name.trim_end_matches('.');
+    let last = name.rsplit_once('.').map(|(_, last)| last);
+    last.is_none_or(|last| last.eq_ignore_ascii_case("localhost")) || name.parse::<IpAddr>().is_ok()
 }
 
 #[cfg(test)]

@@ -2,10 +2,9 @@
 
 use std::sync::LazyLock;
 
-use axum::extract::DefaultBodyLimit;
+use axum::Router;
 use axum::response::IntoResponse;
 use axum::routing::get;
-use axum::{Router, middleware};
 use bytes::Bytes;
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
@@ -21,9 +20,9 @@ use super::{
     wear, webhooks,
 };
 
-/// Every described route, and the description.
+/// Every described route, and the description as far as the routes say it: a start needs no more of it.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
-    let (router, document) = OpenApiRouter::with_openapi(openapi::Base::openapi())
+    OpenApiRouter::with_openapi(openapi::Base::openapi())
         .merge(machines::router())
         .merge(kinematics::router())
         .merge(programs::router())
@@ -35,8 +34,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .merge(keys::router())
         .merge(audit::router())
         .merge(service::router())
-        .split_for_parts();
-    (router, openapi::completed(document))
+        .split_for_parts()
 }
 
 /// What is served besides, with ids of its own.
@@ -68,7 +66,6 @@ pub fn behind_the_edge(router: Router<AppState>, app: AppState) -> Router {
     router
         .fallback(edge::not_found)
         .method_not_allowed_fallback(edge::method_not_allowed)
-        .layer(DefaultBodyLimit::disable())
-        .layer(middleware::from_fn_with_state(app.clone(), edge::pass))
+        .layer(edge::EdgeLayer(app.clone()))
         .with_state(app)
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Instant;
 
 use tokio::sync::Semaphore;
@@ -154,7 +154,9 @@ impl AppState {
 
     /// Counts and times of requests, by operation.
     pub(super) fn operations(&self) -> &Operations {
-        self.operations.get_or_init(|| Operations::new(std::iter::empty()))
+        // None are told where routes are served without the whole service.
+        static NONE: LazyLock<Operations> = LazyLock::new(|| Operations::new(std::iter::empty()));
+        self.operations.get().unwrap_or_else(|| &NONE)
     }
 
     /// What programs are worked on with.

@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use super::PartSurfaceFault;
+use super::compute_threads::ComputeThreads;
 use crate::meter;
 use crate::process::Stop;
 use crate::surface::Mesh;
@@ -34,6 +35,7 @@ pub struct Compute {
     running: Arc<Semaphore>,
     /// Those of them that jobs from the queue may take.
     queued: Arc<Semaphore>,
+    threads: ComputeThreads,
     width: usize,
     /// Memory that uploaded surfaces may take together \[MiB\].
     surface_mib: Arc<Semaphore>,
@@ -100,6 +102,7 @@ impl Compute {
             places: Arc::new(Semaphore::new(running + waiting)),
             running: Arc::new(Semaphore::new(running)),
             queued: Arc::new(Semaphore::new((running - 1).max(1))),
+            threads: ComputeThreads::new(running),
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
             surface_bytes,
@@ -127,7 +130,7 @@ impl Compute {
         self.width
     }
 
-    /// Runs `work` on a blocking thread. `work` polls the given stop, which breaks once this future is dropped.
+    /// Runs `work` on a thread that computes. `work` polls the given stop, which breaks once this future is dropped.
     ///
     /// # Errors
     /// No place is free, or `work` panicked.
@@ -174,15 +177,15 @@ impl Compute {
         let computing = meter::COMPUTING.enter();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
-        let computed = tokio::task::spawn_blocking(move || {
+        let computed = self.threads.run(move || {
             // Held by the thread, not by who waits: a place is free when its work has really ended.
             let _held = (place, computing);
             let _entered = span.entered();
             work(&threads, &|| {
                 if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })
-        })
-        .await;
+        });
+        let computed = computed.await;
         stop_when_dropped.disarm();
         computed.map_err(|fault| {
             tracing::error!(error = %fault, "a computation panicked");

@@ -1,10 +1,11 @@
 //! Many poses or joints at a time, inside the pool.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{Cost, TooCostly};
+use super::{Cost, MachineUsed, TooCostly};
 use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, WarningKind};
 use crate::machine::{Machine, Motion};
 use crate::meter;
@@ -110,7 +111,7 @@ pub struct InverseAnswer {
 /// What the inverse is asked for, on one machine.
 #[derive(Debug, Clone)]
 pub struct InverseTask {
-    machine: Machine,
+    on: Arc<MachineUsed>,
     kinematics: Kinematics,
     selection: Selection,
     start_words_deg: Option<[f64; 2]>,
@@ -121,12 +122,12 @@ impl InverseTask {
     /// first pose, in the profile's order.
     #[must_use]
     pub fn new(
-        machine: Machine,
+        on: Arc<MachineUsed>,
         setup: &Setup,
         selection: Selection,
         start_words_deg: Option<[f64; 2]>,
     ) -> Self {
-        Self { kinematics: Kinematics::new(&machine, setup), machine, selection, start_words_deg }
+        Self { kinematics: Kinematics::new(&on.machine, setup), on, selection, start_words_deg }
     }
 
     /// Whether so many poses are so little that they are solved where they are asked for.
@@ -138,7 +139,7 @@ impl InverseTask {
     /// The machine.
     #[must_use]
     pub fn machine(&self) -> &Machine {
-        &self.machine
+        &self.on.machine
     }
 
     /// How many answers one pose can have.
@@ -190,12 +191,13 @@ impl InverseTask {
         let solved = self
             .kinematics
             .path_lanes(&lanes, &chosen, stop)
-            .map_err(|error| refused(&self.machine, error))?;
+            .map_err(|error| refused(&self.on.machine, error))?;
         let mut joints = Vec::with_capacity(lanes.len());
         for (pose, conditioning) in solved.conditioning.iter().enumerate() {
             let found = solved.get(pose);
-            joints
-                .extend(found.map(|found| JointWords::from_core(&self.machine, &found, Some(*conditioning))));
+            joints.extend(
+                found.map(|found| JointWords::from_core(&self.on.machine, &found, Some(*conditioning))),
+            );
         }
         Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
     }
@@ -216,10 +218,10 @@ impl InverseTask {
             let found = self
                 .kinematics
                 .candidates(index, &pose, 0.0)
-                .map_err(|error| refused(&self.machine, error))?;
+                .map_err(|error| refused(&self.on.machine, error))?;
             for candidate in &found {
                 answer.joints.push(JointWords::from_core(
-                    &self.machine,
+                    &self.on.machine,
                     &candidate.joints,
                     Some(candidate.conditioning),
                 ));

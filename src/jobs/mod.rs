@@ -5,6 +5,7 @@ mod calibration;
 mod clock;
 mod compensation;
 mod compute;
+mod compute_threads;
 mod cutter_contact;
 mod estimate;
 mod kinematics;

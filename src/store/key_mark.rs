@@ -3,9 +3,15 @@
 
 use std::io;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 const FILE: &str = "keys.changed";
+
+/// How long what was seen of the mark is trusted without another look: at a full load of small calls a look at each was
+/// a twentieth of their cost. Whoever changes the keys comes back only after so long, so that all that is asked of the
+/// service from then on sees the change.
+pub const KEY_MARK_TRUSTED: Duration = Duration::from_millis(1);
 
 /// Which state of the file was seen; equal ones mean that nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,10 +23,16 @@ pub struct KeyMark {
 }
 
 impl KeyMark {
-    /// The file as it is now; none where there is none.
+    /// Where the file of this data directory is.
     #[must_use]
-    pub fn of(directory: &Path) -> Option<Self> {
-        let file = std::fs::metadata(directory.join(FILE)).ok()?;
+    pub fn place(directory: &Path) -> PathBuf {
+        directory.join(FILE)
+    }
+
+    /// The file at this place as it is now; none where there is none.
+    #[must_use]
+    pub fn at(place: &Path) -> Option<Self> {
+        let file = std::fs::metadata(place).ok()?;
         Some(Self {
             inode: file.ino(),
             length: file.len(),
@@ -30,7 +42,8 @@ impl KeyMark {
     }
 }
 
-/// Says that the keys have changed. `turn` is a text never used before.
+/// Says that the keys have changed, and waits until a service that runs has taken its next look. `turn` is a text never
+/// used before.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -38,6 +51,7 @@ pub fn mark_key_change(directory: &Path, turn: &str) -> io::Result<()> {
     let file = tempfile::NamedTempFile::new_in(directory)?;
     // The inode of the last file is not free before this one has its own.
     std::fs::write(file.path(), turn)?;
-    file.persist(directory.join(FILE)).map_err(|fault| fault.error)?;
+    file.persist(KeyMark::place(directory)).map_err(|fault| fault.error)?;
+    std::thread::sleep(KEY_MARK_TRUSTED);
     Ok(())
 }

@@ -37,7 +37,7 @@ pub use error::StoreError;
 pub use examination::{Examination, Files, examine};
 pub use filesystem::{NetworkMount, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
-pub use key_mark::{KeyMark, mark_key_change};
+pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{Expected, MachineHead, NewRevision, PutOutcome, Revision, Stale};

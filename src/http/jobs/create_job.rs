@@ -1,5 +1,7 @@
 //! Accepts a job.
 
+use std::sync::Arc;
+
 use axum::extract::{Request, State};
 use axum::response::{IntoResponse, Response};
 use http::header::LOCATION;
@@ -151,7 +153,7 @@ pub(super) async fn create_job(
     let on = current_machine(&app, &order.machine_id).await?;
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
-    let work = order.work(on, sizes, &app.means())?;
+    let work = order.work(Arc::unwrap_or_clone(on), sizes, &app.means())?;
     // What never has room is refused now; what has none at the moment waits.
     if let Some(facets) = sizes.surface_facets
         && let Err(fault) = app.compute.surface_memory(facets)

@@ -12,7 +12,7 @@ use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::{KinematicsFault, MachineUsed, forward};
+use crate::jobs::{KinematicsFault, forward};
 use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
 
 refusals!(
@@ -72,7 +72,8 @@ pub(super) async fn solve_forward_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let MachineUsed { revision, machine, .. } = current_machine(&app, &machine_id).await?;
+    let on = current_machine(&app, &machine_id).await?;
+    let revision = on.revision;
     let (joints, options) = read(&app, table, request).await?;
     if options.selection.is_some() || options.start.is_some() {
         let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");
@@ -81,8 +82,8 @@ pub(super) async fn solve_forward_kinematics(
     let limits = app.limits();
     let csv = kind == CSV;
     let answer = app.compute.run(move |stop| {
-        let (setup, _) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
-        let poses = forward(&machine, &setup, &joints, limits, stop)?;
+        let (setup, _) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
+        let poses = forward(&on.machine, &setup, &joints, limits, stop)?;
         Ok::<_, KinematicsFault>(if csv { Err(poses) } else { Ok(print(revision, poses)) })
     });
     match answer.await?? {

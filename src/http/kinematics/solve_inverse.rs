@@ -13,7 +13,7 @@ use crate::http::extract::{Json, Path, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault, MachineUsed};
+use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
 use crate::process::Stop;
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
@@ -53,12 +53,13 @@ pub(super) async fn solve_inverse_kinematics(
 ) -> Result<Response, Problem> {
     let table = is_table(request.headers())?;
     let kind = choose(request.headers(), offers(table))?;
-    let MachineUsed { revision, machine, .. } = current_machine(&app, &machine_id).await?;
+    let on = current_machine(&app, &machine_id).await?;
+    let revision = on.revision;
     let (poses, options) = read(&app, table, request).await?;
     let limits = app.limits();
     let csv = kind == CSV;
-    let (setup, start_words_deg) = options.to_setup(&machine).map_err(KinematicsFault::Values)?;
-    let task = InverseTask::new(machine, &setup, options.selection.unwrap_or_default(), start_words_deg);
+    let (setup, start_words_deg) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
+    let task = InverseTask::new(on, &setup, options.selection.unwrap_or_default(), start_words_deg);
     let trifling = task.is_trifling(poses.len());
     let solve = move |stop: &Stop<'_>| {
         let answer = task.solve(&poses, limits, stop)?;
@@ -69,7 +70,12 @@ pub(super) async fn solve_inverse_kinematics(
             Ok(print(revision, answer))
         })
     };
-    let solved = if trifling { solve(&|| ControlFlow::Continue(())) } else { app.compute.run(solve).await? };
+    let solved = if trifling {
+        solve(&|| ControlFlow::Continue(()))
+    } else {
+        // Boxed: the room it takes would be part of every small request's.
+        Box::pin(app.compute.run(solve)).await?
+    };
     match solved? {
         Ok(text) => {
             let text = text.map_err(|fault| Problem::internal(&fault))?;

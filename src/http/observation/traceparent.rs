@@ -3,11 +3,14 @@
 
 use std::fmt;
 
-use http::HeaderMap;
+use http::{HeaderMap, HeaderName};
 use uuid::Uuid;
 
 /// Header of a request.
-const TRACEPARENT: &str = "traceparent";
+const TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
+
+/// Bytes of a `traceparent` of the first version.
+const LENGTH: usize = 55;
 
 /// Where a request stands in a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,19 +39,34 @@ impl Trace {
             _ => Self { trace_id, parent_id: None, span_id, sampled: true },
         }
     }
+
+    /// The same text as displayed, written digit by digit: every answer has it.
+    pub(super) fn text(&self) -> [u8; LENGTH] {
+        let mut text = *b"00-00000000000000000000000000000000-0000000000000000-00";
+        let parts = [(3..35, self.trace_id), (36..52, self.span_id.into()), (53..55, self.sampled.into())];
+        for (place, mut value) in parts {
+            for digit in text.get_mut(place).into_iter().flatten().rev() {
+                let low = (value & 0xf) as u8;
+                *digit = if low < 10 { b'0' + low } else { b'a' + low - 10 };
+                value >>= 4;
+            }
+        }
+        text
+    }
 }
 
 /// As `traceparent` and `traceresponse` have it, with our span.
 impl fmt::Display for Trace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "00-{:032x}-{:016x}-{:02x}", self.trace_id, self.span_id, u8::from(self.sampled))
+        f.write_str(&String::from_utf8_lossy(&self.text()))
     }
 }
 
 /// Trace, span and whether it is sampled. Later versions may go on after the flags.
 fn parsed(value: &[u8]) -> Option<(u128, u64, bool)> {
     let dash = |at: usize| value.get(at) == Some(&b'-');
-    let whole = value.len() == 55 || (value.len() > 55 && dash(55) && value.get(..2) != Some(b"00"));
+    let whole =
+        value.len() == LENGTH || (value.len() > LENGTH && dash(LENGTH) && value.get(..2) != Some(b"00"));
     if !whole || !dash(2) || !dash(35) || !dash(52) {
         return None;
     }

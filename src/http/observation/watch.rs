@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use axum::extract::{MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{ALLOW, CONTENT_TYPE, HeaderName, LOCATION};
-use http::{HeaderMap, HeaderValue, Method, StatusCode};
+use http::{HeaderMap, HeaderValue, StatusCode};
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
 
+use super::operations::Series;
 use super::subject::Subject;
 use super::{FinishedSpan, Trace};
 use crate::http::AppState;
@@ -29,16 +30,16 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
     let in_flight = meter::IN_FLIGHT.enter();
     let fresh = app.sources.ids.next();
     let trace = Trace::of(request.headers(), fresh);
-    let request_id = given_id(request.headers()).map_or_else(|| fresh.to_string(), str::to_owned);
-    let route = request.extensions().get::<MatchedPath>().cloned();
-    let method = request.method().clone();
+    let request_id = RequestId::of(given_id(request.headers()), fresh);
+    let matched = request.extensions().get::<MatchedPath>().cloned();
+    let route = matched.as_ref().map(MatchedPath::as_str);
     let path = request.uri().path().to_owned();
     let mut watched = Watched {
         app,
-        route: route.as_ref().map(MatchedPath::as_str),
-        method,
-        path: &path,
-        request_id: &request_id,
+        route,
+        series: app.operations().of(route, request.method()),
+        subject: route.map_or_else(Subject::default, |pattern| Subject::of(pattern, &path)),
+        request_id: request_id.as_str(),
         trace,
         span: Span::none(),
         began: Instant::now(),
@@ -46,12 +47,10 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
     };
     watched.open();
     let span = watched.span.clone();
-    request.extensions_mut().insert(RequestId(request_id.clone()));
+    request.extensions_mut().insert(request_id.clone());
     let mut response = dressed(answered(request).instrument(span).await);
-    if let Ok(value) = HeaderValue::try_from(&request_id) {
-        response.headers_mut().insert(REQUEST_ID, value);
-    }
-    if let Ok(value) = HeaderValue::try_from(trace.to_string()) {
+    response.headers_mut().insert(REQUEST_ID, request_id.header());
+    if let Ok(value) = HeaderValue::from_bytes(&trace.text()) {
         response.headers_mut().insert(TRACE_RESPONSE, value);
     }
     watched.end(&response);
@@ -63,8 +62,8 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
 struct Watched<'a> {
     app: &'a AppState,
     route: Option<&'a str>,
-    method: Method,
-    path: &'a str,
+    series: Option<&'a Series>,
+    subject: Subject<'a>,
     request_id: &'a str,
     trace: Trace,
     span: Span,
@@ -73,14 +72,10 @@ struct Watched<'a> {
 }
 
 impl Watched<'_> {
-    fn subject(&self) -> Subject<'_> {
-        self.route.map_or_else(Subject::default, |pattern| Subject::of(pattern, self.path))
-    }
-
     /// The span is there whatever level is logged: faults within the request need its ids.
     fn open(&mut self) {
-        let Subject { machine_id, job_id } = self.subject();
-        let operation = self.app.operations().of(self.route, &self.method).map(|series| &*series.operation);
+        let Subject { machine_id, job_id } = self.subject;
+        let operation = self.series.map(|series| &*series.operation);
         self.span = tracing::error_span!(
             "request",
             request_id = self.request_id,
@@ -100,13 +95,13 @@ impl Watched<'_> {
     fn report(&self, response: Option<&Response>) {
         let elapsed = self.began.elapsed();
         let status = response.map(Response::status);
-        let Some(series) = self.app.operations().of(self.route, &self.method) else { return };
+        let Some(series) = self.series else { return };
         match status {
             Some(status) => series.count(status),
             None => self.app.abandoned.add(1),
         }
         series.times.record(elapsed);
-        let Subject { machine_id, job_id } = self.subject();
+        let Subject { machine_id, job_id } = self.subject;
         let made = response
             .and_then(|response| response.headers().get(LOCATION)?.to_str().ok())
             .and_then(Subject::job_of_location);
@@ -159,9 +154,10 @@ fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: 
     });
 }
 
-fn given_id(headers: &HeaderMap) -> Option<&str> {
-    let given = headers.get(REQUEST_ID)?.to_str().ok()?;
-    ((1..=128).contains(&given.len()) && given.bytes().all(|byte| byte.is_ascii_graphic())).then_some(given)
+fn given_id(headers: &HeaderMap) -> Option<&HeaderValue> {
+    let given = headers.get(REQUEST_ID)?;
+    let sound = (1..=128).contains(&given.len()) && given.as_bytes().iter().all(u8::is_ascii_graphic);
+    sound.then_some(given)
 }
 
 fn dressed(response: Response) -> Response {

@@ -41,7 +41,7 @@ use super::webhooks::describe;
 pub(super) struct Base;
 
 /// The description with everything that the routes do not say.
-pub(super) fn completed(mut document: Document) -> Document {
+fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
@@ -128,7 +128,7 @@ fn guarded(document: &mut Document) {
 /// The description of the interface.
 #[must_use]
 pub fn document() -> Value {
-    published(&super::router::described().1)
+    published(&completed(super::router::described().1))
 }
 
 /// One line for each operation: method, path, id.

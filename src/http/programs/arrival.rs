@@ -1,5 +1,7 @@
 //! What every operation on an uploaded program does: takes it, works on it, keeps the job, answers in the form asked for.
 
+use std::sync::Arc;
+
 use axum::extract::Request;
 use axum::response::Response;
 
@@ -49,7 +51,7 @@ async fn job<P: ProgramParameters>(
     }
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
-    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
+    let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;
     let job = ProgramJob {
         machine_id,
         machine_revision,

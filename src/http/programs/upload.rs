@@ -2,7 +2,7 @@
 
 use axum::body::Body;
 use axum::extract::multipart::Field;
-use axum::extract::{FromRequest, Multipart, Request};
+use axum::extract::{DefaultBodyLimit, FromRequest, Multipart, Request};
 use http::HeaderMap;
 use http::request::Parts;
 use serde::de::DeserializeOwned;
@@ -163,6 +163,8 @@ async fn form<D>(
     let (body, between) = incoming.into_form(app.settings.max_header_bytes);
     let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
+    // The limits of fields are ours.
+    DefaultBodyLimit::disable().apply(&mut request);
     let mut form = Multipart::from_request(request, app)
         .await
         .map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;

@@ -53,6 +53,6 @@ async fn work<T>(
         .into_task()
         .ok_or_else(|| Problem::internal(&"a request without faults has neither path nor drives"))?;
     let revision = current.as_ref().map(|current| current.revision);
-    let machine = current.map(|current| current.machine);
+    let machine = current.map(|current| current.machine.clone());
     Ok((revision, ServoWork { task, machine, max_cost_s: app.settings.max_cost_s }, own))
 }

@@ -1,5 +1,7 @@
 //! One path at one feed.
 
+use std::sync::Arc;
+
 use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
 use http::request::Parts;
@@ -130,7 +132,7 @@ async fn program(
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
     let (program, machine_revision) = (spooling.finish().await?, on.revision);
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
-    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
+    let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;
     let by = actor(parts)?;
     let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used, by };
     let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
