@@ -5,6 +5,7 @@
 mod contact;
 mod course;
 mod feed;
+mod move_program;
 mod parameters;
 mod points;
 mod posting;
@@ -13,8 +14,8 @@ mod run;
 mod verify;
 mod written;
 
+pub(super) use move_program::{Moved, move_program};
+pub use move_program::{compensate_wear, compensate_wear_side_by_side};
 pub(super) use parameters::Moves;
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 pub use report::{CurvatureAcross, WearReport};
-pub(super) use run::{Moved, move_program};
-pub use run::{compensate_wear, compensate_wear_side_by_side};

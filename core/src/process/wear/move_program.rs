@@ -1,0 +1,151 @@
+//! The course of a wear compensation, streamed: read, move, write, read back.
+//!
+//! As along the contact's path, three pieces of work are done side by side where there are hands for it: one stretch of the
+//! program is moved and written, the next is read, and what was written of the one before is read back.
+
+use std::io::Write;
+
+use super::super::compensate::Upstream;
+use super::super::compensation::{BlockChange, LineMap};
+use super::super::stream::{Passages, Stretch};
+use super::super::survey::Survey;
+use super::super::{ContactSource, Fault, ProgramSource, Stop};
+use super::parameters::{Milling, Moves, WearParameters};
+use super::posting::Posting;
+use super::report::WearReport;
+use super::run::Run;
+use super::verify::{Outgoing, WearVerifier};
+use crate::kinematics::Kinematics;
+use crate::machine::Machine;
+use crate::motion::InterpreterOptions;
+use crate::wear::{OneAfterAnother, SideBySide};
+
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
+/// thread.
+///
+/// # Errors
+/// Those of [`compensate_wear_side_by_side`].
+pub fn compensate_wear(
+    machine: &Machine,
+    parameters: &WearParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<WearReport, Fault> {
+    compensate_wear_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
+}
+
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)).
+///
+/// Tool axis and rotary words never change, blocks are never divided, and those whose words stay are copied byte for
+/// byte. What is written is read back with its own decimals, and the worn cutter's contact compared with the nominal
+/// one's at every point, before this function returns; the report's `after` comes from that reading.
+///
+/// # Errors
+/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+pub fn compensate_wear_side_by_side(
+    machine: &Machine,
+    parameters: &WearParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<WearReport, Fault> {
+    let moves = Moves::of_wear(parameters);
+    let source = Upstream { source, lines: Vec::new() };
+    Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), parts, stop)?.wear)
+}
+
+/// What moving the ends of a program's motions comes to.
+#[derive(Debug)]
+pub(in crate::process) struct Moved {
+    /// The report of the worn cutter; without one its numbers are those of a cutter of nominal shape.
+    pub(in crate::process) wear: WearReport,
+    /// Of posting for another machine.
+    pub(in crate::process) posting: Posting,
+    /// Lines of blocks that hold F alone.
+    pub(in crate::process) lines: LineMap,
+}
+
+/// Moves every end of a program's motions; `note` gets what that did to each, in their order, once it was read back.
+///
+/// # Errors
+/// Why the program is refused.
+pub(in crate::process) fn move_program(
+    machine: &Machine,
+    moves: &Moves<'_>,
+    Upstream { source, lines }: Upstream<'_>,
+    output: &mut dyn Write,
+    note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<Moved, Fault> {
+    let parameters = moves.parameters;
+    let survey = Survey::of(machine, parameters.dialect, source, stop)?;
+    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+    let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
+    if moves.has_wear && (contact == ContactSource::Tip || side_by_feed) {
+        return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
+    }
+    let kinematics = [moves.source_setup, moves.written_setup].map(|setup| Kinematics::new(machine, &setup));
+    let options = InterpreterOptions {
+        feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
+        interpolation_stated: parameters.interpolation.is_some(),
+    };
+    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
+        .with_setup(machine, &moves.source_setup)
+        .with_lines(lines);
+    let (mut present, mut next) = (Stretch::default(), Stretch::default());
+    passages.fill(&mut present, stop)?;
+    let mut run = Run::new(machine, &kinematics, moves, survey, contact);
+    let mut verifier = WearVerifier::new(machine, moves, &kinematics[1], passages.dialect(), options);
+    let mut written = Outgoing::default();
+    while !present.passages.is_empty() || !written.text.is_empty() {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let is_refused = passages.is_refused();
+        let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
+        parts.run(vec![
+            Box::new(|| {
+                if !is_refused {
+                    worked = run.stretch(&present, stop);
+                }
+            }),
+            Box::new(|| filled = passages.fill(&mut next, stop)),
+            Box::new(|| checked = verifier.take(&mut written, stop)),
+        ]);
+        checked?;
+        output.write_all(&written.text)?;
+        verifier.changes.drain(..).try_for_each(|change| note(&change))?;
+        worked.and(filled)?;
+        written.clear();
+        if is_refused || run.faults.total > 0 {
+            // A faulty program is looked at to its end, so that every fault is named, but no longer written.
+            run.out.clear();
+        }
+        std::mem::swap(&mut run.out, &mut written);
+        std::mem::swap(&mut present, &mut next);
+    }
+    passages.refusals()?;
+    if passages.motions == 0 {
+        return Err(Fault::NoMotion);
+    }
+    if run.faults.total > 0 {
+        return Err(Fault::Lines(run.faults));
+    }
+    if let Some(number) = parameters.tool_number.filter(|_| run.motions_of_its_tool == 0) {
+        return Err(Fault::NoSuchTool { number });
+    }
+    let asks_for_nothing = parameters.has_nominal_shape() && !run.pilot.moves_everything && !moves.posts;
+    if run.motions_followed == 0 && !asks_for_nothing {
+        // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
+        return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
+    }
+    run.inventory.inserted += run.emitter.feed_blocks;
+    verifier.finish(&run.inventory, stop)?;
+    verifier.changes.drain(..).try_for_each(|change| note(&change))?;
+    output.flush()?;
+    passages.warn(&mut run.pilot.warnings);
+    Ok(run.moved(verifier, passages.dialect(), passages.blocks))
+}
