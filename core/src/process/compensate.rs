@@ -1,8 +1,8 @@
 //! Cutter-contact compensation of a whole program, streamed: read, judge, divide, write, read back.
 //!
-//! Three pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch of the
-//! program is judged and written, the next is read and prepared, and what was written of the one before is read back. What
-//! comes out does not depend on who does what.
+//! Four pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch of the
+//! program is judged and written, the next is prepared, the one behind it is read, and what was written of the one before
+//! is read back. What comes out does not depend on who does what.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -93,13 +93,16 @@ pub(super) fn compensate_from(
     let mut passages =
         Passages::open(source, machine, parameters.dialect, options)?.leaving_vectors().with_lines(lines);
     // Of a stretch that is worked off the text is still to be read back.
-    let (mut worked_off, mut present, mut next): (Stretch, Stretch, Stretch) = Default::default();
+    let (mut worked_off, mut present, mut next, mut coming): (Stretch, Stretch, Stretch, Stretch) =
+        Default::default();
     let mut is_of_present = false;
     passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
     let mut preparation = Preparation::new(machine, &kinematics, parameters);
     preparation.prepare(&mut present);
+    passages.fill(&mut next, stop)?;
+    let mut is_next_prepared = false;
     let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
     let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
@@ -114,7 +117,7 @@ pub(super) fn compensate_from(
         }
         let written_of = if is_of_present { &present } else { &worked_off };
         let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
-        // The two that may be long first: who is done with one of them takes the reading back as well.
+        // The longest first: who is done with one takes the next.
         parts.run(vec![
             Box::new(|| {
                 if !is_refused {
@@ -122,11 +125,13 @@ pub(super) fn compensate_from(
                 }
             }),
             Box::new(|| {
-                if next.passages.is_empty() {
-                    filled = passages.fill(&mut next, stop);
-                    if !is_refused {
-                        preparation.prepare(&mut next);
-                    }
+                if !is_refused && !is_next_prepared {
+                    preparation.prepare(&mut next);
+                }
+            }),
+            Box::new(|| {
+                if coming.passages.is_empty() {
+                    filled = passages.fill(&mut coming, stop);
                 }
             }),
             Box::new(|| checked = verifier.take(&mut written, written_of)),
@@ -143,11 +148,14 @@ pub(super) fn compensate_from(
         }
         std::mem::swap(&mut writing, &mut written);
         is_of_present = true;
+        is_next_prepared = true;
         if is_refused || work.is_done(&present) {
             work.at = Place::default();
             passages.recycle_all(&mut worked_off);
-            worked_off = std::mem::replace(&mut present, std::mem::take(&mut next));
+            worked_off =
+                std::mem::replace(&mut present, std::mem::replace(&mut next, std::mem::take(&mut coming)));
             is_of_present = false;
+            is_next_prepared = false;
         }
     }
     passages.refusals()?;
