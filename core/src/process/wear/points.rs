@@ -32,12 +32,12 @@ impl<'a> Points<'a> {
 
     /// Computes the poses at the ends of these motions.
     pub(super) fn prepare(&mut self, motions: &[Motion]) {
-        self.joints.clear();
-        for motion in motions {
+        let machine = self.machine;
+        self.joints.fill(motions.iter().map(|motion| {
             // A motion without a known end keeps its lane; nobody looks at it.
             let words = motion.end.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
-            self.joints.push(words.linear_mm, rotary_rad(self.machine, words.rotary_deg));
-        }
+            (words.linear_mm, rotary_rad(machine, words.rotary_deg))
+        }));
         self.kinematics.forward_lanes(&self.joints, &mut self.ends);
         if let Some(real) = self.real {
             real.forward_lanes(&self.joints, &mut self.real_ends);
