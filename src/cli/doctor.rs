@@ -5,7 +5,9 @@ use std::path::Path;
 use super::CommandFault;
 use super::migrate::block_on;
 use super::settings::say;
+use super::tls;
 use crate::config::Settings;
+use crate::jobs::trusted_certificates;
 use crate::store::{
     DATABASE_NAME, DirectoryLock, Examination, examine, mount_kind, network_mount, own_schema,
 };
@@ -51,6 +53,7 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Re
         "version",
         format!("{}, schema {}", env!("CARGO_PKG_VERSION"), own_schema()),
     );
+    certificates(settings, &mut findings);
     let data_dir = &settings.data_dir;
     if directory(data_dir, &mut findings) {
         if data_dir.join(DATABASE_NAME).is_file() {
@@ -73,6 +76,28 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Re
     match findings.lines.iter().filter(|(verdict, ..)| *verdict == Verdict::Fault).count() {
         0 => Ok(()),
         faults => Err(CommandFault::Unsound { faults }),
+    }
+}
+
+/// The files that the next start reads.
+fn certificates(settings: &Settings, findings: &mut Findings) {
+    if let (Some(certificate), Some(key)) = (&settings.tls_certificate, &settings.tls_key) {
+        match tls::server(certificate, key) {
+            Ok(_usable) => {
+                let detail = format!("{} with {}", certificate.display(), key.display());
+                findings.add(Verdict::Sound, "certificate", detail);
+            }
+            Err(fault) => findings.add(Verdict::Fault, "certificate", fault.to_string()),
+        }
+    }
+    if let Some(file) = &settings.webhook_ca_file {
+        match trusted_certificates(file) {
+            Ok(trusted) => {
+                let detail = format!("{} certificates in {}", trusted.len(), file.display());
+                findings.add(Verdict::Sound, "webhook trust", detail);
+            }
+            Err(fault) => findings.add(Verdict::Fault, "webhook trust", fault.to_string()),
+        }
     }
 }
 

@@ -38,10 +38,7 @@ pub(super) fn run(settings: &Settings, command: WebhooksCommand) -> Result<(), S
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(StartFault::Process)?;
     runtime.block_on(async {
-        let directory = &settings.data_dir;
-        std::fs::create_dir_all(directory)
-            .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
-        let (store, _lock) = beside::open(directory).await?;
+        let (store, _lock) = beside::open(&settings.data_dir).await?;
         let done = work(&store, command).await;
         store.close().await;
         Ok(done?)

@@ -84,19 +84,19 @@ impl Service<Request> for Edge {
 
 /// Every request goes through this, once, to its handler.
 async fn pass(app: &AppState, request: Request, route: Route) -> Response {
-    watch(app, request, |request| {
-        caught(within_time(app, async move {
-            let request = match guard(app, request).await {
-                Ok(request) => request,
-                Err(refusal) => return *refusal,
-            };
-            match admit(app, &request) {
-                Some(refusal) => refusal,
-                None => answered(request, route).await,
-            }
-        }))
-    })
-    .await
+    watch(app, request, |request| caught(within_time(app, admitted(app, request, route)))).await
+}
+
+/// The answer to a request, if it may be asked.
+async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
+    let request = match guard(app, request).await {
+        Ok(request) => request,
+        Err(refusal) => return *refusal,
+    };
+    match admit(app, &request) {
+        Some(refusal) => refusal,
+        None => answered(request, route).await,
+    }
 }
 
 /// Hands on a request whose body is what it says before it was compressed.
@@ -115,21 +115,25 @@ async fn answered(request: Request, mut route: Route) -> Response {
     }
 }
 
+// What lies round an answer is put together from futures that are there: an async function would keep each twice, as what
+// it was given and as what it waits for, and every request would move as much.
+
 /// Ends a request that takes too long; what it computes is told to stop.
-async fn within_time(app: &AppState, answered: impl Future<Output = Response>) -> Response {
+fn within_time(app: &AppState, answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
     let limit_s = app.settings.request_timeout_s;
-    match tokio::time::timeout(Duration::from_secs_f64(limit_s), answered).await {
-        Ok(response) => response,
-        Err(_elapsed) => {
-            Problem::new(ProblemType::TimedOut, format!("the request took longer than {limit_s} s"))
-                .into_response()
-        }
-    }
+    tokio::time::timeout(Duration::from_secs_f64(limit_s), answered).map(move |answered| {
+        answered.unwrap_or_else(|_elapsed| {
+            let detail = format!("the request took longer than {limit_s} s");
+            Problem::new(ProblemType::TimedOut, detail).into_response()
+        })
+    })
 }
 
 /// Answers a panic.
-async fn caught(answered: impl Future<Output = Response>) -> Response {
-    AssertUnwindSafe(answered).catch_unwind().await.unwrap_or_else(|cause| panicked(&*cause))
+fn caught(answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
+    AssertUnwindSafe(answered)
+        .catch_unwind()
+        .map(|answered| answered.unwrap_or_else(|cause| panicked(&*cause)))
 }
 
 fn panicked(cause: &(dyn Any + Send)) -> Response {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{Cost, MachineUsed, TooCostly};
-use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, WarningKind};
+use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, Setup, ToolPose, WarningKind};
 use crate::machine::{Machine, Motion};
 use crate::meter;
 use crate::units::Angle;
@@ -180,19 +180,13 @@ impl InverseTask {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
         let mut faults = FaultList::default();
-        let mut lanes = PoseLanes::with_capacity(poses.len());
-        for (index, pose) in poses.iter().enumerate() {
-            if let Some(pose) = pose.to_core(index, &mut faults) {
-                lanes.push(pose);
-            }
-        }
+        let wanted: Vec<ToolPose> =
+            poses.iter().enumerate().filter_map(|(index, pose)| pose.to_core(index, &mut faults)).collect();
         faults.into_result().map_err(KinematicsFault::Values)?;
         let chosen = PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() };
-        let solved = self
-            .kinematics
-            .path_lanes(&lanes, &chosen, stop)
-            .map_err(|error| refused(&self.on.machine, error))?;
-        let mut joints = Vec::with_capacity(lanes.len());
+        let solved =
+            self.kinematics.path(&wanted, &chosen, stop).map_err(|error| refused(&self.on.machine, error))?;
+        let mut joints = Vec::with_capacity(wanted.len());
         for (pose, conditioning) in solved.conditioning.iter().enumerate() {
             let found = solved.get(pose);
             joints.extend(

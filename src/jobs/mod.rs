@@ -47,7 +47,7 @@ pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
 pub use webhooks::{
     Courier, DeliveriesReading, NotAllowed, Receivers, SECRET_OVERLAP_S, TrustFault, new_webhook_secret,
-    signing_now,
+    signing_now, trusted_certificates,
 };
 pub use work::{
     ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,

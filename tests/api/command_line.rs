@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::Arc;
 
+use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::{Value, json};
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 use tempfile::TempDir;
@@ -172,6 +173,48 @@ async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
     let missing = trunnion(&data, &["doctor", "--quick"]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(said(&missing).contains("is not there"), "{}", said(&missing));
+}
+
+#[test]
+fn the_doctor_reads_the_certificates_that_the_next_start_would() {
+    let folder = TempDir::new().unwrap();
+    let CertifiedKey { cert, signing_key } = generate_simple_self_signed(["localhost".to_owned()]).unwrap();
+    let other = generate_simple_self_signed(["localhost".to_owned()]).unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let (certificate, key) = (file("cert.pem", &cert.pem()), file("key.pem", &signing_key.serialize_pem()));
+    let (strange, empty) = (file("other.pem", &other.signing_key.serialize_pem()), file("empty.pem", ""));
+    let missing = folder.path().join("missing.pem").to_str().unwrap().to_owned();
+    let asked = |key: &str, trusted: &str| {
+        let settings = ["--tls-certificate", &certificate, "--tls-key", key, "--webhook-ca-file", trusted];
+        trunnion(&folder.path().join("data"), &[&settings[..], &["doctor"]].concat())
+    };
+    let sound = asked(&key, &certificate);
+    assert!(sound.status.success() && said(&sound).contains("1 certificates in"), "{}", said(&sound));
+    for (key, trusted, fault) in [
+        (&strange, &certificate, "cannot be used"),
+        (&missing, &certificate, "cannot be read"),
+        (&key, &empty, "holds no certificate"),
+        (&key, &missing, "cannot be read"),
+    ] {
+        let output = asked(key, trusted);
+        assert_eq!(output.status.code(), Some(1), "{key} {trusted}: {}", said(&output));
+        assert!(said(&output).contains(fault), "{fault}: {}", said(&output));
+    }
+}
+
+#[test]
+fn a_mistyped_directory_is_not_made_to_look_into() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("mistyped");
+    for command in [&["keys", "list"][..], &["webhooks", "secret"], &["webhooks", "rotate"]] {
+        let output = trunnion(&data, command);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {}", said(&output));
+        assert!(said(&output).contains("mistyped") && !data.exists(), "{command:?}: {}", said(&output));
+    }
 }
 
 #[tokio::test]

@@ -229,6 +229,29 @@ proptest! {
             prop_assert_eq!(&used.warnings, &used_too.warnings);
         }
     }
+
+    #[test]
+    fn a_single_pose_is_reached_as_the_first_of_a_path_that_stays_there(
+        machine in preset_machine(true), travels in [travel(), travel()], poses in poses(40), on_pole in any::<bool>(),
+        start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]), linear in prop::option::of(20.0..400.0_f64),
+    ) {
+        let mut parts = parts_of(&with_travels(&machine, travels));
+        parts.linear_travel_mm = linear.map_or([None; 3], |max| [Some(Travel { min: -max, max }), None, None]);
+        let machine = Machine::new(parts).unwrap();
+        let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
+        let options = PathOptions { start_words_deg: start, ..PathOptions::default() };
+        for mut pose in poses {
+            if on_pole { pose.axis = Vec3::z(); }
+            let alone = kinematics.path(&[pose], &options, GO_ON);
+            // The choice among ways, none of which is cheaper for going on elsewhere.
+            let twice = kinematics.path(&[pose, pose], &options, GO_ON);
+            prop_assert_eq!(alone.as_ref().err(), twice.as_ref().err());
+            let (Ok(alone), Ok(twice)) = (alone, twice) else { continue };
+            prop_assert_eq!(alone.get(0), twice.get(0));
+            prop_assert_eq!(alone.conditioning.first(), twice.conditioning.first());
+            prop_assert_eq!(alone.warnings.first(), twice.warnings.first());
+        }
+    }
 }
 
 /// Every number of a path, to the bit.

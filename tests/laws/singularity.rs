@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, SingularityKind};
-use trunnion::machine::{Machine, Preset};
+use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{
     CcParameters, Fault, LeftReason, MemorySpool, RegionTreatment, SingularityAction, SingularityParameters,
     SingularityReport, compensate, treat_and_compensate, treat_singular_regions,
 };
-use trunnion::units::Angle;
+use trunnion::units::{Angle, Length};
 use trunnion::wear::OneAfterAnother;
 
 use crate::models::axes_witness::{Axes, Move, angle_deg, off_line, on_circle};
@@ -463,4 +463,39 @@ fn tool_vectors_are_turned_into_words_on_the_machine_as_the_request_has_it() {
     // Six decimals of a degree, ten of a vector; the tilt would be 3e-2.
     let off_deg = (words.least_angle.deg() - vectors.least_angle.deg()).abs();
     assert!(off_deg < 1e-5, "{off_deg}");
+}
+
+#[test]
+fn beside_a_point_without_a_normal_none_is_made_up() {
+    // Found by fuzzing: what lay between was not a number.
+    let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
+    let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
+    let parameters = CcParameters::new(tool);
+    let densify = SingularityParameters::new(SingularityAction::Densify);
+    let go_on = || ControlFlow::Continue(());
+    for [from, to] in [["0,0,0", "0,0.1,0.99"], ["0,0.1,0.99", "0,0,0"], ["0,0,0", "0,0,0"]] {
+        let table = format!(
+            "X,Y,Z,A,C,nx,ny,nz,F\n10.000,0.000,5.000,10.000,20.000,{from},900\n20.000,0.000,5.000,1.000,160.000,{to},900\n"
+        );
+        let mut output = Vec::new();
+        let report = treat_singular_regions(
+            &machine,
+            &parameters,
+            &densify,
+            &table.as_bytes().to_vec(),
+            &mut output,
+            &go_on,
+        );
+        assert!(report.expect("densified").blocks_out > 3);
+        let rows = String::from_utf8(output).expect("text");
+        let made = rows.lines().skip(2).collect::<Vec<_>>();
+        for row in &made[..made.len() - 1] {
+            let normal: Vec<f64> =
+                row.split(',').skip(5).take(3).map(|cell| cell.parse().expect("a number")).collect();
+            assert_eq!(normal, [0.0; 3], "{row}");
+        }
+        // Where a contact is asked for, none is made up either.
+        let asked = compensate(&machine, &parameters, &table.into_bytes(), &mut Vec::new(), &go_on);
+        assert!(matches!(asked, Err(Fault::Lines(_))), "{asked:?}");
+    }
 }

@@ -197,7 +197,9 @@ impl Kinematics {
         if poses.count() == 0 {
             return Ok(());
         }
-        match options.selection {
+        // Before a single pose there is the start at most: what is nearest is cheapest, without room for ways to be compared.
+        let selection = if poses.count() == 1 { Selection::Nearest } else { options.selection };
+        match selection {
             Selection::Nearest => walk.choose_nearest(grid)?,
             Selection::Cheapest => {
                 if !walk.choose_relaxed(grid)? {

@@ -383,6 +383,7 @@ impl<'a> Words<'a> {
                 let value = if last { end } else { self.aimed_words(node) };
                 (POINT, value, self.motion.mm_per_unit)
             }
+            (ContactEnds::Normals(_, end), _) if last => (NORMAL, *end, 1.0),
             (ContactEnds::Points(a, b), _) => (POINT, between(a, b, node.fraction), self.motion.mm_per_unit),
             (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
             (ContactEnds::End(addresses, end, unit), _) if last => (*addresses, *end, *unit),
@@ -429,11 +430,14 @@ fn between(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
     std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u)
 }
 
-/// Normals move on their great circle, their written lengths linearly.
+/// Normals move on their great circle, their written lengths linearly. Beside an end without a direction nothing is known of
+/// the contact, and no direction is written.
 fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
     use crate::geometry::{GreatCircle, Vec3};
     let (from, to) = (Vec3::from(*a), Vec3::from(*b));
-    let arc = GreatCircle::between(from.normalize(), to.normalize(), Vec3::z());
+    let unit = |normal: Vec3| normal.try_normalize(f64::MIN_POSITIVE);
+    let (Some(from_unit), Some(to_unit)) = (unit(from), unit(to)) else { return [0.0; 3] };
+    let arc = GreatCircle::between(from_unit, to_unit, Vec3::z());
     (arc.at(u) * (from.norm() * (1.0 - u) + to.norm() * u)).into()
 }
 

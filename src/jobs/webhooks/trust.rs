@@ -25,6 +25,20 @@ pub enum TrustFault {
     Empty(PathBuf),
 }
 
+/// The certificates of a `webhook_ca_file`.
+///
+/// # Errors
+/// The file cannot be read, or holds none.
+pub fn trusted_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, TrustFault> {
+    let unreadable = |source| TrustFault::Unreadable { path: file.to_owned(), source };
+    let read = CertificateDer::pem_file_iter(file).map_err(unreadable)?;
+    let certificates = read.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
+    if certificates.is_empty() {
+        return Err(TrustFault::Empty(file.to_owned()));
+    }
+    Ok(certificates)
+}
+
 /// Nobody can be trusted now.
 #[derive(Debug, Error)]
 pub(super) enum NoTrust {
@@ -50,13 +64,7 @@ impl Trust {
     /// # Errors
     /// The file cannot be read, or holds none.
     pub(super) fn with(file: Option<&Path>) -> Result<Self, TrustFault> {
-        let Some(path) = file else { return Ok(Self::default()) };
-        let unreadable = |source| TrustFault::Unreadable { path: path.to_owned(), source };
-        let read = CertificateDer::pem_file_iter(path).map_err(unreadable)?;
-        let own = read.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
-        if own.is_empty() {
-            return Err(TrustFault::Empty(path.to_owned()));
-        }
+        let own = file.map_or_else(|| Ok(Vec::new()), trusted_certificates)?;
         Ok(Self { own, client: OnceLock::new() })
     }
 
