@@ -231,7 +231,7 @@ fn json(list: &[ToolPose]) {
         text += "], \"work_offset_mm\": [70, -40, 95]}";
         let read = || read_json::<InverseRequest>(text.as_bytes()).ok();
         let Some(document) = read() else { continue };
-        let on = Arc::new(MachineUsed { revision: 1, machine: machine.clone(), drives: None });
+        let on = Arc::new(MachineUsed::new(1, machine.clone(), None));
         let solve = |document: &InverseRequest| {
             let options = document.options();
             let (setup, start_words_deg) = options.to_setup(&on.machine).ok()?;

@@ -157,7 +157,7 @@ fn machine(path: &Path) -> Result<MachineUsed, CommandFault> {
     let profile: MachineProfile = read_json(&text).map_err(CommandFault::UnreadableMachine)?;
     let drives = profile.drives.clone();
     let (_, machine) = profile.into_machine().map_err(CommandFault::Machine)?;
-    Ok(MachineUsed { revision, machine, drives })
+    Ok(MachineUsed::new(revision, machine, drives))
 }
 
 /// A profile as it is sent to a service, and its revision where it was read from one; 0 where it was not.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::Poll;
 use std::time::{Duration, Instant};
 
-use axum::body::Body;
+use axum::body::{Body, HttpBody};
 use bytes::{Bytes, BytesMut};
 use futures::stream::{self, StreamExt};
 use http::HeaderMap;
@@ -61,6 +61,9 @@ impl Incoming {
     /// The next chunk.
     pub(super) async fn next(&mut self) -> Result<Option<Bytes>, Problem> {
         loop {
+            if self.body.is_end_stream() {
+                return Ok(None);
+            }
             let frame = tokio::time::timeout(self.pause, self.body.frame()).await;
             match frame.map_err(|_elapsed| too_slow(self.pause))? {
                 None => return Ok(None),

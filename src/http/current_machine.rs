@@ -26,7 +26,7 @@ async fn read(app: &AppState, machine_id: &str, writes: u64) -> Result<Arc<Machi
         .profile
         .into_machine()
         .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
-    let used = Arc::new(MachineUsed { revision, machine, drives });
+    let used = Arc::new(MachineUsed::new(revision, machine, drives));
     app.machines.keep(machine_id, writes, &used);
     Ok(used)
 }

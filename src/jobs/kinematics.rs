@@ -127,7 +127,7 @@ impl InverseTask {
         selection: Selection,
         start_words_deg: Option<[f64; 2]>,
     ) -> Self {
-        Self { kinematics: Kinematics::new(&on.machine, setup), on, selection, start_words_deg }
+        Self { kinematics: on.kinematics(setup), on, selection, start_words_deg }
     }
 
     /// Whether so many poses are so little that they are solved where they are asked for.

@@ -69,18 +69,17 @@ impl Kinematics {
     /// The machine with its set-up. The calibrated lines are screws like any other: nothing is linearised.
     #[must_use]
     pub fn new(machine: &Machine, setup: &Setup) -> Self {
+        Self::bare(machine, setup.apply_errors).set_up(setup.work_offset_mm, setup.tool_length_mm)
+    }
+
+    /// The machine without a work offset and a tool length.
+    #[must_use]
+    pub fn bare(machine: &Machine, apply_errors: bool) -> Self {
         let profile_index = machine.workpiece_to_tool();
-        let lines = machine.screws(setup.apply_errors);
-        let screws = profile_index.map(|index| {
-            let mut line = lines[index];
-            if machine.rotary_axes()[index].side == Side::Head {
-                line.point_mm += Machine::TOOL_AXIS * setup.tool_length_mm;
-            }
-            line
-        });
+        let lines = machine.screws(apply_errors);
+        let screws = profile_index.map(|index| lines[index]);
         let head_axes = machine.rotary_axes().iter().filter(|axis| axis.side == Side::Head).count();
-        let linear_directions =
-            if setup.apply_errors { machine.squareness().matrix() } else { Mat3::identity() };
+        let linear_directions = if apply_errors { machine.squareness().matrix() } else { Mat3::identity() };
         // Columns are unit vectors within 0.05 rad of x, y, z, so the inverse always exists.
         let linear_words = linear_directions.try_inverse().unwrap_or_else(Mat3::identity);
         let axes = profile_index.map(|index| &machine.rotary_axes()[index]);
@@ -93,7 +92,7 @@ impl Kinematics {
             screws,
             profile_index,
             head_axes,
-            work_offset_mm: setup.work_offset_mm,
+            work_offset_mm: Vec3::zeros(),
             linear_directions,
             linear_words,
             sense,
@@ -102,6 +101,18 @@ impl Kinematics {
             tilt_rad,
             pointing,
         }
+    }
+
+    /// The bare machine with W's origin at `work_offset_mm` in M and a tool of this length, along which head lines move
+    /// away from the tip: a small part of what [`Kinematics::new`] computes.
+    #[must_use]
+    pub fn set_up(mut self, work_offset_mm: Vec3, tool_length_mm: f64) -> Self {
+        self.work_offset_mm = work_offset_mm;
+        // Head axes are the last ones on the way from the workpiece to the tool.
+        for screw in self.screws.iter_mut().rev().take(self.head_axes) {
+            screw.point_mm += Machine::TOOL_AXIS * tool_length_mm;
+        }
+        self
     }
 
     /// The pose of the tool in W: `w = E_t⁻¹(S q + o + E_h·0) − o`, `t = R_t⁻¹ R_h t0` (§1).

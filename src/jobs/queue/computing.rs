@@ -83,7 +83,7 @@ impl Shared {
         let drives = found.document.profile.drives.clone();
         let (_, machine) =
             found.document.profile.into_machine().map_err(|_stored_is_sound| JobFault::MachineLost)?;
-        Ok(MachineUsed { revision, machine, drives })
+        Ok(MachineUsed::new(revision, machine, drives))
     }
 
     /// Stores what came of a job: its end, or that it waits again.
