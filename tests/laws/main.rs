@@ -12,6 +12,7 @@ mod inverse;
 mod machines;
 mod numbering;
 mod one_pass;
+mod other_controls;
 mod path;
 mod post;
 mod posting;

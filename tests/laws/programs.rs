@@ -325,7 +325,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
 #[test]
 fn whether_to_go_on_is_asked_within_a_single_dear_block() {
     let asked = AtomicU64::new(0);
-    let turns = format!("{START}G1 X20.000 Y0.000 Z5.000 A25.000 C9000.000\nM30\n").into_bytes();
+    let turns = format!("{START}G91 G1 A25.000 C9000.000\nM30\n").into_bytes();
     let parameters = CcParameters { tolerance: Length::from_um(5.0), ..CcParameters::new(ball()) };
     let machine = ac_machine();
     let run = |most: u64| {

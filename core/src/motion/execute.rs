@@ -37,6 +37,11 @@ const POLAR_END: u32 = 150;
 const MIRRORS: [u32; 2] = [501, 511];
 /// G107: on with an axis, whatever the value beside its letter; off without.
 const CYLINDER_OF_AN_AXIS: u32 = 1070;
+/// G07: on with an axis at 0, which does not move then, and off with the axis at 1.
+const HYPOTHETICAL_AXIS: u32 = 70;
+/// Words that cycles have and a change of units does not.
+const CYCLE_WORDS: u32 =
+    bit(Address::P) | bit(Address::Q) | bit(Address::I) | bit(Address::J) | bit(Address::K) | bit(Address::L);
 /// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
 const LENGTH_ALONG_THE_TOOL: u32 = 431;
 /// G43.4, G43.5, G49: the codes of the tool length group that say what is interpolated.
@@ -276,6 +281,12 @@ impl Interpreter {
                     self.transform(Transformation::Cylinder, axis_words != 0);
                     also(&mut action, Action::Consume);
                 }
+                Code::Transform(Transformation::Cylinder, _)
+                    if self.block.g_codes[index] == HYPOTHETICAL_AXIS && axis_words != 0 =>
+                {
+                    self.transform(Transformation::Cylinder, !self.is_hypothetical_end());
+                    also(&mut action, Action::Consume);
+                }
                 Code::Plane(_)
                 | Code::Incremental(_)
                 | Code::Units(_)
@@ -355,8 +366,12 @@ impl Interpreter {
 
     /// Whether axis words beside this code may be something else than a motion.
     fn may_name_axes(&self, code: u32) -> bool {
-        let moves = self.block.g_codes().iter().any(|code| matches!(code, 0 | 10 | 20 | 30));
-        NAMES_AXES.contains(&code) || (code == END_OF_ROTATION && !moves)
+        NAMES_AXES.contains(&code) || (code == END_OF_ROTATION && !self.says_how_to_move())
+    }
+
+    /// G0 to G3.
+    fn says_how_to_move(&self) -> bool {
+        self.block.g_codes().iter().any(|code| matches!(code, 0 | 10 | 20 | 30))
     }
 
     /// Sets the mode that the code of this index names.
@@ -465,15 +480,17 @@ impl Interpreter {
         None
     }
 
-    /// The meaning of a G code in this block: G70 and G71 with P or Q are turning cycles.
+    /// The meaning of a G code in this block. In ISO programs G70 and G71 are cycles beside words of cycles: of turning
+    /// (P Q) or of holes in a circle (I J K L); G11 and G62 beside axis words and no way to move are frames.
     fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
-        let is_cycle = self.block.has(Address::P) || self.block.has(Address::Q);
-        if self.dialect == Dialect::Iso && matches!(tenths, 700 | 710) && is_cycle {
-            Code::Unknown
-        } else {
-            meaning(self.dialect, tenths)
-        }
+        let is_other = self.dialect == Dialect::Iso
+            && match tenths {
+                700 | 710 => self.block.present & CYCLE_WORDS != 0,
+                110 | 620 => self.block.present & AXES != 0 && !self.says_how_to_move(),
+                _ => false,
+            };
+        if is_other { Code::Unknown } else { meaning(self.dialect, tenths) }
     }
 
     /// Whether the program ends here, and whether something is called.
@@ -521,6 +538,7 @@ impl Interpreter {
                     self.position.foreign_deg = None;
                 }
                 MCode::Elsewhere => self.this_block.moves_elsewhere = true,
+                MCode::RestoresModes => self.block.odd_code = true,
                 MCode::ExtruderAbsolute => self.modal.relative_extruder = false,
                 MCode::ExtruderRelative => self.modal.relative_extruder = true,
             }

@@ -101,7 +101,7 @@ pub(super) struct Modal {
     pub(super) feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
     pub(super) tool_length: Option<ToolLength>,
-    /// M428 to M430 since the last G43.4, G43.5 or G49, and nobody said what it means.
+    /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and nobody said what it means.
     pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; TRANSFORMATIONS],

@@ -77,6 +77,15 @@ impl Interpreter {
         }
     }
 
+    /// Whether G07 names its axis with another number than 0.
+    pub(super) fn is_hypothetical_end(&self) -> bool {
+        let letters = [Address::X, Address::Y, Address::Z, Address::A, Address::B, Address::C];
+        letters
+            .into_iter()
+            .filter(|axis| self.block.has(*axis))
+            .all(|axis| self.block.value(axis).is_some_and(|value| value != 0.0))
+    }
+
     pub(super) fn is_cylinder_end(&self) -> bool {
         [Address::A, Address::B, Address::C].into_iter().any(|axis| self.block.value(axis) == Some(0.0))
     }

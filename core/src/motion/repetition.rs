@@ -3,7 +3,7 @@
 
 use super::interpreter::{AXES, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode};
-use super::travel::{CONTACTS, VECTOR, VECTORS, most_decimals};
+use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS, most_decimals};
 use super::{ContactWords, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block, Dialect};
 
@@ -74,6 +74,10 @@ impl Interpreter {
         let present = words.present;
         let moves = present & AXES != 0 && present & bit(self.foreign_address) == 0;
         if !same_kind || is_odd || !moves || present & !(PLAIN | VECTORS) != 0 {
+            return None;
+        }
+        // One or two of U V W are no contact.
+        if !matches!(present & POINTS, 0 | POINTS) {
             return None;
         }
         // The vector is stated in all blocks or in none, and stands where it did.

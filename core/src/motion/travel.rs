@@ -22,7 +22,7 @@ const R: u32 = 1 << 17;
 /// Repetitions of a cycle.
 const L: u32 = 1 << 11;
 const FEED: usize = Address::F.index();
-const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
+pub(super) const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
 /// Words that say where the cutter touches.
 pub(super) const CONTACTS: u32 = POINTS | NORMALS;
 /// A feed stated from outside is rounded by less than this share.
@@ -140,6 +140,10 @@ impl Interpreter {
         {
             reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
         }
+        if let Some(address) = self.lone_letter() {
+            reason = Some(Unfollowable::NoSuchAxis { address });
+        }
+        let block = &self.block;
         let has_axis = matches!(self.modal.tool_length, Some(ToolLength::Tcp | ToolLength::Vector) | None);
         if block.present & VECTORS != 0 && !has_axis {
             reason = Some(Unfollowable::VectorWord { address: Address::TI });
@@ -159,6 +163,28 @@ impl Interpreter {
             reason = Some(Unfollowable::Expression { address: first_address(block.unknown & relevant) });
         }
         reason
+    }
+
+    /// U, V or W where not all three are known: no contact, but an axis beside the five. One that stays where it is does
+    /// no harm.
+    fn lone_letter(&self) -> Option<Address> {
+        let block = &self.block;
+        if block.present & POINTS == 0 {
+            return None;
+        }
+        let is_contact = CONTACT
+            .iter()
+            .zip(&self.position.contact_mm)
+            .all(|(address, known)| block.has(*address) || known.is_some());
+        let scale = self.modal.mm_per_unit;
+        let moves = |slot: usize, address: Address| {
+            let stays = block.value(address).zip(scale).map(|(value, scale)| value * scale)
+                == self.position.contact_mm.get(slot).copied().flatten()
+                && block.is_incremental(address, self.modal.incremental) == Some(false);
+            block.has(address) && !stays
+        };
+        let moving = CONTACT.into_iter().enumerate().find(|(slot, address)| moves(*slot, *address));
+        moving.map(|(_, address)| address).filter(|_| !is_contact)
     }
 
     /// Moves the five axes, and the letter the machine lacks, to where the words say.

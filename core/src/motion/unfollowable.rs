@@ -84,8 +84,8 @@ pub enum Unfollowable {
     /// G43.5: the tool axis is given as a vector.
     #[error("the tool axis is programmed as a vector")]
     ToolVector,
-    /// M428, M429, M430: codes of a machine's builder, whose meaning is not in the text.
-    #[error("a user M code switches the kinematics; state the interpolation")]
+    /// M428, M429, M430: codes of a machine's builder, whose meaning is not in the text; M138 of conversational programs.
+    #[error("an M code switches the kinematics; state the interpolation")]
     KinematicsSwitched,
     /// I J K in a straight motion.
     #[error("{address} stands in a straight motion")]

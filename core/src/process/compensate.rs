@@ -103,7 +103,7 @@ pub(super) fn compensate_from(
     preparation.prepare(&mut present);
     passages.fill(&mut next, stop)?;
     let mut is_next_prepared = false;
-    let mut work = Work::new(machine, &kinematics, parameters, survey, contact, effort());
+    let mut work = Work::new(machine, &kinematics, parameters, dialect, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
     let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
@@ -226,6 +226,7 @@ impl<'a> Work<'a> {
         machine: &'a Machine,
         kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
+        dialect: Dialect,
         survey: Survey,
         contact: ContactSource,
         effort: Effort<'a>,
@@ -235,7 +236,7 @@ impl<'a> Work<'a> {
             machine,
             survey,
             contact,
-            judge: Judge::new(machine, kinematics, parameters, contact, effort),
+            judge: Judge::new(machine, kinematics, parameters, dialect, contact, effort),
             emitter: Emitter::new(survey.numbering),
             at: Place::default(),
             largest_after_mm: 0.0,

@@ -277,6 +277,8 @@ struct Words<'a> {
 }
 
 const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
+/// A direction in fewer decimals than these may be far off, and no direction at all.
+const NORMAL_DECIMALS: u8 = 4;
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 
@@ -391,7 +393,11 @@ impl<'a> Words<'a> {
         };
         for (address, value) in addresses.into_iter().zip(values) {
             let decimals = self.motion.decimals.contact;
-            let decimals = if last { exact_decimals(value / unit, decimals) } else { decimals };
+            let decimals = match addresses {
+                _ if last => exact_decimals(value / unit, decimals),
+                NORMAL => decimals.max(NORMAL_DECIMALS),
+                _ => decimals,
+            };
             list.push(NewWord { address, value: value / unit, decimals });
         }
     }

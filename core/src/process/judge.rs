@@ -13,6 +13,7 @@ use crate::geometry::{Vec3, across};
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::program::Dialect;
 
 /// Words this far outside the travel are still rounding of the decimals \[mm or deg\].
 const TRAVEL_SLACK: f64 = 1e-6;
@@ -101,6 +102,7 @@ pub(super) struct Judge<'a> {
     kinematics: &'a Kinematics,
     parameters: &'a CcParameters,
     contact: ContactSource,
+    dialect: Dialect,
     /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
     point: Option<Box<Point>>,
     spare: Option<Box<Point>>,
@@ -117,6 +119,7 @@ impl<'a> Judge<'a> {
         machine: &'a Machine,
         kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
+        dialect: Dialect,
         contact: ContactSource,
         effort: Effort<'a>,
     ) -> Self {
@@ -125,6 +128,7 @@ impl<'a> Judge<'a> {
             kinematics,
             parameters,
             contact,
+            dialect,
             point: None,
             spare: None,
             stated: ContactWords::None,
@@ -175,7 +179,7 @@ impl<'a> Judge<'a> {
         }
         let mut start = self.point.take();
         let verdict = match (motion.start, &mut end) {
-            (Some(start_words), Some(end)) if checkable(motion) => {
+            (Some(start_words), Some(end)) if checkable(motion) && !self.may_roll_over(motion) => {
                 let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
                 let mut start_point = known.unwrap_or_else(|| {
                     let station = Station::new(self.machine, self.kinematics, mode, start_words);
@@ -390,12 +394,18 @@ impl<'a> Judge<'a> {
             warning.reason.get_or_insert(reason);
         } else if motion.offset_changed {
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
+        } else if self.may_roll_over(motion) {
+            self.warnings.add(WarningKind::MayRollOver, Some(motion.line));
         } else if motion.kind == MotionKind::Arc
             && let (Some(start), Some(end)) = (motion.start, motion.end)
             && start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > 0.0)
         {
             self.warnings.add(WarningKind::ArcWithRotary, Some(motion.line));
         }
+    }
+
+    fn may_roll_over(&self, motion: &Motion) -> bool {
+        may_roll_over(self.machine, self.dialect, motion)
     }
 
     fn check_travel(&mut self, motion: &Motion, station: &Station, text: &[u8]) {
@@ -437,6 +447,22 @@ impl<'a> Judge<'a> {
             self.faults.add(line, text, kind);
         }
     }
+}
+
+/// The turn that is as long either way \[deg\].
+const HALF_TURN_DEG: f64 = 180.0;
+
+/// Whether nobody can tell which way round a rotary axis goes: one without an end turns by more than half a turn, and on some
+/// controls of ISO programs it rolls over and goes the shorter way.
+pub(super) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
+    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
+    dialect == Dialect::Iso
+        && !motion.incremental
+        && machine
+            .rotary_axes()
+            .iter()
+            .zip(start.rotary_deg.iter().zip(&end.rotary_deg))
+            .any(|(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() > HALF_TURN_DEG)
 }
 
 fn checkable(motion: &Motion) -> bool {

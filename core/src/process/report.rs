@@ -83,6 +83,8 @@ pub enum WarningKind {
     NotFollowed,
     /// A motion under another work offset than the first: neither checked nor changed.
     WorkOffsetChanged,
+    /// A rotary axis without an end turns by more than half a turn: neither checked nor changed.
+    MayRollOver,
     /// An arc that turns rotary axes: neither checked nor changed.
     ArcWithRotary,
     /// Divided blocks got no F word because the program has no feed.
@@ -133,6 +135,7 @@ impl WarningKind {
             Self::ContactSwings => "contact_swings",
             Self::NotFollowed => "not_followed",
             Self::WorkOffsetChanged => "work_offset_changed",
+            Self::MayRollOver => "may_roll_over",
             Self::ArcWithRotary => "arc_with_rotary",
             Self::NoFeed => "no_feed",
             Self::NothingChecked | Self::NoContactKept => "nothing_checked",
@@ -173,6 +176,9 @@ impl WarningKind {
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {
                 "another work offset than the program's first is active; the motion is neither checked nor changed"
+            }
+            Self::MayRollOver => {
+                "a rotary axis without an end turns by more than half a turn in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
             }
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
             Self::NoFeed => {

@@ -18,6 +18,8 @@ pub(super) fn m_meaning(tenths: u32) -> MCode {
         1160 => MCode::RotaryFeedInMm(true),
         1170 => MCode::RotaryFeedInMm(false),
         1140 | 1440 | 1450 => MCode::TcpOther,
+        // Axes are left out of TCP from the next M128 on.
+        1380 => MCode::KinematicsSwitch,
         1260 => MCode::ShortestPath(true),
         1270 => MCode::ShortestPath(false),
         1280 => MCode::Tcp(true),

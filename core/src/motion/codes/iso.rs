@@ -16,6 +16,8 @@ pub(super) fn m_meaning(tenths: u32) -> MCode {
         990 => MCode::Return,
         960 | 970 | 980 | 1980 => MCode::Call,
         60 | 610 => MCode::ToolChange,
+        // M72: RS274 controls give back what M70 kept.
+        720 => MCode::RestoresModes,
         820 => MCode::ExtruderAbsolute,
         830 => MCode::ExtruderRelative,
         code if KINEMATICS_SWITCHES.contains(&code) => MCode::KinematicsSwitch,
@@ -37,7 +39,9 @@ pub(super) fn meaning(tenths: u32) -> Code {
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
         40 | 220 | 230 => NoMotion,
-        50 | 51 | 52 | 60 | 61 | 62 => MotionWithAxes(Spline),
+        // G5.2: the blocks behind it, up to another motion, are points that the curve is drawn by.
+        52 => Motion(Spline),
+        50 | 51 | 60 | 61 | 62 => MotionWithAxes(Spline),
         // Among them the sense of I J K (G90.1), which no end depends on.
         53
         | 80

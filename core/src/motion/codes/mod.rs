@@ -91,6 +91,8 @@ pub(super) enum MCode {
     ForgetRotary,
     /// Axes move that are not named.
     Elsewhere,
+    /// Modes are again what they were where another code kept them, or it is a code of the machine's builder.
+    RestoresModes,
 }
 
 /// What a statement word means beyond what codes mean.

@@ -4,7 +4,8 @@ use super::contact::Cutting;
 use crate::contact::{Station, rotary_rad};
 use crate::kinematics::SingularZone;
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
-use crate::program::{Address, Batch, WordForm};
+use crate::process::judge::may_roll_over;
+use crate::program::{Address, Batch, Dialect, WordForm};
 
 /// Rotary words that differ by less are the same \[deg\].
 const TURNING_DEG: f64 = 1e-9;
@@ -58,6 +59,7 @@ pub(super) enum Seen {
 pub(super) struct Collector<'a> {
     cutting: Cutting<'a>,
     zone: SingularZone,
+    dialect: Dialect,
     region: Vec<Pending>,
     quiet: usize,
     /// The last point, by its words, mode and contact.
@@ -68,10 +70,11 @@ pub(super) struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    pub(super) fn new(cutting: Cutting<'a>, zone: SingularZone) -> Self {
+    pub(super) fn new(cutting: Cutting<'a>, zone: SingularZone, dialect: Dialect) -> Self {
         Self {
             cutting,
             zone,
+            dialect,
             region: Vec::new(),
             quiet: 0,
             last: None,
@@ -121,7 +124,7 @@ impl<'a> Collector<'a> {
 
     /// The motion, if it belongs to a region, and to the one at hand if there is one.
     fn pending(&self, batch: &Batch, motion: &Motion, index: u64, mode: Interpolation) -> Option<Pending> {
-        if !is_followed(motion) {
+        if !is_followed(motion) || may_roll_over(self.cutting.machine, self.dialect, motion) {
             return None;
         }
         let (start, end) = (motion.start?, motion.end?);

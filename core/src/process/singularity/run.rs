@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
         let zone = cutting.kinematics.singular_zone(sine);
         Self {
             planner,
-            collector: Collector::new(cutting, zone),
+            collector: Collector::new(cutting, zone, dialect),
             emitter: Emitter::new(planner.survey.numbering),
             verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options, effort()),
             inventory: Inventory::default(),

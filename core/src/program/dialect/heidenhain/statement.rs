@@ -7,18 +7,8 @@ use crate::program::dialect::scan::{Number, Scan, fingerprint};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Statements that change nothing the path depends on.
-const HARMLESS: [&[u8]; 12] = [
-    b"BLK",
-    b"STOP",
-    b"PATTERN",
-    b"SEL",
-    b"SELECT",
-    b"DECLARE",
-    b"DEFINE",
-    b"OPEN",
-    b"CLOSE",
-    b"ERROR",
-    b"POLARKIN",
+const HARMLESS: [&[u8]; 11] = [
+    b"BLK", b"STOP", b"PATTERN", b"SEL", b"SELECT", b"DECLARE", b"DEFINE", b"OPEN", b"CLOSE", b"ERROR",
     b"NULL",
 ];
 
@@ -303,7 +293,7 @@ fn control_function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind 
             follows(b"F", b"TCP") && follows(b"AXIS", b"POS") && !follows(b"PATHCTRL", b"VECTOR");
         let elsewhere = has(b"REFPNT") && !has(b"TIP-TIP");
         if is_followed && !elsewhere { Keyword::TcpmOn } else { Keyword::TcpmOther }
-    } else if ["FEED", "S-PULSE", "PARAXCOMP", "DCM", "AFC", "FILE", "COUNT", "DWELL", "CORRDATA", "PROG"]
+    } else if ["FEED", "S-PULSE", "PARAXCOMP", "DCM", "AFC", "FILE", "COUNT", "DWELL", "PROG"]
         .into_iter()
         .any(|name| words().next().is_some_and(|word| word.eq_ignore_ascii_case(name.as_bytes())))
     {
