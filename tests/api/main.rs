@@ -13,6 +13,7 @@ mod jobs;
 mod keys;
 mod keys_command;
 mod limits;
+mod lost_database;
 mod machines;
 mod mutations;
 mod observation;
