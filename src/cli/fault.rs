@@ -64,6 +64,9 @@ pub enum CommandFault {
     /// Two results are to be written to one place.
     #[error("{} is named for two results", .0.display())]
     SamePlace(PathBuf),
+    /// A result would replace what it is made of.
+    #[error("{} is read by this command and is not replaced", .0.display())]
+    OwnInput(PathBuf),
     /// The work gave no result.
     #[error("{}", told(.0))]
     Work(JobFault),
