@@ -27,6 +27,7 @@ mod queue_restart;
 mod real_programs;
 mod receiver;
 mod recorded;
+mod replays;
 mod service;
 mod servo;
 mod support;
