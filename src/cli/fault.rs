@@ -140,7 +140,10 @@ fn told(fault: &JobFault) -> String {
                 let block = refusal.block.as_deref().map_or_else(String::new, |block| format!(": {block}"));
                 let _always = write!(text, "\n  first at line {line}{block}");
             }
-            text + &listed(&refusal.errors)
+            match refusal.errors.as_slice() {
+                [only] if only.detail == refusal.detail => text,
+                errors => text + &listed(errors),
+            }
         }
         other => other.to_string(),
     }
