@@ -517,7 +517,8 @@ async fn the_command_line_shows_and_rotates_the_secret_beside_the_service() {
         assert!(text.starts_with("whsec_") && text.lines().count() == 1, "{text}");
         text.trim().to_owned()
     };
-    // Before the first start as well.
+    // Before the first start as well, in a directory that is there.
+    std::fs::create_dir(directory.path().join("data")).unwrap();
     let first = command("secret");
     let app = spawn_in(&directory.path().join("data"), at_once).await;
     assert_eq!(secret(&app).await, first);
