@@ -122,7 +122,7 @@ settings! {
     idempotency_retention_s: f64 = 604_800.0, "TRUNNION_IDEMPOTENCY_RETENTION_S";
     /// Database connections for reading
     store_readers: u32 = 4, "TRUNNION_STORE_READERS";
-    /// What is logged, as `tracing` directives
+    /// What is logged: a level, or `target=level`, several parted by commas
     log: String = "info".to_owned(), "TRUNNION_LOG";
     /// Form of the log lines
     log_format: LogFormat = LogFormat::Text, "TRUNNION_LOG_FORMAT";
@@ -135,6 +135,23 @@ const WEBHOOK_PAUSES_S: [f64; 9] =
     [5.0, 300.0, 1800.0, 7200.0, 18_000.0, 36_000.0, 50_400.0, 72_000.0, 86_400.0];
 /// Most attempts for one webhook.
 const MAX_WEBHOOK_PAUSES: f64 = 100.0;
+
+/// Levels of the log.
+const LOG_LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
+
+/// Whether a directive is a level, a target or both; a level alone is read as a target otherwise.
+fn is_log_directive(directive: &str) -> bool {
+    let is_level = |word: &str| LOG_LEVELS.iter().any(|level| word.eq_ignore_ascii_case(level));
+    // The path of a module, as the targets of this service and its libraries are.
+    let is_target = |word: &str| {
+        word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+            && word.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_:-.".contains(&byte))
+    };
+    match directive.split_once('=') {
+        Some((target, level)) => is_target(target) && is_level(level),
+        None => is_level(directive) || is_target(directive),
+    }
+}
 
 /// Form of the log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -180,6 +197,15 @@ pub enum ConfigFault {
     HalfTls {
         /// Name of the setting that is missing.
         missing: &'static str,
+    },
+    /// What is logged, in words that would log nothing.
+    #[error(
+        "log is {value:?}, but must be directives parted by commas: a level (off, error, warn, info, debug, trace), \
+         target=level or a target"
+    )]
+    Log {
+        /// The value given.
+        value: String,
     },
     /// A number outside its range.
     #[error("{setting} is {value}, but must lie between {min} and {max}")]
@@ -265,6 +291,10 @@ impl Settings {
             (Some(_), None) => return Err(ConfigFault::HalfTls { missing: "tls_key" }),
             (None, Some(_)) => return Err(ConfigFault::HalfTls { missing: "tls_certificate" }),
             _ => {}
+        }
+        // Read leniently, a directive that nobody can mean names a target that nobody has, and the log stays empty.
+        if !self.log.split(',').all(is_log_directive) {
+            return Err(ConfigFault::Log { value: self.log.clone() });
         }
         in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;

@@ -1,7 +1,7 @@
 //! Does an operation on one program without a service and without a database: the same work, from file to file.
 
 use std::fs::{self, File, Permissions};
-use std::io;
+use std::io::{self, Read};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -66,15 +66,10 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     if operation != JobOperation::Compensation && arguments.changes.is_some() {
         return nothing("table of changes");
     }
-    check_places(&[&arguments.output, &arguments.report, &arguments.changes])?;
-    let on = machine(&arguments.machine)?;
-    let given = arguments.parameters.trim_start();
-    let parameters = if given.starts_with('{') {
-        given.as_bytes().to_vec()
-    } else {
-        let path = Path::new(&arguments.parameters);
-        fs::read(path).map_err(at("reading", path))?
-    };
+    let parameters = Parameters::of(&arguments.parameters);
+    check_places(arguments, parameters)?;
+    let on = machine(&arguments.machine, settings.max_json_bytes)?;
+    let parameters = parameters.read(settings.max_parameters_bytes)?;
     let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
     let blobs = Blobs::open(working.path())?;
     let program = taken(&blobs, &arguments.input, "max_body_bytes", settings.max_body_bytes)?;
@@ -123,11 +118,57 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     arguments.report.as_ref().map_or(Ok(()), |path| write_whole(path, &mut report.as_bytes()))
 }
 
+/// Parameters as they are typed.
+#[derive(Debug, Clone, Copy)]
+enum Parameters<'a> {
+    Inline(&'a str),
+    File(&'a Path),
+}
+
+impl<'a> Parameters<'a> {
+    fn of(typed: &'a str) -> Self {
+        let text = typed.trim_start();
+        if text.starts_with('{') { Self::Inline(text) } else { Self::File(Path::new(typed)) }
+    }
+
+    fn read(self, limit_bytes: u64) -> Result<Vec<u8>, CommandFault> {
+        let setting = "max_parameters_bytes";
+        match self {
+            Self::Inline(text) if text.len() as u64 > limit_bytes => {
+                Err(CommandFault::TooLarge { path: PathBuf::from("--parameters"), limit_bytes, setting })
+            }
+            Self::Inline(text) => Ok(text.as_bytes().to_vec()),
+            Self::File(path) => read_within(path, setting, limit_bytes),
+        }
+    }
+}
+
+/// A whole file, up to the limit of a setting; what has no end, such as a device, is read no further.
+fn read_within(path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Vec<u8>, CommandFault> {
+    let mut text = Vec::new();
+    let file = File::open(path).map_err(at("opening", path))?;
+    file.take(limit_bytes.saturating_add(1)).read_to_end(&mut text).map_err(at("reading", path))?;
+    if text.len() as u64 > limit_bytes {
+        return Err(CommandFault::TooLarge { path: path.to_owned(), limit_bytes, setting });
+    }
+    Ok(text)
+}
+
 /// Looks at where results go before anything is done: each to a place of its own, in a folder that is there, and none over
-/// what is no plain file.
-fn check_places(places: &[&Option<PathBuf>]) -> Result<(), CommandFault> {
+/// what is no plain file, or over what is read. Only the program itself may be replaced by its result.
+fn check_places(arguments: &CompensateArguments, parameters: Parameters<'_>) -> Result<(), CommandFault> {
+    let CompensateArguments { input, output, machine, surface, report, changes, .. } = arguments;
+    let whole = |path: &Path| path.canonicalize().ok();
+    // What is not there is no place that could be lost; reading it says so.
+    let mut read: Vec<PathBuf> = whole(machine).into_iter().collect();
+    read.extend(surface.as_deref().and_then(whole));
+    if let Parameters::File(path) = parameters {
+        read.extend(whole(path));
+    }
+    let program = if input == Path::new("-") { None } else { whole(input) };
     let mut taken = Vec::new();
-    for path in places.iter().filter_map(|path| path.as_deref()) {
+    for (path, is_program) in [(output, true), (report, false), (changes, false)] {
+        let Some(path) = path else { continue };
         let folder = folder_of(path);
         let folder = folder.canonicalize().map_err(at("looking for", folder))?;
         let Some(name) = path.file_name() else { return Err(CommandFault::NoPlainFile(path.to_owned())) };
@@ -138,6 +179,9 @@ fn check_places(places: &[&Option<PathBuf>]) -> Result<(), CommandFault> {
         }
         if taken.contains(&place) {
             return Err(CommandFault::SamePlace(path.to_owned()));
+        }
+        if read.contains(&place) || (!is_program && program.as_ref() == Some(&place)) {
+            return Err(CommandFault::OwnInput(path.to_owned()));
         }
         taken.push(place);
     }
@@ -151,8 +195,8 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-fn machine(path: &Path) -> Result<MachineUsed, CommandFault> {
-    let text = fs::read(path).map_err(at("reading", path))?;
+fn machine(path: &Path, limit_bytes: u64) -> Result<MachineUsed, CommandFault> {
+    let text = read_within(path, "max_json_bytes", limit_bytes)?;
     let (text, revision) = profile_alone(text);
     let profile: MachineProfile = read_json(&text).map_err(CommandFault::UnreadableMachine)?;
     let drives = profile.drives.clone();

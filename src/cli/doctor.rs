@@ -9,7 +9,7 @@ use super::tls;
 use crate::config::Settings;
 use crate::jobs::trusted_certificates;
 use crate::store::{
-    DATABASE_NAME, DirectoryLock, Examination, examine, mount_kind, network_mount, own_schema,
+    DATABASE_NAME, DirectoryLock, Examination, examine, mount_kind, network_mount, own_schema, stored_files,
 };
 
 /// Below this a disk counts as nearly full \[bytes\].
@@ -56,11 +56,14 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Re
     certificates(settings, &mut findings);
     let data_dir = &settings.data_dir;
     if directory(data_dir, &mut findings) {
+        let files = stored_files(data_dir);
         if data_dir.join(DATABASE_NAME).is_file() {
             match block_on(async { Ok(examine(data_dir, !quick).await?) }) {
                 Ok(examination) => database(&examination, quick, &mut findings),
                 Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
             }
+        } else if files > 0 {
+            findings.add(Verdict::Fault, "database", lost(files));
         } else {
             findings.add(Verdict::Note, "database", "none yet; the service makes one when it starts");
         }
@@ -148,6 +151,13 @@ fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
     true
 }
 
+/// Files that only another database than the one that is there can name.
+fn lost(files: usize) -> String {
+    format!(
+        "{files} files are stored and no database knows them, so no service starts: put the database back, or move them away"
+    )
+}
+
 fn database(found: &Examination, quick: bool, findings: &mut Findings) {
     findings.add(Verdict::Sound, "SQLite", found.sqlite_version.clone());
     let ours = own_schema();
@@ -184,7 +194,9 @@ fn database(found: &Examination, quick: bool, findings: &mut Findings) {
             format!("{waiting} wait to be delivered, {given_up} were given up"),
         );
     }
-    if files.orphans + files.incomplete > 0 {
+    if files.orphans > 0 && !found.was_served {
+        findings.add(Verdict::Fault, "left over", lost(files.orphans));
+    } else if files.orphans + files.incomplete > 0 {
         let detail = format!(
             "{} files that no row names, {} incomplete ones: of requests under way, or swept at the next start",
             files.orphans, files.incomplete

@@ -64,6 +64,9 @@ pub enum CommandFault {
     /// Two results are to be written to one place.
     #[error("{} is named for two results", .0.display())]
     SamePlace(PathBuf),
+    /// A result would replace what it is made of.
+    #[error("{} is read by this command and is not replaced", .0.display())]
+    OwnInput(PathBuf),
     /// The work gave no result.
     #[error("{}", told(.0))]
     Work(JobFault),
@@ -137,7 +140,10 @@ fn told(fault: &JobFault) -> String {
                 let block = refusal.block.as_deref().map_or_else(String::new, |block| format!(": {block}"));
                 let _always = write!(text, "\n  first at line {line}{block}");
             }
-            text + &listed(&refusal.errors)
+            match refusal.errors.as_slice() {
+                [only] if only.detail == refusal.detail => text,
+                errors => text + &listed(errors),
+            }
         }
         other => other.to_string(),
     }

@@ -53,23 +53,38 @@ pub(super) fn unless_known<R: IntoResponse>(
     Ok(if known { tagged(tag, StatusCode::NOT_MODIFIED) } else { tagged(tag, respond()) })
 }
 
-/// What the caller believes of a machine before it is replaced or deleted.
+/// What the caller believes of a machine before it is replaced or deleted: both conditions, where there are two.
 pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem> {
     // Both are read before either counts: what cannot be read is said whatever stands beside it.
     let (matching, absent) = (tags(headers, &IF_MATCH)?, tags(headers, &IF_NONE_MATCH)?);
     Ok(match (matching, absent) {
-        (Some(Tags::Any), _) => Some(Expected::Any),
-        (Some(Tags::List(list)), _) => {
-            let ours = list.iter().filter(|tag| !tag.weak).filter_map(|tag| {
-                let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
-                let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
-                Some((revision.parse().ok()?, digest))
-            });
-            Some(Expected::OneOf(ours.collect()))
+        (Some(Tags::Any), None) => Some(Expected::Any),
+        (Some(Tags::Any), Some(Tags::List(not))) => {
+            Some(Expected::AnyBut(not.iter().filter_map(ours).collect()))
         }
+        (Some(Tags::List(list)), not) => {
+            let named: Vec<_> = list.iter().filter(|tag| !tag.weak).filter_map(ours).collect();
+            Some(Expected::OneOf(match not {
+                None => named,
+                Some(Tags::Any) => Vec::new(),
+                Some(Tags::List(not)) => {
+                    let not: Vec<_> = not.iter().filter_map(ours).collect();
+                    named.into_iter().filter(|tag| !not.contains(tag)).collect()
+                }
+            }))
+        }
+        // To be there and not to be there: no machine is so.
+        (Some(Tags::Any), Some(Tags::Any)) => Some(Expected::OneOf(Vec::new())),
         (None, Some(Tags::Any)) => Some(Expected::Nothing),
         (None, Some(Tags::List(_)) | None) => None,
     })
+}
+
+/// Revision and digest of a tag, where it is one of a machine.
+fn ours(tag: &Tag) -> Option<(i64, String)> {
+    let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
+    let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
+    Some((revision.parse().ok()?, digest))
 }
 
 /// The refusal of a belief that does not fit.

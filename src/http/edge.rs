@@ -100,8 +100,11 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
 }
 
 /// Hands on a request whose body is what it says before it was compressed.
-async fn answered(request: Request, mut route: Route) -> Response {
-    let answered = if request.headers().contains_key(CONTENT_ENCODING) {
+async fn answered(mut request: Request, mut route: Route) -> Response {
+    let answered = if let Some(coding) = request.headers_mut().get_mut(CONTENT_ENCODING) {
+        if let Some(plain) = usual_name(coding) {
+            *coding = HeaderValue::from_static(plain);
+        }
         // Boxed, as it is rare: its room would be part of every request's.
         Box::pin(RequestDecompression::new(route).oneshot(request))
             .await
@@ -113,6 +116,13 @@ async fn answered(request: Request, mut route: Route) -> Response {
         Ok(response) => response,
         Err(fault) => match fault {},
     }
+}
+
+/// The name of a coding as the decoder knows it: names have no case, and one has two (RFC 9110 §8.4.1).
+fn usual_name(coding: &HeaderValue) -> Option<&'static str> {
+    let given = coding.to_str().ok()?.trim();
+    let known = [("gzip", "gzip"), ("x-gzip", "gzip"), ("zstd", "zstd"), ("identity", "identity")];
+    known.iter().find(|(name, _)| given.eq_ignore_ascii_case(name)).map(|(_, usual)| *usual)
 }
 
 // What lies round an answer is put together from futures that are there: an async function would keep each twice, as what

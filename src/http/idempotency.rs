@@ -59,6 +59,18 @@ pub(super) async fn answered(app: &AppState, used: Option<&KeyUse>) -> Result<Op
     }
 }
 
+/// What is missing is said at once to a request without a key. Under a key the same request may have been answered before
+/// it went missing: it is said when no answer is remembered.
+pub(super) fn unless_keyed<T>(
+    key: Option<&String>,
+    found: Result<T, Problem>,
+) -> Result<Result<T, Problem>, Problem> {
+    match (key, found) {
+        (None, Err(missing)) => Err(missing),
+        (_, found) => Ok(found),
+    }
+}
+
 /// The job that a request under this key has already made.
 ///
 /// # Errors

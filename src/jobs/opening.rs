@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::Sources;
 use super::webhooks::{TrustFault, new_webhook_secret};
 use crate::config::Settings;
-use crate::store::{Actor, BlobFault, Blobs, NewRevision, Store, StoreError, sha256_hex};
+use crate::store::{Actor, BlobFault, Blobs, DATABASE_NAME, NewRevision, Store, StoreError, sha256_hex};
 use crate::wire::{AuditOrigin, Fault, MachineProfile, example_machine};
 
 /// Why a data directory cannot be used.
@@ -36,8 +36,9 @@ pub async fn open_data_directory(
     settings: &Settings,
     sources: &Sources,
 ) -> Result<(Store, Blobs), OpenFault> {
+    // The database first: where it is lost, nothing beside it is touched.
+    let store = Store::open(&settings.data_dir.join(DATABASE_NAME), settings.store_readers).await?;
     let blobs = Blobs::open(&settings.data_dir)?;
-    let store = Store::open(&settings.data_dir.join("trunnion.sqlite"), settings.store_readers).await?;
     let removed = blobs.sweep(&store.named_blobs().await?)?;
     if removed > 0 {
         tracing::info!(removed_files = removed, "removed files that no job names");

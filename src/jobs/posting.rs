@@ -1,10 +1,8 @@
 //! Posting of cutter location data, as work on a program.
 
 use super::program_job::{Finished, Workplace, written};
-use super::refusals::in_words_of_the_wire;
-use super::{
-    CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Refusal, RefusalClass, Sizes,
-};
+use super::refusals::{in_words_of_the_wire, of_program};
+use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
 use crate::wire::{Fault, JobOperation, PostingFindings, PostingParameters, PostingReport};
 
@@ -29,8 +27,7 @@ fn unless_it_leaves_its_path(report: &process::PostReport) -> Result<(), Compens
     } else {
         return Ok(());
     };
-    let class = RefusalClass::Program;
-    Err(CompensatorFault::Refused(Box::new(Refusal { class, detail, line, block: None, errors: Vec::new() })))
+    Err(CompensatorFault::Refused(Box::new(of_program(line, detail))))
 }
 
 impl ProgramParameters for PostingParameters {

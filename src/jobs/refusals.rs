@@ -17,20 +17,18 @@ pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
 fn refused(fault: &process::Fault) -> Option<Refusal> {
     let detail = fault.to_string();
     let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
-    let program = RefusalClass::Program;
+    let program = |line| of_program(line, detail.clone());
     Some(match fault {
-        process::Fault::Unreadable(read) => plain(program, Some(read.line()), Vec::new()),
+        process::Fault::Unreadable(read) => program(Some(read.line())),
         process::Fault::Program(diagnostics) => by_diagnostics(diagnostics, detail),
         process::Fault::Lines(faults) => by_lines(faults, detail),
         process::Fault::NothingToSimulate { first, .. }
         | process::Fault::NothingToCut { first, .. }
-        | process::Fault::NothingFollowed { first } => {
-            plain(program, first.map(|(_, line)| line), Vec::new())
-        }
+        | process::Fault::NothingFollowed { first } => program(first.map(|(_, line)| line)),
         // faults of the drives only come of a simulation, which has looked at them already
         process::Fault::NoMotion
         | process::Fault::Servo(_)
-        | process::Fault::NotCutterLocationData { .. } => plain(program, None, Vec::new()),
+        | process::Fault::NotCutterLocationData { .. } => program(None),
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
@@ -42,7 +40,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
             plain(RefusalClass::Parameter, None, faults.iter().map(verification_fault).collect())
         }
         process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
-        process::Fault::Unwritable { line, .. } => plain(program, Some(*line), Vec::new()),
+        process::Fault::Unwritable { line, .. } => program(Some(*line)),
         process::Fault::VerificationFailed { .. } | process::Fault::Cancelled | process::Fault::Io(_) => {
             return None;
         }
@@ -93,6 +91,15 @@ fn reachable_um(fault: &LineFault) -> Option<f64> {
         LineFaultKind::ToleranceOutOfReach { reachable_um, .. } => Some(reachable_um),
         _ => None,
     }
+}
+
+/// A program refused for one thing, at a line or as a whole.
+pub(super) fn of_program(line: Option<u64>, detail: String) -> Refusal {
+    let fault = match line {
+        Some(line) => at_line(line, detail.clone()),
+        None => Fault::new("/program", detail.clone()),
+    };
+    Refusal { class: RefusalClass::Program, detail, line, block: None, errors: vec![fault] }
 }
 
 /// A fault of the program: its place is a line of the upload.

@@ -1,5 +1,6 @@
 //! The connections: one that writes, a few that only read.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,6 +15,7 @@ use sqlx::sqlite::{
 
 use super::database_file::newest_migration;
 use super::error::Doing;
+use super::examination::stored_files;
 use super::readers::Readers;
 use super::{StoreError, own_schema};
 use crate::meter;
@@ -36,9 +38,22 @@ impl Store {
     /// Opens the database file, creates it when missing, brings it to the newest form.
     ///
     /// # Errors
-    /// The file cannot be opened or migrated, or the linked `SQLite` is too old.
+    /// The file cannot be opened or migrated, the linked `SQLite` is too old, or the database knows nothing of the files
+    /// that are stored beside it.
     pub async fn open(file: &Path, readers: u32) -> Result<Self, StoreError> {
-        Self::opened(file, readers, true).await
+        if is_empty(file) {
+            // Before anything is made, and before SQLite takes a write-ahead log without its database for left over.
+            no_files_beside(file)?;
+        }
+        let store = Self::opened(file, readers, true).await?;
+        // Every database that was served from holds a machine, whatever was deleted since.
+        if store.has_no_machine_yet().await?
+            && let Err(fault) = no_files_beside(file)
+        {
+            store.close().await;
+            return Err(fault);
+        }
+        Ok(store)
     }
 
     /// Opens the database of a service that runs, beside it: nothing is created or brought to another form.
@@ -162,6 +177,20 @@ async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
         return Ok(());
     }
     Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: own_schema() })
+}
+
+/// Whether a database file is not there, or has no bytes.
+fn is_empty(file: &Path) -> bool {
+    std::fs::metadata(file).map_or_else(|fault| fault.kind() == ErrorKind::NotFound, |found| found.len() == 0)
+}
+
+/// Refuses a database that knows nothing where files are stored beside it: who starts with it would remove them all.
+fn no_files_beside(file: &Path) -> Result<(), StoreError> {
+    let directory = file.parent().unwrap_or(Path::new("."));
+    match stored_files(directory) {
+        0 => Ok(()),
+        files => Err(StoreError::Lost { database: file.to_owned(), folder: directory.join("blobs"), files }),
+    }
 }
 
 /// Whether this version knows the schema that the database is in.

@@ -1,5 +1,7 @@
 //! What can go wrong beneath a statement.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use super::StorageFault;
@@ -34,6 +36,20 @@ pub enum StoreError {
         found: i64,
         /// Newest schema of this version.
         ours: i64,
+    },
+    /// The database knows nothing, and there are files that only the one before it can name.
+    #[error(
+        "{} is not there or holds nothing, but {files} stored files lie in {}, and without their database they would be \
+         removed; nothing was touched: put the database back, or move the files away to begin with nothing",
+        database.display(), folder.display()
+    )]
+    Lost {
+        /// Where the database should be.
+        database: PathBuf,
+        /// Where the files are.
+        folder: PathBuf,
+        /// How many they are.
+        files: usize,
     },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]

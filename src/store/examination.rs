@@ -20,6 +20,8 @@ pub struct Examination {
     pub broken_references: u64,
     /// Jobs, machines and so on: rows of all tables.
     pub rows: u64,
+    /// Whether a machine was ever stored, as at every first start.
+    pub was_served: bool,
     /// The files beside it.
     pub files: Files,
     /// Ends of jobs that are still to be told, and those that were given up; none in schemas without them.
@@ -51,14 +53,30 @@ pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, Stor
     let schema = file.schema().await?;
     let structural_faults = file.structural_faults().await?;
     let broken_references = file.broken_references().await?;
-    let rows = file.row_counts().await?.values().sum();
+    let counts = file.row_counts().await?;
+    let (rows, was_served) = (counts.values().sum(), counts.get("machines").is_some_and(|rows| *rows > 0));
     // Files first: what is named afterwards may have come meanwhile, and is not missed.
     let there = files_below(&data_dir.join("blobs"));
     let named = file.named_blobs().await?;
     let deliveries = file.deliveries().await?;
     file.close().await;
     let files = compared(data_dir, &named, &there, digests);
-    Ok(Examination { sqlite_version, schema, structural_faults, broken_references, rows, files, deliveries })
+    Ok(Examination {
+        sqlite_version,
+        schema,
+        structural_faults,
+        broken_references,
+        rows,
+        was_served,
+        files,
+        deliveries,
+    })
+}
+
+/// How many files are stored in a data directory, whether a database names them or not.
+#[must_use]
+pub fn stored_files(data_dir: &Path) -> usize {
+    files_below(&data_dir.join("blobs")).len()
 }
 
 fn compared(data_dir: &Path, named: &BTreeSet<Sha256Hex>, there: &[PathBuf], digests: bool) -> Files {

@@ -38,6 +38,8 @@ pub enum Expected {
     Any,
     /// One of these entity tags' `(revision, sha256 prefix)`.
     OneOf(Vec<(i64, String)>),
+    /// Any revision but these.
+    AnyBut(Vec<(i64, String)>),
 }
 
 /// Number and digest of a machine's current revision.
@@ -52,12 +54,16 @@ pub struct MachineHead {
 impl MachineHead {
     /// Whether the caller's belief fits.
     fn fits(&self, expected: &Expected) -> bool {
+        let is_of = |tags: &[(i64, String)]| {
+            tags.iter().any(|(revision, prefix)| {
+                *revision == self.revision && self.sha256.starts_with(prefix.as_str())
+            })
+        };
         match expected {
             Expected::Nothing => false,
             Expected::Any => true,
-            Expected::OneOf(tags) => tags.iter().any(|(revision, prefix)| {
-                *revision == self.revision && self.sha256.starts_with(prefix.as_str())
-            }),
+            Expected::OneOf(tags) => is_of(tags),
+            Expected::AnyBut(tags) => !is_of(tags),
         }
     }
 }
@@ -302,7 +308,7 @@ impl Store {
                         .execute(&mut *connection)
                         .await?;
                     }
-                    if !live && matches!(expected, Some(Expected::Any | Expected::OneOf(_))) {
+                    if !live && expected.is_some_and(|expected| expected != Expected::Nothing) {
                         return Err(sqlx::Error::RowNotFound);
                     }
                     if revision == 1 {

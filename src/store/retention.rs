@@ -1,7 +1,9 @@
 //! Jobs that ended long ago go, and the files that only they named.
 
+use super::audit::{Actor, Change, audit};
 use super::keys::forget_keys;
 use super::{Sha256Hex, Store, StoreError};
+use crate::wire::{AuditAction, AuditOrigin};
 
 /// Jobs removed in one transaction: others write in between.
 const REMOVED_AT_ONCE: i64 = 200;
@@ -9,7 +11,8 @@ const REMOVED_AT_ONCE: i64 = 200;
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose key, where they had one, was used before
     /// `keys_since` (what is stored as used after `keys_farthest` counts as used then); one whose end is still to be told
-    /// stays. Gives the digests that the removed ones named, and none once there is nothing left to remove.
+    /// stays. The audit log says that each went, at `now`. Gives the digests that the removed ones named, and none once there
+    /// is nothing left to remove.
     ///
     /// # Errors
     /// The database failed.
@@ -17,9 +20,10 @@ impl Store {
         &self,
         ended_before: &str,
         [keys_since, keys_farthest]: [&str; 2],
+        now: &str,
     ) -> Result<Vec<Sha256Hex>, StoreError> {
-        let [ended_before, keys_since, keys_farthest] =
-            [ended_before, keys_since, keys_farthest].map(str::to_owned);
+        let [ended_before, keys_since, keys_farthest, now] =
+            [ended_before, keys_since, keys_farthest, now].map(str::to_owned);
         self.write("forgetting jobs", |connection| {
             Box::pin(async move {
                 forget_keys(connection, &keys_since, &keys_farthest).await?;
@@ -29,12 +33,23 @@ impl Store {
                              AND NOT EXISTS (SELECT 1 FROM idempotency_keys k WHERE k.job_id = j.id)
                              AND NOT EXISTS (SELECT 1 FROM deliveries d WHERE d.job_id = j.id AND d.state = 'waiting')
                          ORDER BY finished_at LIMIT ?)
-                     RETURNING input_sha256, surface_sha256, output_sha256, changes_sha256",
+                     RETURNING id, machine_id, input_sha256, surface_sha256, output_sha256, changes_sha256",
                     ended_before,
                     REMOVED_AT_ONCE
                 )
                 .fetch_all(&mut *connection)
                 .await?;
+                let service = Actor::without_request(AuditOrigin::Service);
+                for job in &removed {
+                    let change = Change {
+                        at: &now,
+                        action: AuditAction::JobRemoved,
+                        machine_id: Some(&job.machine_id),
+                        resource: format!("/v1/jobs/{}", job.id),
+                        revisions: (None, None),
+                    };
+                    audit(connection, &service, change).await?;
+                }
                 let named = removed.into_iter().flat_map(|row| {
                     [Some(row.input_sha256), row.surface_sha256, row.output_sha256, row.changes_sha256]
                 });

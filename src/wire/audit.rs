@@ -38,6 +38,7 @@ actions! {
     WearEntryWithdrawn = "wear-entry-withdrawn", "A wear entry was withdrawn.";
     JobCreated = "job-created", "A job was accepted.";
     JobCancelled = "job-cancelled", "A job was cancelled.";
+    JobRemoved = "job-removed", "A job that ended long ago was removed.";
     DeliveryRequested = "delivery-requested", "A job's end was to be told once more.";
     WebhookSecretCreated = "webhook-secret-created", "The first secret that signs webhooks was made.";
     WebhookSecretRotated = "webhook-secret-rotated", "A new secret signs webhooks.";

@@ -478,6 +478,73 @@ fn the_limits_of_the_settings_hold_on_the_command_line() {
     }
 }
 
+#[test]
+fn what_has_no_end_is_read_up_to_its_limit() {
+    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let profile = std::fs::metadata(bench.at("machine.json")).unwrap().len();
+    let (fits, over) = (profile.to_string(), (profile - 1).to_string());
+    let parameters = bench.at("parameters.json");
+    let given = "{\"location_errors\": true}";
+    std::fs::write(&parameters, given).unwrap();
+    for typed in [given, path(&parameters)] {
+        let with = |limit: &[&str]| bench.compensate(&[&["--parameters", typed], limit].concat());
+        let done = with(&["--max-parameters-bytes", "25", "--max-json-bytes", &fits]);
+        assert_eq!(done.status.code(), Some(0), "{typed}: {}", said(&done));
+        std::fs::remove_file(bench.at("out.nc")).unwrap();
+        for (limit, bytes) in [("max-parameters-bytes", "24"), ("max-json-bytes", over.as_str())] {
+            let done = with(&[&format!("--{limit}"), bytes]);
+            assert_eq!(done.status.code(), Some(1), "{typed}: {}", said(&done));
+            let told = format!("than {bytes} bytes ({})", limit.replace('-', "_"));
+            assert!(said(&done).contains(&told) && !bench.at("out.nc").exists(), "{}", said(&done));
+        }
+    }
+    let endless = bench.compensate(&["--parameters", "/dev/zero"]);
+    assert!(said(&endless).contains("/dev/zero is larger than"), "{}", said(&endless));
+    let (input, endless) = (bench.at("in.nc"), ["--machine", "/dev/zero"]);
+    let endless = trunnion(&bench.at("data"), &[&["compensate", path(&input)][..], &endless].concat());
+    assert_eq!(endless.status.code(), Some(1), "{}", said(&endless));
+    assert!(said(&endless).contains("(max_json_bytes)"), "{}", said(&endless));
+}
+
+#[test]
+fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
+    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let (input, parameters, surface) = (bench.at("in.nc"), bench.at("parameters.json"), bench.at("part.stl"));
+    std::fs::write(&parameters, "{\"location_errors\": true}").unwrap();
+    std::fs::write(&surface, "solid\nendsolid\n").unwrap();
+    // Another way to the same place, and a link to it.
+    let roundabout = bench.at("folder");
+    std::fs::create_dir(&roundabout).unwrap();
+    let (machine, linked) = (roundabout.join("../machine.json"), bench.at("linked.json"));
+    std::os::unix::fs::symlink(bench.at("machine.json"), &linked).unwrap();
+    let contents = || files(bench.folder.path()).iter().map(|file| std::fs::read(file).unwrap()).collect();
+    let before: Vec<Vec<u8>> = contents();
+    let run = |output: &Path, more: &[&str]| {
+        let made =
+            [path(&input), path(output), "--machine", path(&linked), "--parameters", path(&parameters)];
+        trunnion(&bench.at("data"), &[&["compensate"], &made[..], more].concat())
+    };
+    let out = bench.at("out.nc");
+    for (output, more) in [
+        (&machine, &[][..]),
+        (&parameters, &[]),
+        (&surface, &["--surface", path(&surface)]),
+        (&out, &["--report", path(&machine)]),
+        (&out, &["--report", path(&input)]),
+        (&out, &["--changes", path(&parameters)]),
+        (&out, &["--changes", path(&input)]),
+        (&out, &["--surface", path(&surface), "--changes", path(&surface)]),
+    ] {
+        let done = run(output, more);
+        assert_eq!(done.status.code(), Some(2), "{more:?}: {}", said(&done));
+        assert!(said(&done).contains("is read by this command"), "{more:?}: {}", said(&done));
+        assert_eq!(contents(), before, "{more:?}");
+    }
+    let done = run(&input, &[]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert!(std::fs::read_to_string(&input).unwrap().contains("G1"));
+}
+
 #[tokio::test]
 async fn a_backup_names_the_file_that_is_missing() {
     let folder = TempDir::new().unwrap();

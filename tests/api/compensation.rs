@@ -79,12 +79,15 @@ async fn bodies_of_every_kind_are_taken() {
     let coded = |coding: &'static str, body: Vec<u8>| {
         app.client.post(app.url(GOOD)).header("content-encoding", coding).body(body).send()
     };
-    assert_eq!(coded("gzip", gzip.clone()).await.unwrap().text().await.unwrap(), "G1 X3\n");
+    for coding in ["gzip", "GZIP", "x-gzip", "X-GZip"] {
+        let text = coded(coding, gzip.clone()).await.unwrap().text().await.unwrap();
+        assert_eq!(text, "G1 X3\n", "{coding}");
+    }
     problem(coded("gzip", gzip[..gzip.len() - 9].to_vec()).await.unwrap(), "malformed-request").await;
     problem(coded("gzip", b"g1 x3\n".to_vec()).await.unwrap(), "malformed-request").await;
     // A zstd frame of one raw block: magic, one-byte content size, block header, text.
     let zstd = [b"\x28\xB5\x2F\xFD\x20\x06\x31\x00\x00".as_slice(), b"g1 x3\n"].concat();
-    assert_eq!(coded("zstd", zstd.clone()).await.unwrap().text().await.unwrap(), "G1 X3\n");
+    assert_eq!(coded("Zstd", zstd.clone()).await.unwrap().text().await.unwrap(), "G1 X3\n");
     problem(coded("zstd", zstd[..10].to_vec()).await.unwrap(), "malformed-request").await;
     let other = coded("br", gzip).await.unwrap();
     assert!(other.headers().contains_key("accept-encoding"));

@@ -302,10 +302,14 @@ async fn keys_are_listed_newest_first_without_secrets_and_never_deleted() {
     let second =
         made(&app, &json!({"name": "MES", "scopes": ["compute", "read"], "machines": ["b", "a"]})).await;
     let place = format!("/v1/keys/{}", text(&second["id"]));
+    let tag = app.get(&place).await.headers()["etag"].to_str().unwrap().to_owned();
+    let again = || app.client.get(app.url(&place)).header("if-none-match", &tag).send();
+    assert_eq!(again().await.unwrap().status(), 304);
     for _twice in 0..2 {
         let revoke = app.client.delete(app.url(&place)).send().await.unwrap();
         assert_eq!(revoke.status(), 204);
     }
+    assert_eq!(again().await.unwrap().status(), 200);
     let listed = app.get("/v1/keys").await.text().await.unwrap();
     for key in [first.as_str(), text(&second["key"])] {
         assert!(!listed.contains(key.rsplit('_').next().unwrap()));

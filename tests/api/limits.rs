@@ -287,6 +287,31 @@ async fn a_header_at_the_limit_is_taken_one_byte_more_is_not_and_an_absurd_one_n
 }
 
 #[tokio::test]
+async fn what_the_protocol_refuses_has_a_status_and_no_body() {
+    let app = spawn().await;
+    let fields = |count: usize| {
+        let more = "X: a\r\n".repeat(count - 2);
+        format!("GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n{more}\r\n")
+    };
+    assert!(raw(&app, &fields(100), false).await.starts_with("HTTP/1.1 200"));
+    let path = |bytes: usize| format!("GET /{} HTTP/1.1\r\nHost: x\r\n\r\n", "a".repeat(bytes));
+    for (request, status) in [
+        (fields(101), "431"),
+        (path(65_534), "414"),
+        ("GET healthz\r\n\r\n".to_owned(), "400"),
+        ("GET /healthz HTTP/1.1\r\nHost: x\r\nX Y: a\r\n\r\n".to_owned(), "400"),
+        (
+            "GET /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nContent-Length: 4\r\n\r\n".to_owned(),
+            "400",
+        ),
+    ] {
+        let answer = raw(&app, &request, false).await;
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{status}: {answer}");
+        assert!(answer.contains("content-length: 0") && answer.ends_with("\r\n\r\n"), "{status}: {answer}");
+    }
+}
+
+#[tokio::test]
 async fn a_result_at_the_limit_is_stored_and_one_byte_more_is_not() {
     let app = spawn_with(|settings| settings.max_result_bytes = 1000).await;
     let program = |bytes: usize| "x".repeat(bytes - 1) + "\n";

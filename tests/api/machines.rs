@@ -111,6 +111,38 @@ async fn conditions_are_kept() {
 }
 
 #[tokio::test]
+async fn of_two_conditions_both_count() {
+    let app = spawn().await;
+    let tag = etag(&app.put_machine("m", &ac_table()).await);
+    let mut changed = ac_table();
+    changed["name"] = json!("another");
+    let send = |method: &'static str, matching: &str, absent: &str| {
+        let request = app.client.request(method.parse().unwrap(), app.url("/v1/machines/m")).json(&changed);
+        let request = request.header("if-match", matching).header("if-none-match", absent);
+        async move { request.send().await.unwrap() }
+    };
+    let listed = format!("\"x\", W/{tag}");
+    for matching in ["*", &tag] {
+        for absent in ["*", &tag, &listed] {
+            for method in ["PUT", "DELETE"] {
+                problem(send(method, matching, absent).await, "precondition-failed").await;
+            }
+        }
+    }
+    // A revision that it is not is in nobody's way.
+    for (method, status) in [("PUT", 200), ("DELETE", 204)] {
+        let now = etag(&app.get("/v1/machines/m").await);
+        let other = if method == "PUT" { "\"r9-0123456789abcdef\"" } else { tag.as_str() };
+        problem(send(method, "\"x\"", other).await, "precondition-failed").await;
+        let matching = if method == "PUT" { "*" } else { now.as_str() };
+        assert_eq!(send(method, matching, other).await.status().as_u16(), status, "{method}");
+    }
+    // What is not there is no revision either.
+    problem(send("PUT", "*", "\"x\"").await, "precondition-failed").await;
+    problem(send("PUT", "*", "*").await, "precondition-failed").await;
+}
+
+#[tokio::test]
 async fn of_puts_at_once_exactly_one_wins() {
     let app = spawn().await;
     let tag = etag(&app.put_machine("m", &ac_table()).await);

@@ -154,6 +154,7 @@ async fn what_does_not_fit_is_named_and_nothing_is_stored() {
     assert_eq!(pointers(&found), ["/program/2", "/program/4"], "{found}");
     assert_eq!((&found["line"], &found["block"]), (&json!(2), &json!("GOTO/1,1,1")), "{found}");
     let iso = problem(posted(&app, "", "G1 X1 Y1 Z1 A0 C0 F100\n").await, "program-fault").await;
+    assert_eq!(pointers(&iso), ["/program"]);
     assert!(iso["detail"].as_str().unwrap().contains("cutter location data"), "{iso}");
     let upside_down = "FEDRAT/100,MMPM\nGOTO/1,1,1,0,0,1\nGOTO/1,1,1,0,0.1,-1\n";
     let found = problem(posted(&app, "", upside_down).await, "out-of-travel").await;
@@ -177,7 +178,7 @@ async fn a_cut_that_leaves_its_path_between_two_points_is_refused_with_its_line(
     let text =
         "UNITS/MM\nMULTAX/ON\nFEDRAT/1200,MMPM\nGOTO/100,0,0,0.3,0,0.9539392\nGOTO/101,0,0,0,0.3,0.9539392\n";
     let refusal = problem(posted(&app, "interpolation=machine", text).await, "program-fault").await;
-    assert_eq!(refusal["line"], 5);
+    assert_eq!((&refusal["line"], pointers(&refusal)), (&json!(5), vec!["/program/5".to_owned()]));
     // The control keeps the tip on its line.
     assert_eq!(posted(&app, "interpolation=tcp", text).await.status(), 200);
 }

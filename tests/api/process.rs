@@ -55,6 +55,35 @@ fn a_wrong_setting_ends_it_with_a_reason() {
     }
 }
 
+#[test]
+fn a_log_that_would_stay_empty_is_refused() {
+    let data = TempDir::new().unwrap();
+    let show = |log: &str| {
+        binary(&data).args(["config", "show", "--log", log]).stderr(Stdio::piped()).output().unwrap()
+    };
+    for log in [
+        "",
+        "[",
+        "zzz=",
+        "=debug",
+        "zzz=loud",
+        "info,",
+        "info,,",
+        "trunnion[{id}]=info",
+        "a=b=info",
+        "*=info",
+    ] {
+        let output = show(log);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{log:?}: {text}");
+        assert!(text.contains(&format!("log is {log:?}")), "{log:?}: {text}");
+    }
+    for log in ["info", "OFF", "warn,trunnion=debug", "trunnion::http=Trace,error", "trunnion"] {
+        let output = show(log);
+        assert!(output.status.success(), "{log}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
 #[cfg(not(feature = "otlp"))]
 #[test]
 fn spans_that_this_binary_cannot_send_are_not_promised() {

@@ -164,6 +164,11 @@ async fn old_jobs_go_with_the_files_that_no_other_job_names() {
         }
     }
     assert!(gone);
+    let log: Value = app.get("/v1/audit?action=job-removed").await.json().await.unwrap();
+    assert_eq!(log["items"].as_array().unwrap().len(), 1, "{log}");
+    let entry = &log["items"][0];
+    assert_eq!((&entry["origin"], &entry["machine_id"]), (&"service".into(), &"example-ac-table".into()));
+    assert_eq!((&entry["resource"], &entry["request_id"]), (&old.as_str().into(), &Value::Null));
     for place in [&keyed, &waiting] {
         let program = app.get(&format!("{place}/program")).await;
         assert_eq!(program.status(), 200, "{place}");

@@ -56,6 +56,7 @@ async fn faults_of_programs_are_problems_with_their_line() {
     for empty in ["", "\n\n", "(nothing)\n", "G90 G21\nM30\n"] {
         let body = problem(post(empty.to_owned()).await, "program-fault").await;
         assert!(body["detail"].as_str().unwrap().contains("no motion"), "{body}");
+        assert_eq!(pointers(&body), ["/program"], "{body}");
     }
     let travel = PROGRAM.replace("A30.000", "A130.000");
     let body = problem(post(travel).await, "out-of-travel").await;

@@ -67,8 +67,18 @@ async fn an_entry_is_kept_and_read_back() {
     assert_eq!((&entry["tool_id"], &entry["parts_cut"]), (&json!("T12"), &json!(120)));
     assert_eq!(entry.get("flank_wear_um"), None);
     assert_eq!(entry["withdrawn"], Value::Null);
-    assert_eq!(read(&app, &location).await, entry);
+    let first = app.get(&location).await;
+    let tag = first.headers()["etag"].to_str().unwrap().to_owned();
+    assert_eq!(first.json::<Value>().await.unwrap(), entry);
+    let again = || app.client.get(app.url(&location)).header("if-none-match", &tag).send();
+    assert_eq!(again().await.unwrap().status(), StatusCode::NOT_MODIFIED);
     assert_eq!(read(&app, &entries()).await, json!({"items": [entry], "next_cursor": null}));
+    // Withdrawn it is another.
+    let id = entry["id"].as_str().unwrap();
+    assert_eq!(withdraw(&app, id, &json!({"reason": "the wrong flute"})).await.status(), 200);
+    let other = again().await.unwrap();
+    assert_eq!(other.status(), StatusCode::OK);
+    assert_ne!(other.headers()["etag"], tag.as_str());
 }
 
 #[tokio::test]

@@ -11,7 +11,7 @@ use crate::http::caller::actor;
 use crate::http::conditional::tagged;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query, json_response};
-use crate::http::idempotency::{answered, key, key_reused, used};
+use crate::http::idempotency::{answered, key, key_reused, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
@@ -65,7 +65,7 @@ pub(super) async fn create_calibration(
     let (parts, body) = request.into_parts();
     choose(&parts.headers, &["application/json"])?;
     let (key, actor) = (key(&parts)?, actor(&parts)?);
-    let current = current_machine(&app, &machine_id).await?;
+    let current = unless_keyed(key.as_ref(), current_machine(&app, &machine_id).await)?;
     let Json(request) =
         Json::<CalibrationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     let run = serde_json::to_string(&request).map_err(|fault| Problem::internal(&fault))?;
@@ -73,6 +73,7 @@ pub(super) async fn create_calibration(
     if let Some(Remembered::Calibration(known)) = answered(&app, used.as_ref()).await? {
         return Ok(created(&known));
     }
+    let current = current?;
     let mut known = Vec::new();
     let measured_at = measured_at(&request.measured_at, app.sources.clock.now()).unwrap_or_else(|fault| {
         known.push(fault);

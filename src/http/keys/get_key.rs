@@ -1,10 +1,12 @@
 //! Reads a key.
 
 use axum::extract::State;
+use axum::response::Response;
 use http::HeaderMap;
 
 use super::key_not_found;
 use crate::http::AppState;
+use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -21,15 +23,26 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, NotAcceptable, InvalidRequest
     path = "/v1/keys/{id}",
     tag = "keys",
     operation_id = "get_api_key",
-    params(("id" = String, Path, description = "The key's id", example = "5f1c2d4e9a07")),
-    responses((status = 200, description = "The key", body = ApiKeyDocument), Refusals)
+    params(
+        ("id" = String, Path, description = "The key's id", example = "5f1c2d4e9a07"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+    ),
+    responses(
+        (status = 200, description = "The key", body = ApiKeyDocument, headers(("ETag" = String, description = "Its tag"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
 )]
 pub(super) async fn get_api_key(
     State(app): State<AppState>,
     Path(id): Path<String>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-) -> Result<Json<ApiKeyDocument>, Problem> {
+) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
-    Ok(Json(app.store.api_key(&id).await?.ok_or_else(|| key_not_found(&id))?))
+    let key = app.store.api_key(&id).await?.ok_or_else(|| key_not_found(&id))?;
+    // All that ever changes of a key.
+    let [revoked, used] = [&key.revoked_at, &key.last_used_at].map(|time| time.as_deref().unwrap_or("never"));
+    let tag = format!("{id}-{revoked}-{used}");
+    unless_known(&headers, &tag, || Json(key))
 }

@@ -23,7 +23,8 @@ refusals!(
 /// Store a machine
 ///
 /// A new id makes a machine (201). An existing one gets a new revision (200) and needs `If-Match` with the `ETag` of
-/// the revision that was read; an identical profile is the same revision. `If-None-Match: *` refuses to replace.
+/// the revision that was read; an identical profile is the same revision. `If-None-Match: *` refuses to replace. Where both
+/// conditions are sent, both must fit.
 #[utoipa::path(
     put,
     path = "/v1/machines/{machine_id}",

@@ -10,7 +10,7 @@ use super::upload::{Part, Upload, take};
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::current_machine::current_machine;
-use crate::http::idempotency::{key, remembered, used};
+use crate::http::idempotency::{key, remembered, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::jobs::{InputFile, ProgramJob, ProgramParameters, ProgramWork, Sizes, run_program_job};
@@ -40,7 +40,7 @@ async fn job<P: ProgramParameters>(
 ) -> Result<JobRow, Problem> {
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let on = current_machine(app, &machine_id).await?;
+    let on = unless_keyed(key.as_ref(), current_machine(app, &machine_id).await)?;
     let part = if P::LOOKS_AT_PART { Part::Seen } else { Part::Unseen };
     let Upload { program, file_name, surface, parameters }: Upload<P> = take(app, &parts, body, part).await?;
     let mut said = vec![program.sha256(), serde_json::to_string(&parameters).unwrap_or_default()];
@@ -49,6 +49,7 @@ async fn job<P: ProgramParameters>(
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return Ok(job);
     }
+    let on = on?;
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
     let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;

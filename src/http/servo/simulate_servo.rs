@@ -100,18 +100,19 @@ async fn program(
         return Err(Problem::internal(&"only a program is a program"));
     };
     let key = key(parts)?;
-    let current = match &request.machine_id {
-        None => None,
-        Some(machine_id) => {
-            caller.must_reach(machine_id)?;
-            Some((machine_id.clone(), current_machine(app, machine_id).await?))
-        }
-    };
+    if let Some(machine_id) = &request.machine_id {
+        caller.must_reach(machine_id)?;
+    }
     let said = serde_json::to_string(request).map_err(|fault| Problem::internal(&fault))?;
     let used = used(app, parts, key, &[&said]);
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return answer::job(app, &job, kind).await;
     }
+    // Behind the answer that is remembered, which outlives the machine.
+    let current = match &request.machine_id {
+        None => None,
+        Some(machine_id) => Some((machine_id.clone(), current_machine(app, machine_id).await?)),
+    };
     let mut faults = FaultList::default();
     if request.drives.is_some() {
         let detail = "a program is simulated with the drives of its machine's profile";

@@ -32,7 +32,8 @@ impl Shared {
         let keys_farthest = self.sources.farthest(self.limits.key_retention_s);
         let mut digests = Vec::new();
         loop {
-            let named = self.store.forget_jobs(&ended_before, [&keys_since, &keys_farthest]).await?;
+            let now = self.sources.timestamp();
+            let named = self.store.forget_jobs(&ended_before, [&keys_since, &keys_farthest], &now).await?;
             if named.is_empty() || self.stopping.is_cancelled() {
                 break;
             }

@@ -9,7 +9,7 @@ use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query};
-use crate::http::idempotency::{answered, key, key_reused, used};
+use crate::http::idempotency::{answered, key, key_reused, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
@@ -67,7 +67,7 @@ pub(super) async fn create_wear_entries(
     let (parts, body) = request.into_parts();
     choose(&parts.headers, &["application/json"])?;
     let (key, actor) = (key(&parts)?, actor(&parts)?);
-    current_machine(&app, &machine_id).await?;
+    let machine = unless_keyed(key.as_ref(), current_machine(&app, &machine_id).await)?;
     let Json(request) =
         Json::<WearEntriesRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     let text = serde_json::to_string(&request).map_err(|fault| Problem::internal(&fault))?;
@@ -75,6 +75,7 @@ pub(super) async fn create_wear_entries(
     if let Some(Remembered::Wear(known)) = answered(&app, used.as_ref()).await? {
         return created(&request, known);
     }
+    machine?;
     let entries = checked_entries(&app, &machine_id, &tool_id, &request)?;
     let added = app.store.add_wear_entries(&entries, used.as_ref(), &actor).await?;
     if added == AddedWear::Stored {

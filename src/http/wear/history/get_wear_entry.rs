@@ -1,10 +1,12 @@
 //! Reads a wear entry.
 
 use axum::extract::State;
+use axum::response::Response;
 use http::HeaderMap;
 
 use super::ever_existed;
 use crate::http::AppState;
+use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -25,18 +27,25 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, WearEntryNotFound, NotAcc
         ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
         ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
         ("id" = String, Path, description = "The entry", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
     ),
-    responses((status = 200, description = "The entry", body = WearEntry), Refusals)
+    responses(
+        (status = 200, description = "The entry", body = WearEntry, headers(("ETag" = String, description = "Its tag"))),
+        (status = 304, description = "It is as you know it"),
+        Refusals,
+    )
 )]
 pub(super) async fn get_wear_entry(
     State(app): State<AppState>,
     Path((machine_id, tool_id, id)): Path<(String, String, String)>,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-) -> Result<Json<WearEntry>, Problem> {
+) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
     if let Some(found) = app.store.wear_entry(&machine_id, &tool_id, &id).await? {
-        return Ok(Json(found));
+        // An entry changes once, if ever.
+        let state = if found.withdrawn.is_some() { "-withdrawn" } else { "" };
+        return unless_known(&headers, &format!("{id}{state}"), || Json(found));
     }
     ever_existed(&app, &machine_id).await?;
     Err(Problem::wear_entry_not_found(&tool_id, &id))
