@@ -149,7 +149,7 @@ fn is_log_directive(directive: &str) -> bool {
     };
     match directive.split_once('=') {
         Some((target, level)) => is_target(target) && is_level(level),
-        None => is_level(directive) || is_target(directive),
+        None => is_level(directive),
     }
 }
 
@@ -201,7 +201,7 @@ pub enum ConfigFault {
     /// What is logged, in words that would log nothing.
     #[error(
         "log is {value:?}, but must be directives parted by commas: a level (off, error, warn, info, debug, trace), \
-         target=level or a target"
+         or target=level"
     )]
     Log {
         /// The value given.

@@ -39,8 +39,8 @@ pub enum StoreError {
     },
     /// The database knows nothing, and there are files that only the one before it can name.
     #[error(
-        "{} is not there or holds nothing, but {files} stored files lie in {}, and without their database they would be \
-         removed; nothing was touched: put the database back, or move the files away to begin with nothing",
+        "{} is not there or was never served from, but {files} stored files lie in {}, and without their database they would be \
+         removed; none was touched: put the database back, or move the files away to begin with nothing",
         database.display(), folder.display()
     )]
     Lost {

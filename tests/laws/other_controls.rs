@@ -87,6 +87,13 @@ fn a_second_linear_axis_keeps_its_pace() {
         assert!(output.contains(&cut) && !output.ends_with(CUT_ON), "{output}");
         assert!(warned(&report, "not_followed"), "{:?}", report.warnings);
     }
+    // Where G53 sends it counts from elsewhere.
+    for retract in ["G0 G53 W0.\n", "G0 G53 Z0. W5.\nG0 Z0.\n"] {
+        let cut = "G1 X50.000 Y20.000 A20.000 C20.000 W5. F1000\n";
+        let (output, _) =
+            compensated(&format!("{BEGIN}G0 W5.\n{retract}{cut}{CUT_ON}")).expect("compensated");
+        assert!(output.contains(cut), "{output}");
+    }
     // At rest it is in nobody's way.
     let program = format!("{BEGIN}G0 W5.\n{}", CUT.replace("F1000", "W5. F1000"));
     let (output, _) = compensated(&program).expect("compensated");
@@ -116,9 +123,12 @@ fn conversational_polar_kinematics_are_not_known() {
     };
     let plain = program("2 ; as it is\n");
     assert_ne!(compensated(&plain).expect("compensated").0, plain);
-    for code in
-        ["2 M138 A\n", "2 POLARKIN AXES X Z C MODE: KEEP POLE:ALLOWED\n", "2 FUNCTION CORRDATA TCS #1\n"]
-    {
+    for code in [
+        "2 M138 A\n",
+        "2 L M138 A M128\n",
+        "2 POLARKIN AXES X Z C MODE: KEEP POLE:ALLOWED\n",
+        "2 FUNCTION CORRDATA TCS #1\n",
+    ] {
         let text = program(code);
         match compensated(&text) {
             Ok((output, report)) => assert!(output == text && warned(&report, "not_followed"), "{output}"),

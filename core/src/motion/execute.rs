@@ -3,6 +3,7 @@
 use super::codes::{Code, MCode, code_of, m_meaning, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
+use super::travel::CONTACT;
 use super::{ContactWords, FeedMode, FeedRules, Motion, MotionKind, Unfollowable};
 use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Dialect, Excerpt, Word, WordForm,
@@ -122,8 +123,8 @@ impl Interpreter {
                 if axis_words != 0 {
                     let reason = Some(Unfollowable::MachineCoordinates);
                     self.move_axes(index, block, reason, motions);
-                    self.forget_named(axis_words);
                 }
+                self.forget_named(self.block.present);
             }
             None => self.move_axes(index, block, reason, motions),
             // F of a dwell may be a time.
@@ -165,7 +166,7 @@ impl Interpreter {
             Some(Action::Odd(reason)) => {
                 self.set_feed();
                 self.opaque(index, block, reason, motions);
-                self.forget_named(axis_words);
+                self.forget_named(self.block.present);
             }
             Some(Action::Call) => {
                 let text = Excerpt::new(batch.block_text(block).trim_ascii());
@@ -480,13 +481,13 @@ impl Interpreter {
         None
     }
 
-    /// The meaning of a G code in this block. In ISO programs G70 and G71 are cycles beside words of cycles: of turning
-    /// (P Q) or of holes in a circle (I J K L); G11 and G62 beside axis words and no way to move are frames.
+    /// The meaning of a G code in this block. In ISO programs, where no G0 to G3 says how the block moves, G70 and G71 are cycles
+    /// beside words of cycles: of turning (P Q) or of holes in a circle (I J K L); G11 and G62 beside axis words are frames.
     fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
         let is_other = self.dialect == Dialect::Iso
             && match tenths {
-                700 | 710 => self.block.present & CYCLE_WORDS != 0,
+                700 | 710 => self.block.present & CYCLE_WORDS != 0 && !self.says_how_to_move(),
                 110 | 620 => self.block.present & AXES != 0 && !self.says_how_to_move(),
                 _ => false,
             };
@@ -581,6 +582,11 @@ impl Interpreter {
         }
         if named & bit(self.foreign_address) != 0 {
             self.position.foreign_deg = None;
+        }
+        for (slot, address) in CONTACT.into_iter().enumerate() {
+            if named & bit(address) != 0 {
+                self.position.contact_mm[slot] = None;
+            }
         }
     }
 }

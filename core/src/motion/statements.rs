@@ -235,7 +235,6 @@ impl Interpreter {
             self.position.forget_linear();
             self.modal.tool_length = Some(wanted);
         }
-        self.modal.kinematics_switched = false;
     }
 
     /// What acts behind the motion.

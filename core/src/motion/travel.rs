@@ -9,7 +9,7 @@ use super::{
 use crate::program::{Address, Block, Dialect, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
-const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
+pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
@@ -172,19 +172,18 @@ impl Interpreter {
         if block.present & POINTS == 0 {
             return None;
         }
-        let is_contact = CONTACT
-            .iter()
-            .zip(&self.position.contact_mm)
-            .all(|(address, known)| block.has(*address) || known.is_some());
-        let scale = self.modal.mm_per_unit;
-        let moves = |slot: usize, address: Address| {
-            let stays = block.value(address).zip(scale).map(|(value, scale)| value * scale)
-                == self.position.contact_mm.get(slot).copied().flatten()
+        let mut known = CONTACT.into_iter().zip(self.position.contact_mm);
+        if known.clone().all(|(address, at)| block.has(address) || at.is_some()) {
+            return None;
+        }
+        let moves = |address: Address, at: Option<f64>| {
+            let to = block.value(address).zip(self.modal.mm_per_unit).map(|(value, scale)| value * scale);
+            let stays = to.is_some()
+                && to == at
                 && block.is_incremental(address, self.modal.incremental) == Some(false);
             block.has(address) && !stays
         };
-        let moving = CONTACT.into_iter().enumerate().find(|(slot, address)| moves(*slot, *address));
-        moving.map(|(_, address)| address).filter(|_| !is_contact)
+        known.find(|(address, at)| moves(*address, *at)).map(|(address, _)| address)
     }
 
     /// Moves the five axes, and the letter the machine lacks, to where the words say.
@@ -460,7 +459,7 @@ impl Interpreter {
     fn move_unseen(&mut self, index: usize, block: &Block, reason: Unfollowable, motions: &mut Vec<Motion>) {
         self.opaque(index, block, reason, motions);
         self.take_other_words();
-        self.forget_named(self.block.present & AXES);
+        self.forget_named(self.block.present);
         if reason == Unfollowable::Probing {
             self.position.forget_axes();
         }

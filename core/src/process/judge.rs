@@ -452,17 +452,18 @@ impl<'a> Judge<'a> {
 /// The turn that is as long either way \[deg\].
 const HALF_TURN_DEG: f64 = 180.0;
 
-/// Whether nobody can tell which way round a rotary axis goes: one without an end turns by more than half a turn, and on some
+/// Differences of words are off by less \[deg\].
+const SAME_DEG: f64 = 1e-9;
+
+/// Whether nobody can tell which way round a rotary axis goes: one without an end turns by half a turn or more, and on some
 /// controls of ISO programs it rolls over and goes the shorter way.
 pub(super) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
     dialect == Dialect::Iso
         && !motion.incremental
-        && machine
-            .rotary_axes()
-            .iter()
-            .zip(start.rotary_deg.iter().zip(&end.rotary_deg))
-            .any(|(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() > HALF_TURN_DEG)
+        && machine.rotary_axes().iter().zip(start.rotary_deg.iter().zip(&end.rotary_deg)).any(
+            |(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG,
+        )
 }
 
 fn checkable(motion: &Motion) -> bool {

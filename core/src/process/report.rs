@@ -83,7 +83,7 @@ pub enum WarningKind {
     NotFollowed,
     /// A motion under another work offset than the first: neither checked nor changed.
     WorkOffsetChanged,
-    /// A rotary axis without an end turns by more than half a turn: neither checked nor changed.
+    /// A rotary axis without an end turns by half a turn or more: neither checked nor changed.
     MayRollOver,
     /// An arc that turns rotary axes: neither checked nor changed.
     ArcWithRotary,
@@ -178,7 +178,7 @@ impl WarningKind {
                 "another work offset than the program's first is active; the motion is neither checked nor changed"
             }
             Self::MayRollOver => {
-                "a rotary axis without an end turns by more than half a turn in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
+                "a rotary axis without an end turns by half a turn or more in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
             }
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
             Self::NoFeed => {

@@ -99,6 +99,7 @@ impl Unmodelled {
                 Kind::NotFollowed,
                 both(&[
                     WarningKind::NotFollowed,
+                    WarningKind::MayRollOver,
                     WarningKind::WorkOffsetChanged,
                     WarningKind::PositionUnknown,
                 ]),
