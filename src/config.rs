@@ -139,7 +139,7 @@ const MAX_WEBHOOK_PAUSES: f64 = 100.0;
 /// Levels of the log.
 const LOG_LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
 
-/// Whether a directive is a level, a target or both; a level alone is read as a target otherwise.
+/// Whether a directive is a level, or a target with one: a word that is no level would be a target that nobody has.
 fn is_log_directive(directive: &str) -> bool {
     let is_level = |word: &str| LOG_LEVELS.iter().any(|level| word.eq_ignore_ascii_case(level));
     // The path of a module, as the targets of this service and its libraries are.

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use super::part_surface::facets_of;
 use super::program_job::{Finished, Workplace};
 use super::{Compensator, Cost, InputFile, JobFault};
-use crate::kinematics::{Kinematics, Setup};
+use crate::kinematics::{BareKinematics, Kinematics, Setup};
 use crate::machine::Machine;
 use crate::store::Draft;
 use crate::wire::{
@@ -29,14 +29,14 @@ pub struct MachineUsed {
     /// Its drives, where the profile has any.
     pub drives: Option<Drives>,
     /// The machine without a set-up, with its errors and without.
-    bare: [Kinematics; 2],
+    bare: [BareKinematics; 2],
 }
 
 impl MachineUsed {
     /// The machine at this revision.
     #[must_use]
     pub fn new(revision: i64, machine: Machine, drives: Option<Drives>) -> Self {
-        let bare = [true, false].map(|apply_errors| Kinematics::bare(&machine, apply_errors));
+        let bare = [true, false].map(|apply_errors| BareKinematics::new(&machine, apply_errors));
         Self { revision, machine, drives, bare }
     }
 
@@ -44,7 +44,7 @@ impl MachineUsed {
     pub(super) fn kinematics(&self, setup: &Setup) -> Kinematics {
         let [calibrated, nominal] = &self.bare;
         let bare = if setup.apply_errors { calibrated } else { nominal };
-        bare.clone().set_up(setup.work_offset_mm, setup.tool_length_mm)
+        bare.set_up(setup.work_offset_mm, setup.tool_length_mm)
     }
 
     /// What a program made of another one was computed from.

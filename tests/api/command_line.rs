@@ -16,7 +16,7 @@ use crate::support::{App, ac_table, spawn_in, spawn_real};
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const FLANK: &str = include_str!("../../docs/examples/flank.apt");
 
-fn trunnion(data: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn trunnion(data: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
     for (_, name) in ENVIRONMENT {
         command.env_remove(name);
@@ -24,7 +24,7 @@ fn trunnion(data: &Path, arguments: &[&str]) -> Output {
     command.env("TRUNNION_DATA_DIR", data).args(arguments).output().unwrap()
 }
 
-fn said(output: &Output) -> String {
+pub(crate) fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 

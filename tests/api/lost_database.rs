@@ -1,24 +1,11 @@
 //! A data directory whose database is gone: what is stored beside it stays, whatever is started.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use tempfile::TempDir;
-use trunnion::config::ENVIRONMENT;
 
+use crate::command_line::{said, trunnion};
 use crate::support::spawn_in;
-
-fn trunnion(data: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
-    for (_, name) in ENVIRONMENT {
-        command.env_remove(name);
-    }
-    command.env("TRUNNION_DATA_DIR", data).args(arguments).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
 
 const SERVE: [&str; 3] = ["serve", "--listen", "127.0.0.1:0"];
 const CREATE: [&str; 6] = ["keys", "create", "--name", "office", "--scopes", "admin"];

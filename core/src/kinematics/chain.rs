@@ -65,16 +65,39 @@ pub struct Kinematics {
     pub(super) pointing: Pointing,
 }
 
+/// One machine before anything is set up on it: most of what [`Kinematics::new`] computes, for many set-ups.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BareKinematics(Kinematics);
+
+impl BareKinematics {
+    /// With the measured errors of the machine, or as it should be.
+    #[must_use]
+    pub fn new(machine: &Machine, apply_errors: bool) -> Self {
+        Self(Kinematics::bare(machine, apply_errors))
+    }
+
+    /// With W's origin at `work_offset_mm` in M and a tool of this length \[mm\], along which head lines move away from the
+    /// tip.
+    #[must_use]
+    pub fn set_up(&self, work_offset_mm: Vec3, tool_length_mm: f64) -> Kinematics {
+        let mut kinematics = Kinematics { work_offset_mm, ..self.0.clone() };
+        // Head axes are the last ones on the way from the workpiece to the tool.
+        for screw in kinematics.screws.iter_mut().rev().take(kinematics.head_axes) {
+            screw.point_mm += Machine::TOOL_AXIS * tool_length_mm;
+        }
+        kinematics
+    }
+}
+
 impl Kinematics {
     /// The machine with its set-up. The calibrated lines are screws like any other: nothing is linearised.
     #[must_use]
     pub fn new(machine: &Machine, setup: &Setup) -> Self {
-        Self::bare(machine, setup.apply_errors).set_up(setup.work_offset_mm, setup.tool_length_mm)
+        BareKinematics::new(machine, setup.apply_errors).set_up(setup.work_offset_mm, setup.tool_length_mm)
     }
 
-    /// The machine without a work offset and a tool length.
-    #[must_use]
-    pub fn bare(machine: &Machine, apply_errors: bool) -> Self {
+    /// Without a work offset and a tool length.
+    fn bare(machine: &Machine, apply_errors: bool) -> Self {
         let profile_index = machine.workpiece_to_tool();
         let lines = machine.screws(apply_errors);
         let screws = profile_index.map(|index| lines[index]);
@@ -101,18 +124,6 @@ impl Kinematics {
             tilt_rad,
             pointing,
         }
-    }
-
-    /// The bare machine with W's origin at `work_offset_mm` in M and a tool of this length, along which head lines move
-    /// away from the tip: a small part of what [`Kinematics::new`] computes.
-    #[must_use]
-    pub fn set_up(mut self, work_offset_mm: Vec3, tool_length_mm: f64) -> Self {
-        self.work_offset_mm = work_offset_mm;
-        // Head axes are the last ones on the way from the workpiece to the tool.
-        for screw in self.screws.iter_mut().rev().take(self.head_axes) {
-            screw.point_mm += Machine::TOOL_AXIS * tool_length_mm;
-        }
-        self
     }
 
     /// The pose of the tool in W: `w = E_t⁻¹(S q + o + E_h·0) − o`, `t = R_t⁻¹ R_h t0` (§1).

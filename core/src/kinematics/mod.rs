@@ -24,7 +24,7 @@ mod two_way;
 mod walk;
 
 pub use batch::{JointLanes, PoseLanes};
-pub use chain::{Joints, Kinematics, Setup, ToolPose};
+pub use chain::{BareKinematics, Joints, Kinematics, Setup, ToolPose};
 pub use error::InverseError;
 pub use instruction_set::InstructionSet;
 pub use inverse::{Branch, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD, TRAVEL_SLACK};

@@ -179,7 +179,7 @@ impl<'a> Judge<'a> {
         }
         let mut start = self.point.take();
         let verdict = match (motion.start, &mut end) {
-            (Some(start_words), Some(end)) if checkable(motion) && !self.may_roll_over(motion) => {
+            (Some(start_words), Some(end)) if self.looks_at(motion) => {
                 let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
                 let mut start_point = known.unwrap_or_else(|| {
                     let station = Station::new(self.machine, self.kinematics, mode, start_words);
@@ -224,7 +224,7 @@ impl<'a> Judge<'a> {
         }
         let next = motions.get(index + 1).or(following);
         let beyond = next
-            .filter(|next| checkable(next) && next.start == motion.end && self.mode(next) == mode)
+            .filter(|next| self.looks_at(next) && next.start == motion.end && self.mode(next) == mode)
             .and_then(|next| next.end)
             .map_or(to, |words| match poses.get(index + 1) {
                 Some(next) => next.end.tip_mm,
@@ -402,6 +402,11 @@ impl<'a> Judge<'a> {
         {
             self.warnings.add(WarningKind::ArcWithRotary, Some(motion.line));
         }
+    }
+
+    /// Whether the motion is one to be checked.
+    fn looks_at(&self, motion: &Motion) -> bool {
+        checkable(motion) && !self.may_roll_over(motion)
     }
 
     fn may_roll_over(&self, motion: &Motion) -> bool {

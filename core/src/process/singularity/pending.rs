@@ -115,16 +115,20 @@ impl<'a> Collector<'a> {
         if !stays {
             self.last = motion.end.map(|end| (end, mode, motion.contact));
         }
-        self.checked += u64::from(is_followed(motion));
+        self.checked += u64::from(self.follows(motion));
         let Some(found) = found else { return Seen::Closes };
         self.quiet = if found.turns { 0 } else { self.quiet + 1 };
         self.region.push(found);
         Seen::Added
     }
 
+    fn follows(&self, motion: &Motion) -> bool {
+        is_followed(motion) && !may_roll_over(self.cutting.machine, self.dialect, motion)
+    }
+
     /// The motion, if it belongs to a region, and to the one at hand if there is one.
     fn pending(&self, batch: &Batch, motion: &Motion, index: u64, mode: Interpolation) -> Option<Pending> {
-        if !is_followed(motion) || may_roll_over(self.cutting.machine, self.dialect, motion) {
+        if !self.follows(motion) {
             return None;
         }
         let (start, end) = (motion.start?, motion.end?);
