@@ -78,6 +78,14 @@ pub enum BackupFault {
         /// Ours.
         ours: i64,
     },
+    /// The database has another schema than the manifest says.
+    #[error("the backup's database has schema {found}, the manifest says {expected}")]
+    Schema {
+        /// Its schema.
+        found: i64,
+        /// The manifest's.
+        expected: i64,
+    },
     /// A table has another number of rows than the manifest says.
     #[error("the table {table} has {found} rows, the manifest says {expected}")]
     Rows {
@@ -203,7 +211,8 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
         return Err(BackupFault::Occupied(data_dir.to_owned()));
     }
     let manifest_path = backup.join(MANIFEST_NAME);
-    let text = fs::read(&manifest_path).map_err(at("reading", &manifest_path))?;
+    let mut text = Vec::new();
+    opened(&manifest_path)?.read_to_end(&mut text).map_err(at("reading", &manifest_path))?;
     let manifest: Manifest = serde_json::from_slice(&text)
         .map_err(|source| BackupFault::Manifest { path: manifest_path.clone(), source })?;
     if manifest.format != FORMAT {
@@ -226,6 +235,9 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     let (rows, schema, named) = examined(&staging.path().join(DATABASE_NAME)).await?;
     if schema > own_schema() {
         return Err(BackupFault::Newer { found: schema, ours: own_schema() });
+    }
+    if schema != manifest.schema {
+        return Err(BackupFault::Schema { found: schema, expected: manifest.schema });
     }
     for table in rows.keys().chain(manifest.rows.keys()) {
         let [found, expected] = [&rows, &manifest.rows].map(|rows| rows.get(table).copied().unwrap_or(0));
@@ -332,7 +344,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BackupFault> {
 }
 
 fn copy_whole(from: &Path, to: &Path) -> Result<BackupFile, BackupFault> {
-    let mut source = File::open(from).map_err(at("opening", from))?;
+    let mut source = opened(from)?;
     if let Some(folder) = to.parent() {
         fs::create_dir_all(folder).map_err(at("making", folder))?;
     }
@@ -340,6 +352,15 @@ fn copy_whole(from: &Path, to: &Path) -> Result<BackupFile, BackupFault> {
     let copied = through(&mut source, |bytes| target.write_all(bytes)).map_err(at("copying", from))?;
     target.sync_all().map_err(at("synchronising", to))?;
     Ok(copied)
+}
+
+/// A file to be read; to open a pipe would be to wait for who writes to it.
+fn opened(path: &Path) -> Result<File, BackupFault> {
+    let found = fs::metadata(path).map_err(at("opening", path))?;
+    if !found.is_file() {
+        return Err(at("opening", path)(io::Error::other("this is no regular file")));
+    }
+    File::open(path).map_err(at("opening", path))
 }
 
 /// Length and digest of a file.

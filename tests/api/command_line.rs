@@ -28,19 +28,19 @@ pub(crate) fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-fn path(path: &Path) -> &str {
+pub(crate) fn path(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 /// A job with a program, posted; its address and its program.
-async fn posted(app: &App) -> (String, String) {
+pub(crate) async fn posted(app: &App) -> (String, String) {
     let response = app.post_text("/v1/machines/example-ac-table/posting", "text/plain", FLANK).await;
     let job = response.headers()["location"].to_str().unwrap().to_owned();
     (job, response.text().await.unwrap())
 }
 
 /// Every file below a folder.
-fn files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
@@ -50,95 +50,6 @@ async fn execute(data: &Path, statement: &'static str) {
     let pool = SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap();
     sqlx::query(statement).execute(&pool).await.unwrap();
     pool.close().await;
-}
-
-#[tokio::test]
-async fn a_backup_made_while_the_service_runs_is_restored_with_every_byte() {
-    let folder = TempDir::new().unwrap();
-    let data = folder.path().join("data");
-    let app = spawn_in(&data, |_| {}).await;
-    let (job, program) = posted(&app).await;
-    let backup = folder.path().join("backups/first");
-    let made = trunnion(&data, &["backup", path(&backup)]);
-    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    // What comes afterwards is not in it.
-    let (later, _) = posted(&app).await;
-    app.stop().await;
-    let manifest: Value =
-        serde_json::from_slice(&std::fs::read(backup.join("manifest.json")).unwrap()).unwrap();
-    assert_eq!(
-        (&manifest["rows"]["jobs"], &manifest["rows"]["machines"]),
-        (&json!(1), &json!(1)),
-        "{manifest}"
-    );
-    // The database, the upload and the program.
-    assert_eq!(manifest["files"].as_object().unwrap().len(), 3, "{manifest}");
-    for inside in ["spool/one", "deeper/one"] {
-        let refused = trunnion(&data, &["backup", path(&data.join(inside))]);
-        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
-        assert!(said(&refused).contains("lies in the data directory"), "{}", said(&refused));
-    }
-    let again = trunnion(&data, &["backup", path(&backup)]);
-    assert_eq!(again.status.code(), Some(2), "{}", said(&again));
-    let occupied = trunnion(&data, &["restore", path(&backup)]);
-    assert_eq!(occupied.status.code(), Some(2));
-    assert!(said(&occupied).contains("nothing was touched"), "{}", said(&occupied));
-
-    let restored = folder.path().join("restored");
-    let done = trunnion(&restored, &["restore", path(&backup)]);
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    let sound = trunnion(&restored, &["doctor"]);
-    assert_eq!(sound.status.code(), Some(0), "{}", said(&sound));
-    let app = spawn_in(&restored, |_| {}).await;
-    assert_eq!(app.get(&format!("{job}/program")).await.text().await.unwrap(), program);
-    assert_eq!(app.get(&later).await.status(), 404);
-    app.stop().await;
-    // A service that was stopped is backed up as well.
-    let stopped = trunnion(&restored, &["backup", path(&folder.path().join("second"))]);
-    assert_eq!(stopped.status.code(), Some(0), "{}", said(&stopped));
-}
-
-#[tokio::test]
-async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
-    let folder = TempDir::new().unwrap();
-    let data = folder.path().join("data");
-    let app = spawn_in(&data, |_| {}).await;
-    posted(&app).await;
-    app.stop().await;
-    let backup = folder.path().join("backup");
-    assert_eq!(trunnion(&data, &["backup", path(&backup)]).status.code(), Some(0));
-    let manifest = std::fs::read_to_string(backup.join("manifest.json")).unwrap();
-    let refused = |why: &str| {
-        let target = folder.path().join("target");
-        let output = trunnion(&target, &["restore", path(&backup)]);
-        assert_eq!(output.status.code(), Some(2), "{why}: {}", said(&output));
-        assert!(said(&output).contains(why), "{why}: {}", said(&output));
-        assert!(!target.exists());
-        let left = std::fs::read_dir(folder.path()).unwrap().count();
-        assert_eq!(left, 2, "{why}: something was left beside data and backup");
-    };
-    // A byte of a file, a file, a row, a name that leads elsewhere, a newer schema, no manifest.
-    let blob = files(&backup.join("blobs")).pop().unwrap();
-    let bytes = std::fs::read(&blob).unwrap();
-    let mut other = bytes.clone();
-    other[7] ^= 1;
-    std::fs::write(&blob, &other).unwrap();
-    refused("has the digest");
-    std::fs::remove_file(&blob).unwrap();
-    refused("opening");
-    std::fs::write(&blob, &bytes).unwrap();
-    let change = |from: &str, to: &str| {
-        assert!(manifest.contains(from), "{from}");
-        std::fs::write(backup.join("manifest.json"), manifest.replacen(from, to, 1)).unwrap();
-    };
-    change("\"jobs\": 1", "\"jobs\": 2");
-    refused("the table jobs has 1 rows");
-    change("\"blobs/", "\"../blobs/");
-    refused("is no file of a backup");
-    change("\"format\": 1", "\"format\": 2");
-    refused("form 2");
-    std::fs::remove_file(backup.join("manifest.json")).unwrap();
-    refused("manifest.json");
 }
 
 #[tokio::test]
@@ -543,26 +454,6 @@ fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
     let done = run(&input, &[]);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     assert!(std::fs::read_to_string(&input).unwrap().contains("G1"));
-}
-
-#[tokio::test]
-async fn a_backup_names_the_file_that_is_missing() {
-    let folder = TempDir::new().unwrap();
-    let data = folder.path().join("data");
-    let app = spawn_in(&data, |_| {}).await;
-    posted(&app).await;
-    app.stop().await;
-    let blob = files(&data.join("blobs")).pop().unwrap();
-    std::fs::remove_file(&blob).unwrap();
-    let refused = trunnion(&data, &["backup", path(&folder.path().join("backup"))]);
-    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
-    let name = blob.file_name().unwrap().to_str().unwrap();
-    assert!(
-        said(&refused).contains(&format!("{name} is named by a job and is not there")),
-        "{}",
-        said(&refused)
-    );
-    assert!(!folder.path().join("backup").exists());
 }
 
 #[test]

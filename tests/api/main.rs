@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
 mod audit;
+mod backups;
 mod calibrations;
 mod command_line;
 mod compensation;

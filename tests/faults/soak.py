@@ -1,6 +1,7 @@
 """256 clients at once for as long as TRUNNION_SOAK_S says (600 s): small calls, programs, jobs, lists, bad bodies, clients
 that leave and slow ones. No answer is a fault of the service, memory stays flat, and at rest every connection, file and
-thread has been given back.
+thread has been given back, and the heap holds what it held at rest after the first minute. Memory that does not look flat
+is looked at for as long again: what leaks goes on doing so.
 
     soak.py PATH_OF_TRUNNION
 """
@@ -13,19 +14,25 @@ import random
 import sys
 import time
 
+from held import Held
 from service import BLADE, BLADE_QUERY, MACHINE, POSE, Service, cc_job, form, profile, program, workplace
 
 PORT = 8925
+# Caches and threads are as they stay after the first time.
+WARM_S = 60.0
 SOAK_S = float(os.environ.get("TRUNNION_SOAK_S", "600"))
 CLIENTS = 256
-# Of the memory in the second half of the time: how much it may grow in an hour, told as MiB in a minute, on top of what
-# the samples scatter by; and its peak at any time.
+# How much memory may grow in the second half of the time, and its peak at any time. A short run sees the memory settle,
+# by as much as this; its slope says little.
 MAX_SLOPE_MIB_PER_MIN = 1.0
-MAX_SCATTER_MIB = 12.0
+SHORT_S, MAX_SETTLING_MIB = 300, 12.0
 MAX_PEAK_MIB = 256
 # What may be there at rest beyond what was at the start: connections of the database made on demand, each with a thread.
 MAX_MORE_FILES, MAX_MORE_THREADS = 16, 4
-REST_S = 60.0
+# What the heap may hold at rest beyond what it held at the first rest: about what two rests differ by. One block kept of
+# every 250 answers is more.
+MAX_MORE_BLOCKS, MAX_MORE_HELD_MIB = 2000, 2.0
+REST_S, QUIET_S = 60.0, 5.0
 
 HEAD = "{method} {path} HTTP/1.1\r\nHost: localhost\r\n{more}Content-Length: {length}\r\n\r\n"
 INVERSE = f"/v1/machines/{MACHINE}/inverse-kinematics"
@@ -205,9 +212,9 @@ SHARES = [(small_calls, 120), (reads, 24), (small_programs, 32), (middle_program
           (bad_bodies, 16), (leavers, 12), (slow_ones, 12), (idlers, 8)]
 
 
-async def client(act, tally, chance, end):
+async def client(act, tally, chance, clock):
     connection = Connection(tally)
-    while time.monotonic() < end:
+    while clock.runs():
         try:
             await act(connection, chance)
         except (ConnectionError, asyncio.IncompleteReadError, IndexError) as fault:
@@ -218,23 +225,44 @@ async def client(act, tally, chance, end):
     connection.close()
 
 
-async def load(tally, samples, service, end):
-    chance = random.Random(5)
+class Clock:
+    """The time that the load takes; it can be made longer while it runs."""
+
+    def __init__(self, length_s):
+        self.began, self.length_s = time.monotonic(), length_s
+
+    def passed_s(self):
+        return time.monotonic() - self.began
+
+    def runs(self):
+        return self.passed_s() < self.length_s
+
+
+async def load(tally, samples, service, length_s, most_slope=None):
+    """The load, and for how long it went on. Where a slope is given, memory that rises by more makes it twice as long."""
+    chance, clock = random.Random(5), Clock(length_s)
     tasks = [
-        asyncio.create_task(client(act, tally, random.Random(chance.random()), end)) for act, count in SHARES for _ in range(count)
+        asyncio.create_task(client(act, tally, random.Random(chance.random()), clock)) for act, count in SHARES for _ in range(count)
     ]
     assert len(tasks) == CLIENTS
-    began = time.monotonic()
-    while time.monotonic() < end:
+    while clock.runs() and not tally.wrong:
         await asyncio.sleep(1.0)
-        samples.append((time.monotonic() - began, service.status("VmRSS") / 1024))
-        if tally.wrong:
-            break
+        samples.append((clock.passed_s(), service.status("VmRSS") / 1024))
+        # The last look before the clients would leave.
+        if most_slope is not None and clock.passed_s() > length_s - 2.0:
+            if (slope := second_half(samples)[0]) >= most_slope:
+                print(f"memory rises by {slope:+.2f} MiB a minute in the second half of {length_s:.0f} s: as long again", flush=True)
+                clock.length_s, most_slope = 2 * length_s, None
     for task in tasks if tally.wrong else []:
         task.cancel()
     done = await asyncio.gather(*tasks, return_exceptions=True)
     faults = [fault for fault in done if isinstance(fault, Exception)]
     assert not tally.wrong and not faults, (tally.wrong[:5], faults[:5])
+    return clock.length_s
+
+
+def second_half(samples):
+    return line([sample for sample in samples if sample[0] > samples[-1][0] / 2])
 
 
 def line(samples):
@@ -249,41 +277,60 @@ def files(service):
     return len(os.listdir(f"/proc/{service.process.pid}/fd"))
 
 
+def at_rest(service, held, files_before, threads_before):
+    """Bytes and blocks that the heap holds when everything has been given back."""
+    end = time.monotonic() + REST_S
+    while service.ask("GET", "/v1/jobs?state=queued&limit=1").document["items"] or (
+        files(service) > files_before + MAX_MORE_FILES or service.status("Threads") > threads_before + MAX_MORE_THREADS
+    ):
+        assert time.monotonic() < end, f"at rest {files(service)} files of {files_before}, " \
+            f"{service.status('Threads')} threads of {threads_before}"
+        time.sleep(0.5)
+    quiet = []
+    for _ in range(int(QUIET_S / 0.1)):
+        quiet.append(held.read())
+        time.sleep(0.1)
+    return tuple(min(column) for column in zip(*quiet))
+
+
+def told(samples, tally, length_s):
+    print("memory every tenth of the time [MiB]: " + " ".join(f"{m:.0f}" for _, m in samples[:: max(1, len(samples) // 10)]))
+    kinds = collections.Counter()
+    for (_, status), count in tally.answers.items():
+        kinds[status] += count
+    print(f"{kinds.total()} answers in {length_s:.0f} s: " + ", ".join(f"{status}: {count}" for status, count in kinds.most_common()))
+    print("slowest [s]: " + ", ".join(f"{kind} {most:.1f}" for kind, most in sorted(tally.slowest_s.items())), flush=True)
+
+
 def main():
     with workplace() as folder:
-        service = Service(sys.argv[1], folder / "data", PORT, "--log", "warn").start()
+        held = Held(folder)
+        service = Service(sys.argv[1], folder / "data", PORT, "--log", "warn", environment=held.environment).start()
         service.inverse()
         time.sleep(1.0)
         idle_mib, threads_before, files_before = service.status("VmRSS") / 1024, service.status("Threads"), files(service)
+        asyncio.run(load(Tally(), [], service, WARM_S))
+        bytes_before, blocks_before = at_rest(service, held, files_before, threads_before)
         tally, samples = Tally(), []
-        asyncio.run(load(tally, samples, service, time.monotonic() + SOAK_S))
+        most_slope = MAX_SLOPE_MIB_PER_MIN + (60 * MAX_SETTLING_MIB / SOAK_S if SOAK_S < SHORT_S else 0)
+        length_s = asyncio.run(load(tally, samples, service, SOAK_S, most_slope))
         peak_mib, busy_threads = service.status("VmHWM") / 1024, service.status("Threads")
-        second = [sample for sample in samples if sample[0] > SOAK_S / 2]
-        slope, scatter = line(second)
-        print("memory every tenth of the time [MiB]: " + " ".join(f"{m:.0f}" for _, m in samples[:: max(1, len(samples) // 10)]))
-        total = sum(tally.answers.values())
-        kinds = collections.Counter()
-        for (_, status), count in tally.answers.items():
-            kinds[status] += count
-        print(f"{total} answers in {SOAK_S:.0f} s: " + ", ".join(f"{status}: {count}" for status, count in kinds.most_common()))
-        print("slowest [s]: " + ", ".join(f"{kind} {most:.1f}" for kind, most in sorted(tally.slowest_s.items())), flush=True)
-        end = time.monotonic() + REST_S
-        while service.ask("GET", "/v1/jobs?state=queued&limit=1").document["items"] or (
-            files(service) > files_before + MAX_MORE_FILES
-            or service.status("Threads") > threads_before + MAX_MORE_THREADS
-        ):
-            assert time.monotonic() < end, f"at rest {files(service)} files of {files_before}, " \
-                f"{service.status('Threads')} threads of {threads_before}"
-            time.sleep(0.5)
+        slope, scatter = second_half(samples)
+        told(samples, tally, length_s)
+        bytes_held, blocks_held = at_rest(service, held, files_before, threads_before)
         rest_mib = service.status("VmRSS") / 1024
         print(
             f"memory [MiB]: idle {idle_mib:.1f}, peak {peak_mib:.1f}, second half {slope:+.2f} a minute "
             f"(scatter {scatter:.1f}), at rest {rest_mib:.1f}; threads {threads_before} / {busy_threads} / "
             f"{service.status('Threads')}, files {files_before} / - / {files(service)}"
         )
+        print(
+            f"held of the heap at rest, after {WARM_S:.0f} s and at the end: {bytes_before / 2**20:.2f} and "
+            f"{bytes_held / 2**20:.2f} MiB, {blocks_before} and {blocks_held} blocks"
+        )
         assert peak_mib < MAX_PEAK_MIB
-        # A short run sees the memory settle; its slope says little.
-        assert slope < MAX_SLOPE_MIB_PER_MIN + (0 if SOAK_S >= 300 else 60 * MAX_SCATTER_MIB / SOAK_S), f"{slope} MiB/min"
+        assert slope < most_slope, f"{slope} MiB/min"
+        assert blocks_held < blocks_before + MAX_MORE_BLOCKS and bytes_held < bytes_before + MAX_MORE_HELD_MIB * 2**20
         service.stop()
         service.nothing_half_done()
         service.doctor()
