@@ -15,8 +15,10 @@ use tokio::task::JoinHandle;
 
 use super::{CommandFault, KeysFault, TlsFault, WebhooksFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
+use crate::http::connections::Cap;
+use crate::http::first_bytes::{FirstBytes, Patience};
 use crate::http::observation::Exporter;
-use crate::http::{AppState, connections::Cap, first_bytes::FirstBytes, router};
+use crate::http::{AppState, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
@@ -187,24 +189,24 @@ pub async fn start(
     let handle = Handle::new();
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
     let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
-    let cap = Cap::new(
-        state.settings.max_connections,
-        Duration::from_secs_f64(state.settings.answer_pause_timeout_s),
-    );
+    let answer_pause = Duration::from_secs_f64(state.settings.answer_pause_timeout_s);
+    let cap = Cap::new(state.settings.max_connections, answer_pause);
+    let patience = Patience { silence: header_timeout, answer_pause };
     // A header within the limits always fits; what is far longer is refused before it is all in memory.
     let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
-    let patience = Patience { header_timeout, buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES) };
+    let headers =
+        Headers { timeout: header_timeout, buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES) };
     let service = router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
     let speaks_tls = tls.is_some();
     let task = match tls {
         None => {
-            let acceptor = FirstBytes::within(header_timeout, cap);
-            tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
+            let acceptor = FirstBytes::within(patience, cap);
+            tokio::spawn(patient(server.acceptor(acceptor), headers).serve(service))
         }
         Some(config) => {
             let acceptor = RustlsAcceptor::new(config).handshake_timeout(header_timeout).acceptor(cap);
-            let acceptor = FirstBytes::within(header_timeout, acceptor);
-            tokio::spawn(patient(server.acceptor(acceptor), patience).serve(service))
+            let acceptor = FirstBytes::within(patience, acceptor);
+            tokio::spawn(patient(server.acceptor(acceptor), headers).serve(service))
         }
     };
     Ok(Running { address, tls: speaks_tls, guarding, state, handle, task, drain, lock })
@@ -236,28 +238,28 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     }
 }
 
-/// How long headers and silent connections are waited for, and how much of a header is kept.
+/// How long headers and peers that may be gone are waited for, and how much of a header is kept.
 #[derive(Debug, Clone, Copy)]
-struct Patience {
-    header_timeout: Duration,
+struct Headers {
+    timeout: Duration,
     buffer_bytes: usize,
 }
 
 /// The server with its patience.
-fn patient<A>(mut server: Server<SocketAddr, A>, patience: Patience) -> Server<SocketAddr, A> {
-    let Patience { header_timeout, buffer_bytes } = patience;
+fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<SocketAddr, A> {
+    let Headers { timeout, buffer_bytes } = headers;
     server
         .http_builder()
         .http1()
         .timer(TokioTimer::new())
-        .header_read_timeout(header_timeout)
+        .header_read_timeout(timeout)
         .max_buf_size(buffer_bytes);
     server
         .http_builder()
         .http2()
         .timer(TokioTimer::new())
-        .keep_alive_interval(header_timeout)
-        .keep_alive_timeout(header_timeout)
+        .keep_alive_interval(timeout)
+        .keep_alive_timeout(timeout)
         .max_concurrent_streams(64)
         .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
     server

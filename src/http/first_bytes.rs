@@ -1,30 +1,46 @@
 //! An end for connections that say nothing. Which protocol a client speaks is told by its first bytes; until then no
 //! timer of a protocol runs, and who sends no byte, or the first of HTTP/2's preface alone, would hold its place for ever.
+//! So would a client of HTTP/2 that answers pings and nothing else.
 
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum_server::accept::Accept;
 use futures::future::BoxFuture;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::time::Sleep;
+use tokio::time::{Instant, Sleep, sleep};
+
+use super::streams::{Followed, Streams};
 
 /// What an HTTP/2 client sends first (RFC 9113 §3.4).
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+/// How often in the shorter of its times an HTTP/2 connection is looked at: it may stay longer by this part.
+const LOOKS: u32 = 8;
 
-/// Accepts what another acceptor does, and waits only so long until it is known which protocol is spoken.
+/// How long a client is waited for.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// For the first bytes, and with HTTP/2 for a request when none is under way.
+    pub silence: Duration,
+    /// With HTTP/2 for the client to take some of an answer.
+    pub answer_pause: Duration,
+}
+
+/// Accepts what another acceptor does, waits only so long until it is known which protocol is spoken, and ends connections
+/// of HTTP/2 whose client has left them.
 #[derive(Debug, Clone)]
 pub struct FirstBytes<A> {
     inner: A,
-    patience: Duration,
+    patience: Patience,
 }
 
 impl<A> FirstBytes<A> {
     /// Waits as long as `patience`.
     #[must_use]
-    pub fn within(patience: Duration, inner: A) -> Self {
+    pub fn within(patience: Patience, inner: A) -> Self {
         Self { inner, patience }
     }
 }
@@ -35,37 +51,79 @@ where
     A::Future: Send + 'static,
 {
     type Stream = Heard<A::Stream>;
-    type Service = A::Service;
+    type Service = Followed<A::Service>;
     type Future = BoxFuture<'static, io::Result<(Self::Stream, Self::Service)>>;
 
     fn accept(&self, stream: I, service: S) -> Self::Future {
         let (accepted, patience) = (self.inner.accept(stream, service), self.patience);
         Box::pin(async move {
             let (stream, service) = accepted.await?;
-            let end = Some(Box::pin(tokio::time::sleep(patience)));
-            Ok((Heard { stream, matched: 0, end }, service))
+            let streams = Streams::new();
+            let end = Box::pin(sleep(patience.silence));
+            let heard = Heard {
+                stream,
+                patience,
+                streams: Arc::clone(&streams),
+                spoken: Spoken::Unknown { matched: 0, end },
+            };
+            Ok((heard, Followed::new(service, streams)))
         })
     }
 }
 
-/// A connection whose first bytes are waited for.
+/// A connection that is listened to.
 #[derive(Debug)]
 pub struct Heard<T> {
     stream: T,
-    /// Bytes so far that are those of the preface.
-    matched: usize,
-    /// Runs until it is known which protocol is spoken.
-    end: Option<Pin<Box<Sleep>>>,
+    patience: Patience,
+    streams: Arc<Streams>,
+    spoken: Spoken,
+}
+
+/// The protocol, as far as it is known.
+#[derive(Debug)]
+enum Spoken {
+    /// So many bytes so far are those of the preface; when it ends.
+    Unknown { matched: usize, end: Pin<Box<Sleep>> },
+    /// HTTP/1.1, which looks after itself.
+    One,
+    /// HTTP/2, and when it is looked at next.
+    Two { look: Pin<Box<Sleep>> },
 }
 
 impl<T> Heard<T> {
     /// Looks at what has arrived: the protocol is known with the first byte that is not the preface's, or with all of it.
     fn hear(&mut self, bytes: &[u8]) {
-        let left = PREFACE.get(self.matched..).unwrap_or_default();
+        let Spoken::Unknown { matched, .. } = &mut self.spoken else { return };
+        let left = PREFACE.get(*matched..).unwrap_or_default();
         let same = left.iter().zip(bytes).take_while(|(one, other)| one == other).count();
-        self.matched += same;
-        if same < bytes.len() || self.matched == PREFACE.len() {
-            self.end = None;
+        *matched += same;
+        if *matched == PREFACE.len() {
+            self.spoken = Spoken::Two { look: Box::pin(sleep(self.pause_of_looks())) };
+        } else if same < bytes.len() {
+            self.spoken = Spoken::One;
+        }
+    }
+
+    fn pause_of_looks(&self) -> Duration {
+        self.patience.silence.min(self.patience.answer_pause) / LOOKS
+    }
+
+    /// Whether the client is waited for no longer.
+    fn is_left(&mut self, cx: &mut Context<'_>) -> bool {
+        let (pause, patience) = (self.pause_of_looks(), self.patience);
+        match &mut self.spoken {
+            Spoken::Unknown { end, .. } => end.as_mut().poll(cx).is_ready(),
+            Spoken::One => false,
+            Spoken::Two { look } => {
+                while look.as_mut().poll(cx).is_ready() {
+                    if self.streams.are_left(patience.silence, patience.answer_pause) {
+                        return true;
+                    }
+                    look.as_mut().reset(Instant::now() + pause);
+                }
+                false
+            }
         }
     }
 }
@@ -75,9 +133,8 @@ impl<T: AsyncRead + Unpin> AsyncRead for Heard<T> {
         let this = self.get_mut();
         let before = buf.filled().len();
         let read = Pin::new(&mut this.stream).poll_read(cx, buf);
-        let Some(end) = &mut this.end else { return read };
-        if read.is_pending() {
-            return end.as_mut().poll(cx).map(|()| Err(io::ErrorKind::TimedOut.into()));
+        if read.is_pending() && this.is_left(cx) {
+            return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
         }
         this.hear(buf.filled().get(before..).unwrap_or_default());
         read

@@ -34,6 +34,7 @@ mod router;
 mod service;
 mod servo;
 mod state;
+mod streams;
 mod wear;
 mod webhooks;
 

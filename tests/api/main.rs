@@ -9,6 +9,7 @@ mod command_line;
 mod compensation;
 mod examples;
 mod forward;
+mod http2;
 mod inverse;
 mod jobs;
 mod keys;
