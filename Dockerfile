@@ -9,10 +9,10 @@ COPY Cargo.toml Cargo.lock ./
 COPY core/Cargo.toml core/
 COPY benches benches
 RUN mkdir src core/src && echo '//! Dependencies only.' | tee src/lib.rs > core/src/lib.rs && echo 'fn main() {}' > src/main.rs \
-    && cargo build --locked --profile dist --bin trunnion && rm -rf src core/src
+    && cargo build --locked --profile dist --features otlp --bin trunnion && rm -rf src core/src
 COPY . .
 # The sources are newer than the stand-ins, whatever their time stamps say.
-RUN touch core/src/lib.rs src/lib.rs src/main.rs && cargo build --locked --profile dist --bin trunnion
+RUN touch core/src/lib.rs src/lib.rs src/main.rs && cargo build --locked --profile dist --features otlp --bin trunnion
 
 FROM debian:bookworm-slim
 # Receivers of webhooks are trusted by the system's certificates.

@@ -82,6 +82,31 @@ fn every_response_is_described_and_every_refusal_is_a_problem_document() {
 }
 
 #[test]
+fn every_post_that_stores_takes_an_idempotency_key() {
+    // Nothing is stored by these; a withdrawal is the same however often it comes with its reason.
+    let without = [
+        "advise_wear",
+        "compute_scallop_height",
+        "match_servo",
+        "solve_forward_kinematics",
+        "solve_inverse_kinematics",
+        "sweep_servo",
+        "withdraw_wear_entry",
+    ];
+    let document = document();
+    let mut found = Vec::new();
+    for (name, operation) in operations(&document).into_iter().filter(|(name, _)| name.starts_with("post ")) {
+        let parameters = operation["parameters"].as_array().into_iter().flatten();
+        if !parameters.clone().any(|one| one["name"] == "Idempotency-Key") {
+            found.push(operation["operationId"].as_str().unwrap());
+            assert!(!operation.to_string().contains("\"Location\""), "{name}");
+        }
+    }
+    found.sort_unstable();
+    assert_eq!(found, without);
+}
+
+#[test]
 fn every_reference_resolves() {
     let document = document();
     let text = document.to_string();

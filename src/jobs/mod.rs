@@ -39,7 +39,7 @@ pub use opening::{OpenFault, open_data_directory, profile_sha256};
 pub use part_surface::PartSurfaceFault;
 pub use program_file::InputFile;
 pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job};
-pub use queue::{Describe, JobOrder, Queue, QueueLimits, QueueReading};
+pub use queue::{Besides, Describe, JobOrder, Queue, QueueLimits, QueueReading};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
 pub use verification::{ResidualFault, verification_figure};

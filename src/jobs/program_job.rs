@@ -199,7 +199,8 @@ pub async fn run_program_job(
     drop(naming);
     if added {
         let NewJob { document, file_name, report, report_sha256 } = job;
-        return Ok(JobRow { document, file_name, report: Some(report), report_sha256: Some(report_sha256) });
+        let (report, report_sha256) = (Some(report), Some(report_sha256));
+        return Ok(JobRow { document, file_name, report, report_sha256, traceparent: None });
     }
     job_of_key(store, used.as_ref()).await
 }

@@ -22,6 +22,8 @@ pub struct JobRow {
     pub report: Option<String>,
     /// Its digest.
     pub report_sha256: Option<String>,
+    /// The trace that it belongs to, as `traceparent` has it.
+    pub traceparent: Option<String>,
 }
 
 /// A job that has succeeded and is about to be stored.
@@ -80,6 +82,7 @@ pub(super) struct StoredJob {
     pub(super) changes_sha256: Option<String>,
     pub(super) attempts: i64,
     pub(super) callback_url: Option<String>,
+    pub(super) traceparent: Option<String>,
     #[expect(dead_code, reason = "read by the queue, where it is")]
     pub(super) cancel_requested: i64,
     #[expect(dead_code, reason = "read by the queue, where it is")]
@@ -116,7 +119,8 @@ impl StoredJob {
             finished_at: self.finished_at,
         };
         let (report, report_sha256) = (self.report, self.report_sha256);
-        Ok(JobRow { document, file_name: self.file_name, report, report_sha256 })
+        let (file_name, traceparent) = (self.file_name, self.traceparent);
+        Ok(JobRow { document, file_name, report, report_sha256, traceparent })
     }
 }
 

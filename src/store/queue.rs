@@ -115,7 +115,8 @@ impl Store {
         by: &Actor,
         max_queued: usize,
     ) -> Result<Enqueued, StoreError> {
-        let (JobRow { document, file_name, .. }, used, by) = (job.clone(), used.cloned(), by.clone());
+        let (JobRow { document, file_name, traceparent, .. }, used, by) =
+            (job.clone(), used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let max_queued = i64::try_from(max_queued).unwrap_or(i64::MAX);
         let added = self
@@ -132,8 +133,8 @@ impl Store {
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, external_id, callback_url, attempts,
-                             software_version, created_at)
-                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?)",
+                             software_version, created_at, traceparent)
+                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -146,6 +147,7 @@ impl Store {
                         document.callback_url,
                         document.software_version,
                         document.created_at,
+                        traceparent,
                     )
                     .execute(&mut *connection)
                     .await?;

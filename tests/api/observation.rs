@@ -6,13 +6,16 @@ use std::io::Read;
 use std::process::Stdio;
 use std::time::Duration;
 
+use reqwest::multipart::Form;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::io::AsyncWriteExt;
 use tokio::net::TcpStream;
 
 use crate::process::{address, binary};
+use crate::receiver::{Receiver, Reply};
 use crate::support::{App, spawn, spawn_with};
+use crate::webhooks::{at_once, calling};
 
 const INVERSE: &str = "/v1/machines/example-ac-table/inverse-kinematics";
 const CC: &str = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
@@ -184,6 +187,25 @@ async fn a_client_that_takes_nothing_of_its_answer_is_left() {
     });
     assert_eq!(again.await.unwrap(), 200);
     drop(socket);
+}
+
+#[tokio::test]
+async fn a_posted_job_hands_its_trace_on_to_whom_it_tells() {
+    let app = spawn_with(at_once).await;
+    let mut receiver = Receiver::saying(&[Reply::Status(500, "")]).await;
+    let program = reqwest::multipart::Part::text("g1\n").file_name("a.nc");
+    let form = Form::new().text("job", calling(&receiver.url()).to_string()).part("program", program);
+    let trace = "4bf92f3577b34da6a3ce929d0e0e4736";
+    let posted = app.client.post(app.url("/v1/jobs")).multipart(form);
+    let posted =
+        posted.header("traceparent", format!("00-{trace}-00f067aa0ba902b7-00")).send().await.unwrap();
+    assert_eq!(posted.status(), 202);
+    // Under the span that the answer names, however often it is told.
+    let ours = posted.headers()["traceresponse"].to_str().unwrap();
+    assert!(ours.starts_with(&format!("00-{trace}-")) && ours.ends_with("-00"), "{ours}");
+    for _ in 0..2 {
+        assert_eq!(receiver.next().await.headers["traceparent"], ours);
+    }
 }
 
 /// The log of a service that was asked some things, line by line.

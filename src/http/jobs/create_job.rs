@@ -17,10 +17,11 @@ use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
+use crate::http::observation::Trace;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{InputFile, JobFault, JobOrder, ProgramJob, Sizes};
+use crate::jobs::{Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
     CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
@@ -173,7 +174,8 @@ pub(super) async fn create_job(
         used,
         by: actor(&parts)?,
     };
-    Ok(accepted(app.queue.accept(job, external_id, callback_url).await?))
+    let traceparent = parts.extensions.get::<Trace>().map(ToString::to_string);
+    Ok(accepted(app.queue.accept(job, Besides { external_id, callback_url, traceparent }).await?))
 }
 
 fn accepted(job: JobRow) -> Response {

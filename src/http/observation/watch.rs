@@ -48,6 +48,7 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
     watched.open();
     let span = watched.span.clone();
     request.extensions_mut().insert(request_id.clone());
+    request.extensions_mut().insert(trace);
     let mut response = dressed(answered(request).instrument(span).await);
     response.headers_mut().insert(REQUEST_ID, request_id.header());
     if let Ok(value) = HeaderValue::from_bytes(&trace.text()) {

@@ -53,7 +53,12 @@ type Row = (&'static str, fn(&Settings) -> f64, &'static str, Option<ProblemType
 const LIMITS: &[Row] = &[
     ("max_body_bytes", |s| s.max_body_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_surface_bytes", |s| s.max_surface_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
-    ("max_surface_memory_bytes", |s| s.max_surface_memory_bytes as f64, "bytes", Some(ProblemType::Busy)),
+    (
+        "max_surface_memory_bytes",
+        |s| s.max_surface_memory_bytes as f64,
+        "bytes",
+        Some(ProblemType::BodyTooLarge),
+    ),
     ("max_json_bytes", |s| s.max_json_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_parameters_bytes", |s| s.max_parameters_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_result_bytes", |s| s.max_result_bytes as f64, "bytes", Some(ProblemType::ResultTooLarge)),

@@ -51,17 +51,31 @@ enum PathOrProgram {
     path = "/v1/servo-simulations",
     tag = "servo",
     operation_id = "simulate_servo",
-    params(SimulationFigure),
+    params(
+        SimulationFigure,
+        ("Idempotency-Key" = Option<String>, Header, description = "For a program: the same key with the same request is answered as before"),
+    ),
     request_body(
-        content((SimulationRequest = "application/json", example = json!({
-            "machine_id": "example-ac-table",
-            "path": {"kind": "xc-circle", "radius_mm": 60.0, "center_x_mm": 100.0},
-            "feed_mm_per_min": 1800.0,
-            "position_gain_scale": {"C": 0.8333}
-        }))),
+        content((SimulationRequest = "application/json", examples(
+            ("program" = (summary = "A program, kept as a job", value = json!({
+                "machine_id": "example-ac-table",
+                "path": {
+                    "kind": "program", "file_name": "turn.nc",
+                    "text": "G90 G21 G94\nG1 X10 Y0 Z5 A10 C20 F1000\nG1 X20 Y0 Z5 A25 C60\nM30\n"
+                }
+            }))),
+            ("path" = (summary = "A circle of X and C", value = json!({
+                "machine_id": "example-ac-table",
+                "path": {"kind": "xc-circle", "radius_mm": 60.0, "center_x_mm": 100.0},
+                "feed_mm_per_min": 1800.0,
+                "position_gain_scale": {"C": 0.8333}
+            }))),
+        ))),
     ),
     responses(
-        (status = 200, description = "What the path gets", content((PathOrProgram = "application/json"), (String = "image/svg+xml"))),
+        (status = 200, description = "What the path gets",
+            content((PathOrProgram = "application/json"), (String = "image/svg+xml")),
+            headers(("Location" = String, description = "The job, where the path is a program"))),
         Refusals,
     )
 )]

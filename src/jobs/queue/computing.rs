@@ -21,7 +21,9 @@ use crate::store::{Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError,
 impl Shared {
     /// Computes a job that was taken, and settles it.
     pub(super) async fn compute_job(self: Arc<Self>, claimed: Claimed, job: Arc<UnderWay>, turn: QueueTurn) {
-        let span = tracing::info_span!("job", job_id = %claimed.job.document.id);
+        let row = &claimed.job;
+        let span =
+            tracing::info_span!("job", job_id = %row.document.id, traceparent = row.traceparent.as_deref());
         async move {
             let QueueTurn { share, place } = turn;
             let result = self.result(&claimed.job, &job, place).await;

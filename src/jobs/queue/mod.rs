@@ -50,6 +50,17 @@ pub struct QueueReading {
     pub oldest_s: f64,
 }
 
+/// What a client says of a job besides its work.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Besides {
+    /// An id of its own.
+    pub external_id: Option<String>,
+    /// Who is told of the end.
+    pub callback_url: Option<String>,
+    /// The trace that the job belongs to (W3C Trace Context).
+    pub traceparent: Option<String>,
+}
+
 /// The queue; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Queue(Arc<Shared>);
@@ -160,13 +171,9 @@ impl Queue {
     ///
     /// # Errors
     /// The queue is full, the key stands for another request, nothing can be kept.
-    pub async fn accept(
-        &self,
-        job: ProgramJob,
-        external_id: Option<String>,
-        callback_url: Option<String>,
-    ) -> Result<JobRow, JobFault> {
+    pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
+        let Besides { external_id, callback_url, traceparent } = besides;
         let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used, by } = job;
         let sources = &shared.sources;
         let document = JobDocument {
@@ -190,7 +197,7 @@ impl Queue {
             started_at: None,
             finished_at: None,
         };
-        let row = JobRow { document, file_name, report: None, report_sha256: None };
+        let row = JobRow { document, file_name, report: None, report_sha256: None, traceparent };
         let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &by).await;
         if !matches!(enqueued, Ok(Enqueued::Added)) {
             // What was refused leaves nothing behind, whatever it was refused for.

@@ -60,6 +60,8 @@ pub(super) struct Letter {
     pub(super) timestamp_s: i64,
     pub(super) signatures: String,
     pub(super) body: Bytes,
+    /// The trace that the job belongs to.
+    pub(super) traceparent: Option<String>,
 }
 
 /// What came of it.
@@ -212,14 +214,17 @@ async fn send<S>(stream: S, url: &CallbackUrl, letter: &Letter) -> Result<Heard,
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let request = Request::post(&url.path_and_query)
+    let mut request = Request::post(&url.path_and_query)
         .header(HOST, &url.authority)
         .header(USER_AGENT, concat!("trunnion/", env!("CARGO_PKG_VERSION")))
         .header(CONTENT_TYPE, "application/json")
         .header("webhook-id", &letter.id)
         .header("webhook-timestamp", letter.timestamp_s)
-        .header("webhook-signature", &letter.signatures)
-        .body(Full::new(letter.body.clone()))?;
+        .header("webhook-signature", &letter.signatures);
+    if let Some(traceparent) = &letter.traceparent {
+        request = request.header("traceparent", traceparent);
+    }
+    let request = request.body(Full::new(letter.body.clone()))?;
     let (mut sender, connection) =
         http1::Builder::new().max_buf_size(HEAD_BYTES).handshake(TokioIo::new(stream)).await?;
     let driven = AbortOnDropHandle::new(tokio::spawn(connection));
@@ -266,6 +271,7 @@ mod tests {
             timestamp_s: 1,
             signatures: "v1,x".to_owned(),
             body: Bytes::from_static(b"{}"),
+            traceparent: None,
         }
     }
 

@@ -248,15 +248,17 @@ impl Shared {
         let Some(delivery) = delivery.filter(|delivery| delivery.state == DeliveryState::Waiting) else {
             return Ok(None);
         };
-        let Some(JobRow { document, .. }) = self.store.job(job_id).await? else { return Ok(None) };
+        let Some(JobRow { document, traceparent, .. }) = self.store.job(job_id).await? else {
+            return Ok(None);
+        };
         let secrets: Vec<WebhookSecretRow> = self.store.webhook_secrets().await?;
         let unprintable = |source| StoreError::Unreadable { what: "job", key: job_id.to_owned(), source };
         let body = job_event(&document).map_err(unprintable)?;
         let (id, now) = (webhook_id(job_id), self.sources.clock.now());
         let timestamp_s = now.as_second();
         let signatures = signatures(&secrets, &timestamp(now), &id, timestamp_s, &body);
-        let letter = signatures.map(|signatures| Letter { id, timestamp_s, signatures, body: body.into() });
-        let letter = letter.ok_or(StoreError::NoSecret)?;
+        let signatures = signatures.ok_or(StoreError::NoSecret)?;
+        let letter = Letter { id, timestamp_s, signatures, body: body.into(), traceparent };
         // Taken in by a version that read addresses less strictly.
         let url = document.callback_url.as_deref().and_then(|url| url.parse().ok());
         Ok(Some(Outgoing { round: delivery.round, attempts: delivery.attempts, url, letter, now }))
