@@ -1,22 +1,21 @@
 """The process is killed at random moments under load; nothing that was acknowledged is lost, repeated or half done.
 
-Every round starts the service on the same directory, posts jobs, cancels some, puts machines, posts wear entries and
-sends uploads that take longer than the process lives from several clients, and kills the process without warning. A request whose answer did not come is repeated in the next
-round under its Idempotency-Key. At the end the queue is emptied, the service stopped, and database and files are
+Every round starts the service on the same directory, lets the clients of kill_clients.py write, and kills the process
+without warning. A request whose answer did not come is repeated in the next round under its Idempotency-Key, and so are
+some whose answer came. At the end the queue is emptied, the service stopped, and database, files and audit log are
 compared with what was acknowledged.
 
 Usage: kill.py PATH_OF_TRUNNION; TRUNNION_KILLS (200) rounds, TRUNNION_KILL_SEED (1).
 """
 
+import collections
 import hashlib
-import http.client
 import json
 import os
 import pathlib
 import random
 import shutil
 import signal
-import socket
 import sqlite3
 import subprocess
 import sys
@@ -24,177 +23,15 @@ import tempfile
 import threading
 import time
 
-PORT = 8919
+from kill_clients import CALIBRATED, CLIENTS, DIRECT, PORT, RUNS, WEAR, Client, Ledger, digest, direct_program, profile, program
+
 KILLS = int(os.environ.get("TRUNNION_KILLS", "200"))
 SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
 # Longest life of a process under load.
 LIFE_S = 0.7
 # Longest wait for the queue to empty at the end.
 EMPTY_S = 900
-POSTERS, PUTTERS, ENTERERS, UPLOADERS = 4, 2, 1, 2
-# What an upload that is never whole announces (bytes).
-NEVER_WHOLE = 50_000_000
-MACHINE = "example-ac-table"
-JOB = {"operation": "cc-compensation", "parameters": {"tool_radius_mm": 5, "contact": "tip"}}
-
-
-def program(number):
-    """A few milliseconds of work, every tenth a few hundred; some equal ones."""
-    blocks = 20_000 if number % 10 == 0 else 40
-    rows = ["G21 G90 G94", "G1 F3000"]
-    for k in range(blocks):
-        rows.append(f"X{k % 97}.{number % 50:03} Y{k % 31}.000 Z0.000 A{10 + k % 13}.000 C{k % 89}.000")
-    return "\n".join(rows + ["M30", ""])
-
-
-def profile(number):
-    return {
-        "name": f"machine {number}",
-        "kinematics": {
-            "rotary_axes": [
-                {"name": "A", "side": "table", "direction": [1, 0, 0], "point_mm": [0, 0, number / 1000]},
-                {"name": "C", "side": "table", "direction": [0, 0, 1], "point_mm": [0, 0, 0]},
-            ]
-        },
-    }
-
-
-class Ledger:
-    """What was asked for, and what was acknowledged."""
-
-    def __init__(self):
-        self.lock = threading.Lock()
-        self.next = 0
-        self.jobs = {}  # key: id
-        self.cancelled = set()  # ids
-        self.unanswered = []  # keys of jobs without an answer
-        self.machines = {}  # machine: {revision: name}
-        self.asked = {}  # machine: names that were sent
-        self.entries = {}  # key: id
-        self.open_entries = []
-        self.refused = 0
-        self.wrong = []
-
-    def number(self):
-        with self.lock:
-            self.next += 1
-            return self.next
-
-
-class Client:
-    def __init__(self):
-        self.connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=20)
-
-    def ask(self, method, path, body=None, headers=None):
-        """Status, headers and document; None where no whole answer came."""
-        try:
-            self.connection.request(method, path, body, headers or {})
-            answer = self.connection.getresponse()
-            text = answer.read()
-            return answer.status, dict(answer.headers), json.loads(text) if text else None
-        except (OSError, http.client.HTTPException, ValueError):
-            self.connection.close()
-            return None
-
-
-def form(key, number):
-    bound = "part-of-the-form"
-    job = {**JOB, "machine_id": MACHINE, "external_id": key}
-    parts = [("job", None, json.dumps(job)), ("program", f"p{number}.nc", program(number))]
-    lines = []
-    for name, file, text in parts:
-        named = f'; filename="{file}"' if file else ""
-        lines.append(f'--{bound}\r\nContent-Disposition: form-data; name="{name}"{named}\r\n\r\n{text}\r\n')
-    body = "".join(lines) + f"--{bound}--\r\n"
-    return body.encode(), {"Content-Type": f"multipart/form-data; boundary={bound}", "Idempotency-Key": key}
-
-
-def post_jobs(ledger, stop, chance):
-    client = Client()
-    while not stop.is_set():
-        with ledger.lock:
-            key = ledger.unanswered.pop() if ledger.unanswered else None
-        if key is None:
-            key = f"job-{ledger.number()}"
-        body, headers = form(key, int(key.split("-")[1]))
-        answer = client.ask("POST", "/v1/jobs", body, headers)
-        with ledger.lock:
-            if answer is None:
-                ledger.unanswered.append(key)
-                continue
-            status, _, document = answer
-            if status == 503:
-                ledger.refused += 1
-                ledger.unanswered.append(key)
-            elif status != 202 or ledger.jobs.get(key, document["id"]) != document["id"]:
-                ledger.wrong.append((key, status, document))
-            else:
-                ledger.jobs[key] = document["id"]
-        if answer[0] == 202 and chance.random() < 0.1:
-            cancelled = client.ask("DELETE", f"/v1/jobs/{document['id']}")
-            with ledger.lock:
-                if cancelled and cancelled[0] in (200, 202):
-                    ledger.cancelled.add(document["id"])
-                elif cancelled and cancelled[0] != 409:
-                    ledger.wrong.append(("cancel", cancelled))
-
-
-def put_machines(ledger, stop, name):
-    """One machine, replaced over and over, each time under the tag of what is there."""
-    client = Client()
-    path = f"/v1/machines/{name}"
-    while not stop.is_set():
-        current = client.ask("GET", path)
-        if current is None:
-            continue
-        number = ledger.number()
-        body = profile(number)
-        with ledger.lock:
-            ledger.asked.setdefault(name, set()).add(body["name"])
-        headers = {"Content-Type": "application/json"}
-        if current[0] == 200:
-            headers["If-Match"] = current[1]["etag"]
-        answer = client.ask("PUT", path, json.dumps(body), headers)
-        with ledger.lock:
-            if answer and answer[0] in (200, 201):
-                ledger.machines.setdefault(name, {})[answer[2]["revision"]] = body["name"]
-            elif answer:
-                ledger.wrong.append((name, answer))
-
-
-def enter_wear(ledger, stop):
-    client = Client()
-    path = f"/v1/machines/{MACHINE}/tools/T1/wear-entries"
-    while not stop.is_set():
-        with ledger.lock:
-            key = ledger.open_entries.pop() if ledger.open_entries else None
-        if key is None:
-            key = f"entry-{ledger.number()}"
-        entry = {"measured_at": "2025-03-10T08:00:00Z", "parts_cut": int(key.split("-")[1]), "radius_wear_um": 24.5}
-        headers = {"Content-Type": "application/json", "Idempotency-Key": key}
-        answer = client.ask("POST", path, json.dumps([entry]), headers)
-        with ledger.lock:
-            if answer is None:
-                ledger.open_entries.append(key)
-            elif answer[0] != 201:
-                ledger.wrong.append((key, answer))
-            else:
-                ledger.entries[key] = int(key.split("-")[1])
-
-
-def upload_for_ever(_ledger, stop):
-    """Halves of uploads, which a killed process leaves in its spool."""
-    head = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5 HTTP/1.1\r\nHost: localhost\r\n"
-    part = program(1).encode() * 300
-    while not stop.is_set():
-        try:
-            with socket.create_connection(("127.0.0.1", PORT), timeout=5) as client:
-                client.sendall(f"{head}Content-Length: {NEVER_WHOLE}\r\n\r\n".encode())
-                while not stop.is_set():
-                    client.sendall(part)
-                    stop.wait(0.02)
-        except OSError:
-            pass
+SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
 
 
 def started(binary, folder):
@@ -211,13 +48,28 @@ def started(binary, folder):
     sys.exit("the service does not get ready")
 
 
+def stopped(service):
+    service.send_signal(signal.SIGTERM)
+    assert service.wait(30) == 0
+
+
+def prepared(binary, folder):
+    """The first key closes the service and is shown once, so it is made before anything is killed; its id."""
+    service = started(binary, folder)
+    client = Client()
+    made = client.ask("POST", "/v1/keys", {"name": "the clients", "scopes": SCOPES})
+    assert made and made[0] == 201, made
+    Client.key = made[2]["key"]
+    put = client.ask("PUT", f"/v1/machines/{CALIBRATED}", profile(0))
+    assert put and put[0] == 201, put
+    stopped(service)
+    return made[2]["id"]
+
+
 def one_round(binary, folder, ledger, chance):
     service = started(binary, folder)
     stop = threading.Event()
-    clients = [threading.Thread(target=post_jobs, args=(ledger, stop, random.Random(chance.random()))) for _ in range(POSTERS)]
-    clients += [threading.Thread(target=put_machines, args=(ledger, stop, f"m{k}")) for k in range(PUTTERS)]
-    clients += [threading.Thread(target=enter_wear, args=(ledger, stop)) for _ in range(ENTERERS)]
-    clients += [threading.Thread(target=upload_for_ever, args=(ledger, stop)) for _ in range(UPLOADERS)]
+    clients = [threading.Thread(target=client, args=(ledger, stop, random.Random(chance.random()))) for client in CLIENTS]
     for client in clients:
         client.start()
     time.sleep(chance.uniform(0.0, LIFE_S))
@@ -228,8 +80,9 @@ def one_round(binary, folder, ledger, chance):
         client.join()
 
 
-def emptied(binary, folder):
-    """The queue computed to its end by a process that nobody kills; gives what it makes of each program when asked directly."""
+def emptied(binary, folder, ledger):
+    """The queue computed to its end by a process that nobody kills; gives what it makes of each program when asked
+    directly, and its audit log, oldest first."""
     service = started(binary, folder)
     client = Client()
     end = time.monotonic() + EMPTY_S
@@ -237,47 +90,63 @@ def emptied(binary, folder):
         assert time.monotonic() < end, "the queue does not empty"
         time.sleep(0.2)
     direct = {}
-    query = "tool_radius_mm=5&contact=tip"
     for number in [1, 2, 3, 10, 20]:
         text = program(number).encode()
-        client.connection.request("POST", f"/v1/machines/{MACHINE}/cc-compensation?{query}", text, {"Content-Type": "text/plain"})
-        made = client.connection.getresponse().read()
-        direct[hashlib.sha256(text).hexdigest()] = hashlib.sha256(made).hexdigest()
-    service.send_signal(signal.SIGTERM)
-    assert service.wait(30) == 0
-    return direct
+        made = client.ask("POST", DIRECT, text, {"Content-Type": "text/plain"})
+        direct[digest(text)] = digest(made[2])
+    for id, key in ledger.secret_of.items():
+        if id in ledger.sent["revoke"] and id not in ledger.kept["revoke"]:
+            continue
+        status = client.ask("GET", "/v1/machines", key=key)[0]
+        assert status == (401 if id in ledger.kept["revoke"] else 200), f"the API key {id} is answered {status}"
+    log, cursor = [], ""
+    while cursor is not None:
+        page = client.ask("GET", f"/v1/audit?limit=200{cursor}")[2]
+        log += page["items"]
+        cursor = page["next_cursor"] and f"&cursor={page['next_cursor']}"
+    stopped(service)
+    return direct, log[::-1]
 
 
-def checked(folder, ledger, direct):
-    """Compares database and files with what was acknowledged. A copy: nobody but the service opens its database."""
-    copy = pathlib.Path(folder) / "copy.sqlite"
-    shutil.copy(pathlib.Path(folder) / "trunnion.sqlite", copy)
-    database = sqlite3.connect(f"file:{copy}?immutable=1", uri=True)
-    rows = lambda text: database.execute(text).fetchall()
-    assert rows("PRAGMA integrity_check") == [("ok",)]
-    assert rows("PRAGMA foreign_key_check") == []
-    assert not ledger.wrong, ledger.wrong[:5]
-
+def checked_jobs(rows, ledger, direct):
+    """Every job once, with the right bytes. Counts of ends, and how many were begun twice."""
     columns = "id, external_id, state, attempts, problem, input_sha256, output_sha256, cancel_requested, lease"
     jobs = {row[0]: row[1:] for row in rows(f"SELECT {columns} FROM jobs WHERE external_id IS NOT NULL")}
     by_key = {}
     for id, (key, *_) in jobs.items():
         assert by_key.setdefault(key, id) == id, f"{key} made two jobs"
     counts = {"succeeded": 0, "failed": 0, "cancelled": 0}
-    for key, id in ledger.jobs.items():
+    for key, id in ledger.kept["job"].items():
         assert by_key.get(key) == id, f"{key} was acknowledged as {id} and is {by_key.get(key)}"
     for id, (key, state, attempts, problem, came, made, cancel, lease) in jobs.items():
-        assert key in ledger.jobs or key in ledger.unanswered, f"{key} was never asked for"
+        assert key in ledger.sent["job"], f"{key} was never asked for"
         assert lease is None
         counts[state] += 1
         if state == "failed":
             assert json.loads(problem)["type"] == "/problems/process-died" and attempts == 2, (problem, attempts)
-        if id in ledger.cancelled:
+        if id in ledger.kept["cancel"]:
             assert state == "cancelled", f"{id} was cancelled and is {state}"
         if state == "succeeded":
             assert direct.get(came, made) == made, f"{id} made other bytes"
-    started_twice = sum(1 for row in jobs.values() if row[2] == 2)
+    counts["begun twice"] = sum(1 for row in jobs.values() if row[2] == 2)
 
+    # Programs answered at once: each tells its key, so that one kept twice is two rows with one digest.
+    found = collections.defaultdict(list)
+    for id, state, came, made in rows("SELECT id, state, input_sha256, output_sha256 FROM jobs WHERE external_id IS NULL"):
+        assert state == "succeeded", (id, state)
+        if came not in direct:
+            found[came].append((f"/v1/jobs/{id}", made))
+    sent = {digest(direct_program(key)): key for key in ledger.sent["direct"]}
+    for came, kept in found.items():
+        assert came in sent, f"{kept} is of a program that was never sent"
+        assert len(kept) == 1, f"{sent[came]} made {kept}"
+    for came, key in sent.items():
+        if key in ledger.kept["direct"]:
+            assert found.get(came) == [ledger.kept["direct"][key]], (key, ledger.kept["direct"][key], found.get(came))
+    return counts
+
+
+def checked_machines(rows, ledger):
     for name, revisions in ledger.machines.items():
         stored = dict(rows(f"SELECT revision, profile FROM machine_revisions WHERE machine_id = '{name}'"))
         names = [json.loads(text)["name"] for text in stored.values()]
@@ -286,11 +155,90 @@ def checked(folder, ledger, direct):
         for revision, said in revisions.items():
             assert json.loads(stored[revision])["name"] == said, f"{name} {revision}"
         assert sorted(stored) == list(range(1, len(stored) + 1))
+    # Runs and the revisions that they became.
+    same(rows("SELECT json_extract(run, '$.note'), id FROM calibrations"), ledger, "run")
+    stored = dict(rows(f"SELECT revision, calibration_id FROM machine_revisions WHERE machine_id = '{CALIBRATED}'"))
+    assert stored.pop(1) is None and sorted(stored) == list(range(2, len(stored) + 2))
+    assert len(set(stored.values())) == len(stored), "a run was applied twice"
+    assert set(stored.values()) <= {id for id, _ in ledger.applying.values()}, "a run was applied that nobody applied"
+    for key, revision in ledger.kept["apply"].items():
+        assert stored[revision] == ledger.applying[key][0], (key, revision, stored[revision])
 
-    entries = [parts for (parts,) in rows("SELECT parts_cut FROM wear_entries")]
-    assert len(entries) == len(set(entries)), "a wear entry twice"
-    assert set(ledger.entries.values()) <= set(entries), "a wear entry was lost"
 
+def same(pairs, ledger, kind):
+    """Every key that was acknowledged made what was answered, every other one that or nothing, and none two things."""
+    found = dict(pairs)
+    assert len(found) == len(pairs), f"{kind}, one twice: {[pair for pair in pairs if found[pair[0]] != pair[1]][:5]}"
+    assert set(found) <= ledger.sent[kind], f"{kind}, never asked for: {list(set(found) - ledger.sent[kind])[:5]}"
+    for key, value in ledger.kept[kind].items():
+        assert found.get(key) == value, f"{kind} {key} was acknowledged as {value} and is {found.get(key)}"
+
+
+def checked_rest(rows, ledger, admin):
+    same([(f"entry-{parts}", id) for parts, id in rows("SELECT parts_cut, id FROM wear_entries")], ledger, "entry")
+    withdrawn = "SELECT e.id, w.withdrawn_at FROM wear_withdrawals w JOIN wear_entries e ON e.seq = w.entry_seq"
+    same(rows(withdrawn), ledger, "withdraw")
+    same(rows(f"SELECT name, id FROM api_keys WHERE id <> '{admin}'"), ledger, "key")
+    same([(id, True) for (id,) in rows("SELECT id FROM api_keys WHERE revoked_at IS NOT NULL")], ledger, "revoke")
+    # The database knows a key by its digest, beside the API key that it was sent with.
+    known = {f"{admin}\t{digest(key.encode())}": key for key in ledger.sent["secret"]}
+    secrets = rows("SELECT idempotency_key, secret FROM webhook_secrets ORDER BY seq")
+    assert secrets.pop(0)[0] is None
+    same([(known.get(key), secret) for key, secret in secrets], ledger, "secret")
+    assert len({secret for _, secret in secrets}) == len(secrets), "a secret twice"
+
+
+def checked_log(rows, ledger, log, admin):
+    """The audit log has one row for every change that is stored, and no other."""
+    numbers = [entry["seq"] for entry in log]
+    assert numbers == sorted(set(numbers)), "the pages of the audit log overlap"
+    assert numbers == [seq for (seq,) in rows("SELECT seq FROM audit ORDER BY seq")], "the pages leave entries out"
+    requests = [entry["request_id"] for entry in log if entry["origin"] == "http"]
+    assert len(requests) == len(set(requests)), "one request has two entries"
+    # The first key was made while the service was open.
+    assert [entry["key_id"] for entry in log if entry["origin"] == "http"] == [None] + [admin] * (len(requests) - 1)
+
+    expected = collections.Counter({("webhook-secret-created", "/v1/webhooks/secret"): 1})
+    expected["webhook-secret-rotated", "/v1/webhooks/secret"] = rows("SELECT count(*) - 1 FROM webhook_secrets")[0][0]
+    for action, address, ids in [
+        ("job-created", "/v1/jobs/", "SELECT id FROM jobs"),
+        ("job-cancelled", "/v1/jobs/", "SELECT id FROM jobs WHERE cancel_requested = 1"),
+        ("calibration-created", f"{RUNS}/", "SELECT id FROM calibrations"),
+        ("wear-entries-created", f"{WEAR}/", "SELECT id FROM wear_entries"),
+        ("wear-entry-withdrawn", f"{WEAR}/", "SELECT id FROM wear_entries WHERE seq IN (SELECT entry_seq FROM wear_withdrawals)"),
+        ("key-created", "/v1/keys/", "SELECT id FROM api_keys"),
+        ("key-revoked", "/v1/keys/", "SELECT id FROM api_keys WHERE revoked_at IS NOT NULL"),
+    ]:
+        expected.update((action, address + id) for (id,) in rows(ids))
+    of_machines = ("machine-created", "machine-replaced", "machine-deleted", "calibration-applied")
+    found = collections.Counter((entry["action"], entry["resource"]) for entry in log if entry["action"] not in of_machines)
+    missing, too_many = list(expected - found), list(found - expected)
+    assert found == expected, f"no entry for {missing[:5]}, one too many for {too_many[:5]}"
+
+    # Of each machine the entries tell its life without a gap.
+    revisions = {(id, revision): run for id, revision, run in rows("SELECT machine_id, revision, calibration_id FROM machine_revisions")}
+    live, last, deleted = {}, {}, set()
+    for entry in (entry for entry in log if entry["action"] in of_machines):
+        name, action, before, after = (entry[member] for member in ("machine_id", "action", "revision_before", "revision_after"))
+        assert before == live.get(name) and (action == "machine-created") == (before is None), (entry, live.get(name))
+        resource = f"/v1/machines/{name}"
+        if action == "machine-deleted":
+            assert after is None
+            deleted.add((name, before))
+        else:
+            assert after == last.get(name, 0) + 1, entry
+            last[name], run = after, revisions.pop((name, after))
+            assert (action == "calibration-applied") == (run is not None), entry
+            resource += f"/calibrations/{run}" if run else ""
+        live[name] = after
+        assert entry["resource"] == resource, entry
+    assert not revisions, f"no entry for {list(revisions)[:5]}"
+    assert set(ledger.kept["delete"]) <= deleted, f"no entry for {list(set(ledger.kept['delete']) - deleted)[:5]}"
+    stored = {id: None if gone else revision for id, gone, revision in rows("SELECT machine_id, deleted, last_revision FROM machines")}
+    assert stored == live, (stored, live)
+
+
+def checked_files(rows, folder):
     named = set()
     for column in ("input_sha256", "surface_sha256", "output_sha256", "changes_sha256"):
         named |= {digest for (digest,) in rows(f"SELECT DISTINCT {column} FROM jobs WHERE {column} IS NOT NULL")}
@@ -301,27 +249,59 @@ def checked(folder, ledger, direct):
     for name, path in kept.items():
         assert hashlib.sha256(path.read_bytes()).hexdigest() == name, f"{path} holds other bytes"
     assert not list((pathlib.Path(folder) / "spool").iterdir())
+
+
+def checked(folder, ledger, direct, log, admin):
+    """Compares database and files with what was acknowledged. A copy: nobody but the service opens its database."""
+    copy = pathlib.Path(folder) / "copy.sqlite"
+    shutil.copy(pathlib.Path(folder) / "trunnion.sqlite", copy)
+    database = sqlite3.connect(f"file:{copy}?immutable=1", uri=True)
+    rows = lambda text: database.execute(text).fetchall()
+    assert rows("PRAGMA integrity_check") == [("ok",)]
+    assert rows("PRAGMA foreign_key_check") == []
+    assert not ledger.wrong, ledger.wrong[:5]
+    assert set(ledger.refused) <= {"queue-full", "busy"}, ledger.refused
+    counts = checked_jobs(rows, ledger, direct)
+    checked_machines(rows, ledger)
+    checked_rest(rows, ledger, admin)
+    checked_log(rows, ledger, log, admin)
+    checked_files(rows, folder)
     copy.unlink()
     found = subprocess.run([sys.argv[1], "doctor", "--data-dir", folder], capture_output=True, text=True)
     assert found.returncode == 0 and "left over" not in found.stdout, found.stdout + found.stderr
 
     revisions = sum(len(one) for one in ledger.machines.values())
+    of = {kind: len(kept) for kind, kept in ledger.kept.items()}
     print(
-        f"{KILLS} kills: {len(ledger.jobs)} jobs acknowledged ({counts['succeeded']} succeeded, {counts['cancelled']} cancelled, "
-        f"{counts['failed']} parked, {started_twice} begun twice), {revisions} revisions, {len(ledger.entries)} wear entries, "
-        f"{ledger.refused} refused by a full queue; nothing lost, repeated or half done"
+        f"{KILLS} kills: {of['job']} jobs acknowledged ({counts['succeeded']} succeeded, {counts['cancelled']} cancelled, "
+        f"{counts['failed']} parked, {counts['begun twice']} begun twice), {of['direct']} programs answered at once, "
+        f"{revisions} revisions, {of['delete']} machines deleted, {of['run']} calibrations, {of['apply']} applied, "
+        f"{of['entry']} wear entries, {of['withdraw']} withdrawn, {of['secret']} secrets, {of['key']} API keys, "
+        f"{of['revoke']} revoked; {ledger.again} asked for once more, {ledger.refused.pop('queue-full', 0)} refused by a full queue, "
+        f"{len(log)} entries in the audit log; nothing lost, repeated or half done"
     )
-    assert counts["succeeded"] > KILLS and revisions > KILLS and ledger.entries, "there was hardly any load"
+    assert counts["succeeded"] > KILLS and revisions > KILLS, "there was hardly any load"
+    few = [kind for kind in ("cancel", "direct", "delete", "run", "apply", "entry", "withdraw", "secret", "key", "revoke")
+           if of.get(kind, 0) < KILLS / 10]
+    assert not few, f"there was hardly any load of {few}"
 
 
 def main():
     chance = random.Random(SEED)
     ledger = Ledger()
-    with tempfile.TemporaryDirectory() as folder:
+    folder = tempfile.mkdtemp(prefix="trunnion-kill-")
+    try:
+        admin = prepared(sys.argv[1], folder)
         for _ in range(KILLS):
             one_round(sys.argv[1], folder, ledger, chance)
-        direct = emptied(sys.argv[1], folder)
-        checked(folder, ledger, direct)
+        direct, log = emptied(sys.argv[1], folder, ledger)
+        checked(folder, ledger, direct, log, admin)
+    except AssertionError:
+        # Another run is killed at other moments: what was found wrong is there to be looked at.
+        print(f"the data directory is kept: {folder}", file=sys.stderr)
+        raise
+    shutil.rmtree(folder)
 
 
-main()
+if __name__ == "__main__":
+    main()
