@@ -115,14 +115,18 @@ async fn a_full_pool_answers_busy() {
                 biased;
                 ended = &mut held => break Err(ended),
                 other = app.post_text(PATH, "text/plain", "g1\n") => {
+                    // On a machine that has much else to do it may have taken too long instead.
                     if other.status() == 503 {
-                        break Ok(other);
+                        let refused: serde_json::Value = other.json().await.unwrap();
+                        if refused["type"] == "/problems/busy" {
+                            break Ok(());
+                        }
+                        assert_eq!(refused["type"], "/problems/timed-out");
                     }
                 }
             }
         };
-        if let Ok(busy) = busy {
-            problem(busy, "busy").await;
+        if busy.is_ok() {
             problem(held.await, "timed-out").await;
             return;
         }
