@@ -1,14 +1,15 @@
 //! Bodies, chunk by chunk: bounded in length and in the pauses between chunks.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::future::ready;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::task::Poll;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 
-use axum::body::{Body, HttpBody};
+use axum::body::{Body, BodyDataStream, HttpBody};
 use bytes::{Bytes, BytesMut};
-use futures::stream::{self, StreamExt};
+use futures::stream::{self, Fuse, StreamExt};
 use http::HeaderMap;
 use http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE};
 use http_body_util::BodyExt;
@@ -22,11 +23,12 @@ pub(super) struct Incoming {
     pause: Duration,
 }
 
-/// Says when a form's reader is between two fields.
+/// Says when a form's reader is between two fields, and has what the reader leaves of the body.
 #[derive(Debug)]
 pub(super) struct BetweenFields {
     left: Arc<AtomicUsize>,
     header_bytes: usize,
+    chunks: Arc<Mutex<Fuse<BodyDataStream>>>,
 }
 
 /// Within a field the field's own limit holds.
@@ -42,6 +44,21 @@ impl BetweenFields {
     pub(super) fn leave(&self) {
         self.left.store(UNBOUNDED, Ordering::Relaxed);
     }
+
+    /// Reads on as [`Incoming::swallow`] does, once the form's reader has given up.
+    pub(super) async fn swallow(&self) {
+        let rest = stream::poll_fn(|context| next_of(&self.chunks, context));
+        let all = rest.take_while(|chunk| ready(chunk.is_ok())).for_each(|_chunk| ready(()));
+        // Whether it came to its end is all the same.
+        drop(tokio::time::timeout(SWALLOW, all).await);
+    }
+}
+
+fn next_of(
+    chunks: &Mutex<Fuse<BodyDataStream>>,
+    context: &mut Context<'_>,
+) -> Poll<Option<Result<Bytes, axum::Error>>> {
+    chunks.lock().unwrap_or_else(PoisonError::into_inner).poll_next_unpin(context)
 }
 
 /// Between two fields of a form there is more than a header may have.
@@ -125,9 +142,9 @@ impl Incoming {
     /// The body for a reader that cuts it into fields and keeps what it cannot cut yet: one chunk at a time, and
     /// between two fields about as many bytes as a header may have.
     pub(super) fn into_form(self, header_bytes: usize) -> (Body, BetweenFields) {
-        let between = BetweenFields { left: Arc::new(AtomicUsize::new(header_bytes)), header_bytes };
-        let left = Arc::clone(&between.left);
-        let mut chunks = self.body.into_data_stream();
+        let chunks = Arc::new(Mutex::new(StreamExt::fuse(self.body.into_data_stream())));
+        let left = Arc::new(AtomicUsize::new(header_bytes));
+        let between = BetweenFields { left: Arc::clone(&left), header_bytes, chunks: Arc::clone(&chunks) };
         let mut rests = false;
         let stream = stream::poll_fn(move |context| {
             // The reader would go on reading for as long as there is something to read.
@@ -138,7 +155,7 @@ impl Incoming {
             if left.load(Ordering::Relaxed) == 0 {
                 return Poll::Ready(Some(Err(axum::Error::new(FieldHeaderTooLong))));
             }
-            let next = chunks.poll_next_unpin(context);
+            let next = next_of(&chunks, context);
             if let Poll::Ready(Some(Ok(chunk))) = &next {
                 rests = true;
                 let taken = |left: usize| (left != UNBOUNDED).then(|| left.saturating_sub(chunk.len()));

@@ -44,6 +44,8 @@ const SCOPES: &[(&str, &str)] = &[
 ];
 
 const ALL: [&str; 5] = ["read", "compute", "machines", "calibrations", "admin"];
+/// Those that a key may have for some machines only.
+const OF_MACHINES: [&str; 4] = ["read", "compute", "machines", "calibrations"];
 
 struct Operation {
     method: String,
@@ -111,6 +113,19 @@ async fn made(app: &App, body: &Value) -> Value {
     made.json().await.unwrap()
 }
 
+/// The first refusal of a key that ends: the clock of the tests goes on by a second whenever it is looked at.
+async fn refused_at_its_end(app: &App, key: &str) -> Response {
+    let mut tries = 0;
+    loop {
+        let answer = ask(app, Method::GET, "/v1/machines", Some(key)).await;
+        if answer.status() != 200 {
+            return answer;
+        }
+        tries += 1;
+        assert!(tries < 60, "it never ends");
+    }
+}
+
 fn text(value: &Value) -> &str {
     value.as_str().unwrap()
 }
@@ -128,7 +143,13 @@ async fn every_key_opens_what_its_scope_names_and_nothing_else() {
     assert_eq!(gone.unwrap().status(), 204);
     let unknown = format!("{}0", &first[..first.len() - 1]);
     let unknown = if unknown == first { format!("{}1", &first[..first.len() - 1]) } else { unknown };
-    let nothing = [None, Some("nonsense"), Some(unknown.as_str()), Some(text(&revoked["key"]))];
+    let now: jiff::Timestamp = text(&revoked["created_at"]).parse().unwrap();
+    let end = now + jiff::SignedDuration::from_secs(30);
+    let expired = made(&app, &json!({"name": "a shift", "scopes": ALL, "expires_at": end.to_string()})).await;
+    let expired = text(&expired["key"]);
+    refused_at_its_end(&app, expired).await;
+    let revoked = text(&revoked["key"]);
+    let nothing = [None, Some("nonsense"), Some(unknown.as_str()), Some(revoked), Some(expired)];
     for operation in operations() {
         let (verb, address) = (operation.verb(), operation.address("example-ac-table"));
         let name = format!("{} {}", operation.method, operation.path);
@@ -372,22 +393,12 @@ async fn the_same_request_under_one_idempotency_key_makes_one_key_and_shows_its_
 async fn a_key_ends_at_its_time() {
     let mut app = spawn().await;
     app.close().await;
-    // The clock of the tests goes on by a second whenever it is looked at.
     let at = "2026-02-25T06:14:00.000Z";
     let key = made(&app, &json!({"name": "a shift", "scopes": ["read"], "expires_at": at})).await;
     assert_eq!(key["expires_at"], at);
     let key = text(&key["key"]);
     assert_eq!(ask(&app, Method::GET, "/v1/machines", Some(key)).await.status(), 200);
-    let mut tries = 0;
-    let refused = loop {
-        let answer = ask(&app, Method::GET, "/v1/machines", Some(key)).await;
-        if answer.status() != 200 {
-            break answer;
-        }
-        tries += 1;
-        assert!(tries < 60, "it never ends");
-    };
-    let body = problem(refused, "unauthenticated").await;
+    let body = problem(refused_at_its_end(&app, key).await, "unauthenticated").await;
     assert!(text(&body["detail"]).contains(at), "{body}");
 }
 
@@ -402,7 +413,7 @@ async fn two_machines() -> (App, String, [String; 2]) {
         let run = app.post_text(&path, "text/plain", "g1\n").await;
         jobs.push(run.headers()["location"].to_str().unwrap().to_owned());
     }
-    let key = app.new_key(&["read", "compute", "machines", "calibrations"], Some(&["mine", "later"])).await;
+    let key = app.new_key(&OF_MACHINES, Some(&["mine", "later"])).await;
     (app, key, jobs.try_into().unwrap())
 }
 
@@ -414,40 +425,58 @@ async fn said(answer: Response, name: &str) -> Value {
 
 #[tokio::test]
 async fn a_key_with_a_list_of_machines_does_not_see_the_others() {
-    let (app, key, [my_job, their_job]) = two_machines().await;
-    let key = Some(key.as_str());
+    let (app, all, [my_job, their_job]) = two_machines().await;
+    does_not_see_the_others(&app, &all, &OF_MACHINES, [&my_job, &their_job]).await;
+    for scope in OF_MACHINES {
+        let key = app.new_key(&[scope], Some(&["mine", "later"])).await;
+        does_not_see_the_others(&app, &key, &[scope], [&my_job, &their_job]).await;
+    }
+    // Nor is one that has the other machine let in to the first.
+    let key = app.new_key(&OF_MACHINES, Some(&["theirs"])).await;
+    problem(ask(&app, Method::GET, "/v1/machines/mine", Some(&key)).await, "machine-not-found").await;
+    problem(ask(&app, Method::GET, &my_job, Some(&key)).await, "job-not-found").await;
+    assert_eq!(ask(&app, Method::GET, &their_job, Some(&key)).await.status(), 200);
+    // An address may be written in more than one way.
+    problem(ask(&app, Method::GET, "/v1/machines/t%68eirs", Some(&all)).await, "machine-not-found").await;
+}
+
+/// Asks everything that names a machine or a job: what is another's and what is nowhere look the same, and what the
+/// scopes do not allow is refused for that, wherever it is.
+async fn does_not_see_the_others(app: &App, key: &str, scopes: &[&str], [my_job, their_job]: [&str; 2]) {
+    let key = Some(key);
     let mut tried = 0;
     for operation in operations() {
-        let name = format!("{} {}", operation.method, operation.path);
+        let name = format!("{} {} {scopes:?}", operation.method, operation.path);
+        let missing = operation.scope.is_some_and(|needed| !scopes.contains(&needed));
+        let or_missing = |code: &'static str| if missing { "scope-missing" } else { code };
         if operation.path.contains("{machine_id}") {
-            let theirs = ask(&app, operation.verb(), &operation.address("theirs"), key).await;
-            let none = ask(&app, operation.verb(), &operation.address("nowhere"), key).await;
+            let theirs = ask(app, operation.verb(), &operation.address("theirs"), key).await;
+            let none = ask(app, operation.verb(), &operation.address("nowhere"), key).await;
             let code = if operation.method == "put" { "machine-not-allowed" } else { "machine-not-found" };
             assert_eq!(theirs.status(), none.status(), "{name}");
             let theirs = said(theirs, "theirs").await;
-            assert_eq!(theirs["type"], format!("/problems/{code}"), "{name}");
+            assert_eq!(theirs["type"], format!("/problems/{}", or_missing(code)), "{name}");
             assert_eq!(theirs, said(none, "nowhere").await, "{name}");
-            let mine = ask(&app, operation.verb(), &operation.address("mine"), key).await;
+            let mine = ask(app, operation.verb(), &operation.address("mine"), key).await;
             let mine: Value = serde_json::from_str(&mine.text().await.unwrap()).unwrap_or_default();
             assert_ne!(mine["type"], format!("/problems/{code}"), "{name}: {mine}");
+            assert_eq!(mine["type"] == "/problems/scope-missing", missing, "{name}: {mine}");
             tried += 1;
         }
         if operation.path.starts_with("/v1/jobs/{id}") {
             let unknown = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60";
             let id = their_job.rsplit('/').next().unwrap();
             let at = |id: &str| operation.path.replace("{id}", id);
-            let theirs = said(ask(&app, operation.verb(), &at(id), key).await, id).await;
-            assert_eq!(theirs["type"], "/problems/job-not-found", "{name}");
-            assert_eq!(theirs, said(ask(&app, operation.verb(), &at(unknown), key).await, unknown).await);
-            if operation.method == "get" && operation.path.ends_with("{id}") {
-                assert_eq!(ask(&app, operation.verb(), &my_job, key).await.status(), 200);
+            let theirs = said(ask(app, operation.verb(), &at(id), key).await, id).await;
+            assert_eq!(theirs["type"], format!("/problems/{}", or_missing("job-not-found")), "{name}");
+            assert_eq!(theirs, said(ask(app, operation.verb(), &at(unknown), key).await, unknown).await);
+            if operation.method == "get" && operation.path.ends_with("{id}") && !missing {
+                assert_eq!(ask(app, operation.verb(), my_job, key).await.status(), 200);
             }
             tried += 1;
         }
     }
     assert!(tried >= 30, "only {tried} operations");
-    // An address may be written in more than one way.
-    problem(ask(&app, Method::GET, "/v1/machines/t%68eirs", key).await, "machine-not-found").await;
 }
 
 #[tokio::test]

@@ -15,6 +15,7 @@ mod jobs;
 mod keys;
 mod keys_command;
 mod limits;
+mod limits_beyond;
 mod lost_database;
 mod machines;
 mod mutations;

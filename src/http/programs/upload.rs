@@ -8,7 +8,7 @@ use http::request::Parts;
 use serde::de::DeserializeOwned;
 
 use crate::http::AppState;
-use crate::http::body::{Incoming, content_length, media_type};
+use crate::http::body::{BetweenFields, Incoming, content_length, media_type};
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::Upload as Spooling;
 use crate::store::Draft;
@@ -161,6 +161,24 @@ async fn form<D>(
     read: impl Fn(&[u8]) -> Result<D, Problem>,
 ) -> Result<Form<D>, Problem> {
     let (body, between) = incoming.into_form(app.settings.max_header_bytes);
+    let form = fields(app, parts, (body, &between), document_name, part, read).await;
+    if let Err(problem) = &form {
+        // A form that does not come in, or comes in as none, has no rest worth waiting for.
+        if !matches!(problem.kind(), ProblemType::RequestTimeout | ProblemType::MalformedRequest) {
+            between.swallow().await;
+        }
+    }
+    form
+}
+
+async fn fields<D>(
+    app: &AppState,
+    parts: &Parts,
+    (body, between): (Body, &BetweenFields),
+    document_name: &'static str,
+    part: Part,
+    read: impl Fn(&[u8]) -> Result<D, Problem>,
+) -> Result<Form<D>, Problem> {
     let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
     // The limits of fields are ours.
