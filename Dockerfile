@@ -8,6 +8,7 @@ ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
 COPY Cargo.toml Cargo.lock ./
 COPY core/Cargo.toml core/
 COPY benches benches
+COPY tests/otlp.rs tests/
 RUN mkdir src core/src && echo '//! Dependencies only.' | tee src/lib.rs > core/src/lib.rs && echo 'fn main() {}' > src/main.rs \
     && cargo build --locked --profile dist --features otlp --bin trunnion && rm -rf src core/src
 COPY . .

@@ -257,9 +257,6 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
     server
         .http_builder()
         .http2()
-        .timer(TokioTimer::new())
-        .keep_alive_interval(timeout)
-        .keep_alive_timeout(timeout)
         .max_concurrent_streams(64)
         .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
     server

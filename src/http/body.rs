@@ -1,7 +1,7 @@
 //! Bodies, chunk by chunk: bounded in length and in the pauses between chunks.
 
 use std::borrow::Cow;
-use std::future::ready;
+use std::pin::Pin;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use axum::body::{Body, BodyDataStream, HttpBody};
 use bytes::{Bytes, BytesMut};
-use futures::stream::{self, Fuse, StreamExt};
+use futures::stream::{self, Fuse, Stream, StreamExt};
 use http::HeaderMap;
 use http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE};
 use http_body_util::BodyExt;
@@ -47,10 +47,19 @@ impl BetweenFields {
 
     /// Reads on as [`Incoming::swallow`] does, once the form's reader has given up.
     pub(super) async fn swallow(&self) {
-        let rest = stream::poll_fn(|context| next_of(&self.chunks, context));
-        let all = rest.take_while(|chunk| ready(chunk.is_ok())).for_each(|_chunk| ready(()));
-        // Whether it came to its end is all the same.
-        drop(tokio::time::timeout(SWALLOW, all).await);
+        swallowed(stream::poll_fn(|context| next_of(&self.chunks, context))).await;
+    }
+}
+
+/// Takes one thing after the other for a moment, as long as there are any. What a small body unpacks to is always there: others
+/// get their turn between two.
+async fn swallowed<T, E>(mut rest: impl Stream<Item = Result<T, E>> + Unpin) {
+    let end = Instant::now() + SWALLOW;
+    while let Some(left) = end.checked_duration_since(Instant::now()) {
+        match tokio::time::timeout(left, rest.next()).await {
+            Ok(Some(Ok(_))) => tokio::task::yield_now().await,
+            _ => return,
+        }
     }
 }
 
@@ -130,13 +139,7 @@ impl Incoming {
 
     /// Reads on for a moment and drops what comes: a client that is still sending does not read the answer.
     pub(super) async fn swallow(&mut self) {
-        let end = Instant::now() + SWALLOW;
-        while let Some(left) = end.checked_duration_since(Instant::now()) {
-            match tokio::time::timeout(left, self.body.frame()).await {
-                Ok(Some(Ok(_))) => {}
-                _ => return,
-            }
-        }
+        swallowed(stream::poll_fn(|context| Pin::new(&mut self.body).poll_frame(context))).await;
     }
 
     /// The body for a reader that cuts it into fields and keeps what it cannot cut yet: one chunk at a time, and

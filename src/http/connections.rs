@@ -33,11 +33,12 @@ impl Cap {
 /// A connection that holds its place.
 #[derive(Debug)]
 pub struct Placed {
+    /// Free again before the client can see the end.
+    _place: OwnedSemaphorePermit,
     stream: TcpStream,
     pause: Duration,
     /// Runs while the client takes nothing.
     stalled: Option<Pin<Box<Sleep>>>,
-    _place: OwnedSemaphorePermit,
     _open: Entered<'static>,
 }
 

@@ -1,6 +1,6 @@
 //! An end for connections that say nothing. Which protocol a client speaks is told by its first bytes; until then no
 //! timer of a protocol runs, and who sends no byte, or the first of HTTP/2's preface alone, would hold its place for ever.
-//! So would a client of HTTP/2 that answers pings and nothing else.
+//! So would a client of HTTP/2 that asks for nothing, or takes nothing of its answers.
 
 use std::io;
 use std::pin::Pin;
@@ -23,7 +23,7 @@ const LOOKS: u32 = 8;
 /// How long a client is waited for.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience {
-    /// For the first bytes, and with HTTP/2 for a request when none is under way.
+    /// For the first bytes, and with HTTP/2 for anything at all when no request is under way.
     pub silence: Duration,
     /// With HTTP/2 for the client to take some of an answer.
     pub answer_pause: Duration,
@@ -136,7 +136,12 @@ impl<T: AsyncRead + Unpin> AsyncRead for Heard<T> {
         if read.is_pending() && this.is_left(cx) {
             return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
         }
-        this.hear(buf.filled().get(before..).unwrap_or_default());
+        let came = buf.filled().get(before..).unwrap_or_default();
+        match this.spoken {
+            Spoken::Unknown { .. } => this.hear(came),
+            Spoken::Two { .. } if !came.is_empty() => this.streams.hear(),
+            Spoken::One | Spoken::Two { .. } => {}
+        }
         read
     }
 }

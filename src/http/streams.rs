@@ -1,8 +1,7 @@
 //! What an HTTP/2 connection has under way, and how long its client keeps it waiting. One socket carries many requests, and
-//! pings go to and fro whatever becomes of them: that bytes move says nothing. HTTP/1.1 has a timer of its own for a
-//! connection without a request, and a pause of its socket is a pause of its answer.
+//! bytes move on it whatever becomes of one: a stream's window stays closed for as long as its client likes. HTTP/1.1 has a timer
+//! of its own for a connection without a request, and a pause of its socket is a pause of its answer.
 
-use std::collections::HashMap;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
@@ -16,7 +15,7 @@ use hyper::body::{Frame, SizeHint};
 use tokio::time::Instant;
 use tower::Service;
 
-/// Most of an answer that is handed on at a time \[bytes\]: so much may still be on its way when the answer counts as taken.
+/// Most of an answer that is handed on at a time \[bytes\]: what a client has to take within the pause.
 const PART_BYTES: usize = 16 << 10;
 
 /// Requests of one connection.
@@ -29,28 +28,33 @@ pub(super) struct Streams {
 struct State {
     /// Requests that are not answered to their end.
     open: usize,
-    /// Since when there has been none.
-    idle_since: Instant,
-    /// Answers of which a part was handed on and no other asked for, and since when.
-    waiting: HashMap<u64, Instant>,
-    /// Number of the next request.
-    next: u64,
+    /// Parts of answers that were handed on and are not on the socket yet.
+    parts: usize,
+    /// When something last came in.
+    heard: Instant,
+    /// When a part last reached the socket, or the first of those under way was handed on, or the last request ended.
+    moved: Instant,
 }
 
 impl Streams {
     pub(super) fn new() -> Arc<Self> {
-        let state = State { open: 0, idle_since: Instant::now(), waiting: HashMap::new(), next: 0 };
-        Arc::new(Self { state: Mutex::new(state) })
+        let now = Instant::now();
+        Arc::new(Self { state: Mutex::new(State { open: 0, parts: 0, heard: now, moved: now }) })
     }
 
-    /// Whether the client has asked for nothing for as long as `idle`, or taken nothing of an answer for as long as `pause`.
+    /// Something came in.
+    pub(super) fn hear(&self) {
+        self.state().heard = Instant::now();
+    }
+
+    /// Whether the client has said nothing for as long as `idle` with no request under way, or taken nothing of its answers for
+    /// as long as `pause`. Answers share the line: as long as one of them moves, none is left.
     pub(super) fn are_left(&self, idle: Duration, pause: Duration) -> bool {
         let state = self.state();
-        let over = |since: &Instant, most: Duration| since.elapsed() >= most;
         if state.open == 0 {
-            over(&state.idle_since, idle)
+            state.moved.max(state.heard).elapsed() >= idle
         } else {
-            state.waiting.values().any(|since| over(since, pause))
+            state.parts > 0 && state.moved.elapsed() >= pause
         }
     }
 
@@ -59,40 +63,57 @@ impl Streams {
     }
 }
 
-/// One request until its answer has been handed on whole, or it was given up.
+/// One request until all of its answer is on the socket, or it was given up.
 #[derive(Debug)]
 struct Open {
     streams: Arc<Streams>,
-    number: u64,
 }
 
 impl Open {
-    fn new(streams: &Arc<Streams>) -> Self {
-        let mut state = streams.state();
-        state.open += 1;
-        state.next += 1;
-        Self { streams: Arc::clone(streams), number: state.next }
-    }
-
-    /// A part was handed on: the client is waited for from now on.
-    fn handed_on(&self) {
-        self.streams.state().waiting.insert(self.number, Instant::now());
-    }
-
-    /// The client has taken what there was and waits for more.
-    fn is_awaited(&self) {
-        self.streams.state().waiting.remove(&self.number);
+    fn new(streams: &Arc<Streams>) -> Arc<Self> {
+        streams.state().open += 1;
+        Arc::new(Self { streams: Arc::clone(streams) })
     }
 }
 
 impl Drop for Open {
     fn drop(&mut self) {
         let mut state = self.streams.state();
-        state.waiting.remove(&self.number);
         state.open -= 1;
-        if state.open == 0 {
-            state.idle_since = Instant::now();
+        state.moved = Instant::now();
+    }
+}
+
+/// A part of an answer. It goes when it was written to the socket, or with its stream.
+#[derive(Debug)]
+struct Part {
+    bytes: Bytes,
+    open: Arc<Open>,
+}
+
+impl Part {
+    fn new(bytes: Bytes, open: &Arc<Open>) -> Self {
+        let mut state = open.streams.state();
+        if state.parts == 0 {
+            state.moved = Instant::now();
         }
+        state.parts += 1;
+        drop(state);
+        Self { bytes, open: Arc::clone(open) }
+    }
+}
+
+impl AsRef<[u8]> for Part {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        let mut state = self.open.streams.state();
+        state.parts -= 1;
+        state.moved = Instant::now();
     }
 }
 
@@ -141,7 +162,7 @@ struct Answer {
     body: Body,
     /// Of what the body gave last.
     left: Bytes,
-    open: Open,
+    open: Arc<Open>,
 }
 
 impl HttpBody for Answer {
@@ -154,7 +175,6 @@ impl HttpBody for Answer {
     ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
         let this = self.get_mut();
         if this.left.is_empty() {
-            this.open.is_awaited();
             match Pin::new(&mut this.body).poll_frame(cx) {
                 Poll::Ready(Some(Ok(frame))) => match frame.into_data() {
                     Ok(data) => this.left = data,
@@ -163,9 +183,8 @@ impl HttpBody for Answer {
                 other => return other,
             }
         }
-        this.open.handed_on();
-        let part = this.left.split_to(this.left.len().min(PART_BYTES));
-        Poll::Ready(Some(Ok(Frame::data(part))))
+        let bytes = this.left.split_to(this.left.len().min(PART_BYTES));
+        Poll::Ready(Some(Ok(Frame::data(Bytes::from_owner(Part::new(bytes, &this.open))))))
     }
 
     fn is_end_stream(&self) -> bool {

@@ -145,14 +145,27 @@ const HELD_BY: &[(&str, &[&str])] = &[
         ],
     ),
     ("request_timeout_s", &["service::a_handler_that_takes_too_long_is_ended_and_what_it_computes_stops"]),
-    ("header_timeout_s", &["limits::a_header_that_does_not_end_closes_the_connection"]),
+    (
+        "header_timeout_s",
+        &[
+            "limits::a_header_that_does_not_end_closes_the_connection",
+            "http2::a_connection_without_a_request_is_closed",
+        ],
+    ),
     ("body_pause_timeout_s", &["limits::a_body_that_stops_coming_is_given_up"]),
-    ("answer_pause_timeout_s", &["observation::a_client_that_takes_nothing_of_its_answer_is_left"]),
+    (
+        "answer_pause_timeout_s",
+        &[
+            "observation::a_client_that_takes_nothing_of_its_answer_is_left",
+            "http2::a_client_that_opens_no_window_for_its_answer_is_left",
+        ],
+    ),
     ("webhook_timeout_s", &["webhooks::neither_silence_nor_a_flood_holds_the_service"]),
 ];
 
 const SOURCES: &[(&str, &str)] = &[
     ("forward", include_str!("forward.rs")),
+    ("http2", include_str!("http2.rs")),
     ("limits", include_str!("limits.rs")),
     ("limits_beyond", include_str!("limits_beyond.rs")),
     ("observation", include_str!("observation.rs")),

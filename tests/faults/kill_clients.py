@@ -212,7 +212,7 @@ def replace(name):
         client = Client()
         while not stop.is_set():
             current = client.ask("GET", f"/v1/machines/{name}")
-            if current:
+            if current and current[0] in (200, 404):
                 put(client, ledger, name, current[1]["etag"] if current[0] == 200 else None)
 
     return replaces
@@ -225,7 +225,7 @@ def delete_machines(ledger, stop, _chance, name="comes-and-goes"):
         current = client.ask("GET", f"/v1/machines/{name}")
         if current and current[0] == 404:
             put(client, ledger, name)
-        elif current:
+        elif current and current[0] == 200:
             answer = client.ask("DELETE", f"/v1/machines/{name}", headers={"If-Match": current[1]["etag"]})
             with ledger.lock:
                 if answer and answer[0] == 204:
@@ -263,7 +263,7 @@ def calibrate(ledger, stop, _chance):
         while (key := ledger.waiting("apply")) or (id := ledger.waiting("to-apply")):
             if key is None:
                 current = client.ask("GET", f"/v1/machines/{CALIBRATED}")
-                if current is None:
+                if current is None or current[0] != 200:
                     ledger.open["to-apply"].append(id)
                     break
                 key = f"apply-{ledger.number()}"
