@@ -86,10 +86,12 @@ pub(super) async fn simulate_servo(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     let (kind, caller) = (choose(&parts.headers, OFFERS)?, caller(&parts.extensions)?);
+    // One that is none is refused whatever the path is.
+    let key = key(&parts)?;
     let Json(request) =
         Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
     if let ServoPathDoc::Program { .. } = &request.path {
-        return Box::pin(program(&app, &caller, &parts, &request, kind)).await;
+        return Box::pin(program(&app, &caller, (&parts, key), &request, kind)).await;
     }
     let (revision, work, ()) =
         work(&app, &caller, request.options(), |task, faults| request.apply(task, faults)).await?;
@@ -106,14 +108,13 @@ pub(super) async fn simulate_servo(
 async fn program(
     app: &AppState,
     caller: &Caller,
-    parts: &Parts,
+    (parts, key): (&Parts, Option<String>),
     request: &SimulationRequest,
     kind: &str,
 ) -> Result<Response, Problem> {
     let ServoPathDoc::Program { text, file_name, interpolation, dialect, plane } = &request.path else {
         return Err(Problem::internal(&"only a program is a program"));
     };
-    let key = key(parts)?;
     if let Some(machine_id) = &request.machine_id {
         caller.must_reach(machine_id)?;
     }
