@@ -555,6 +555,11 @@ async fn a_program_in_the_path_is_the_same_program() {
     assert_eq!(key("a", &body).await.unwrap().headers()["location"], job);
     let other = with(body.clone(), &json!({"sample_period_s": 0.002}));
     problem(key("a", &other).await.unwrap(), "idempotency-key-reused").await;
+    // One that is none is refused, also where nothing would be kept under it.
+    let circle = json!({"machine_id": "example-ac-table", "path": {"kind": "xc-circle", "radius_mm": 60.0}, "feed_mm_per_min": 1800.0});
+    for path in [&body, &circle] {
+        problem(key(&"a".repeat(256), path).await.unwrap(), "malformed-request").await;
+    }
     for (change, pointer) in [
         (json!({"laps": 2}), "/laps"),
         (json!({"machine_id": null}), "/machine_id"),
