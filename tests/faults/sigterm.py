@@ -16,7 +16,7 @@ from service import MACHINE, Service, cc_job, program, workplace
 
 PORT = 8924
 LIMIT_S = 8.0
-BLOCKS = 2_000_000
+BLOCKS = 5_000_000
 
 
 def runaway(external_id):
