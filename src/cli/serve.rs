@@ -238,7 +238,7 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     }
 }
 
-/// How long headers and peers that may be gone are waited for, and how much of a header is kept.
+/// How long a header is waited for with HTTP/1.1, and how much of one is kept with either.
 #[derive(Debug, Clone, Copy)]
 struct Headers {
     timeout: Duration,
