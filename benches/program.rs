@@ -124,7 +124,7 @@ fn main() {
     let mut batches = Vec::new();
     read_through(&typical, |batch| batches.push(batch.clone()));
     let interpreting = best_seconds(|| {
-        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::in_mm());
         for batch in &batches {
             motions.clear();
             interpreter.interpret(black_box(&mut batch.clone()), &mut motions, &mut diagnostics);
@@ -134,7 +134,7 @@ fn main() {
     let million_blocks = BLOCKS as f64 / 1e6;
     println!("interpreter          {:8.1} M blocks/s", million_blocks / interpreting);
     let both = best_seconds(|| {
-        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::in_mm());
         read_through(&typical, |batch| {
             motions.clear();
             interpreter.interpret(&mut batch.clone(), &mut motions, &mut diagnostics);

@@ -15,6 +15,35 @@ pub const MM_PER_INCH: f64 = 25.4;
 /// Seconds in a minute.
 pub const S_PER_MIN: f64 = 60.0;
 
+/// A unit of length that programs count in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimetres.
+    Millimetre,
+    /// Inches.
+    Inch,
+}
+
+impl LengthUnit {
+    /// Its length \[mm\].
+    #[must_use]
+    pub const fn mm(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Inch => MM_PER_INCH,
+        }
+    }
+
+    /// The name in the contract.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Inch => "inch",
+        }
+    }
+}
+
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*

@@ -39,7 +39,7 @@ fn read(dialect: Option<Dialect>, text: &[u8], chunk: usize, machine: &Machine) 
         batch_bytes: BATCH_BYTES,
     };
     let mut reader = Reader::new(dialect, limits);
-    let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(machine, InterpreterOptions::in_mm());
     let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
     let (mut bytes, mut blocks) = (Vec::new(), Vec::new());
     let mut chunks = text.chunks(chunk.max(1));

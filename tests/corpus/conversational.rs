@@ -48,7 +48,7 @@ fn batches(text: &[u8], dialect: Option<Dialect>, chunk: usize) -> Vec<Batch> {
 }
 
 fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
-    let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(machine, InterpreterOptions::in_mm());
     let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
     for mut batch in batches(text, None, 64 * 1024) {
         interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);

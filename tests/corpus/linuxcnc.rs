@@ -102,7 +102,7 @@ const BAD_ALONE: [(&str, &str); 3] = [
 fn follow(text: &[u8]) -> (Vec<Motion>, Diagnostics) {
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
-    let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(&machine, InterpreterOptions::in_mm());
     let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
     reader.feed(text);
     reader.finish();

@@ -110,7 +110,7 @@ fn ends(text: &str, dialect: Dialect) -> Vec<AxisWords> {
     let mut reader = Reader::new(Some(dialect), ReadLimits::default());
     reader.feed(text.as_bytes());
     reader.finish();
-    let mut interpreter = Interpreter::new(&machine("ac-table"), InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(&machine("ac-table"), InterpreterOptions::in_mm());
     let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
     while reader.next_batch(&mut batch).expect("blocks") {
         interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
@@ -298,7 +298,7 @@ proptest! {
 
     #[test]
     fn no_text_gives_places_that_are_no_numbers(text in program_text()) {
-        let mut interpreter = Interpreter::new(&machine("ac-table"), InterpreterOptions::default());
+        let mut interpreter = Interpreter::new(&machine("ac-table"), InterpreterOptions::in_mm());
         let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
         for mut batch in read(&text, usize::MAX) {
             interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);

@@ -114,7 +114,7 @@ fn law(tokens: &[&str], dialect: Dialect, chunk: usize) -> Result<(), TestCaseEr
     let read = batches(text.as_bytes(), dialect, usize::MAX >> 1);
     let printed: Vec<u8> = read.iter().flat_map(|batch| batch.text().to_vec()).collect();
     prop_assert_eq!(printed, text.as_bytes());
-    let mut interpreter = Interpreter::new(&ac_machine(), InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(&ac_machine(), InterpreterOptions::in_mm());
     let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
     let mut line = 1;
     for batch in &read {

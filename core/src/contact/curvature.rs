@@ -58,7 +58,7 @@ impl SourceBlock<'_> {
                 radial_mm: between(radial_mm),
             },
         };
-        curvature_bound_mm(self.kinematics, &self.tool, self.mode, segment.ends.each_ref(), &swing)
+        curvature_bound_mm(&self.kinematics, &self.tool, self.mode, segment.ends.each_ref(), &swing)
     }
 }
 

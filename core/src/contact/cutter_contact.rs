@@ -66,8 +66,9 @@ pub struct Touch {
     pub contact: CutterContact,
     /// Distance of the stated point from the tool's surface \[mm\]; 0 where it is on it by construction.
     pub off_tool_mm: f64,
-    /// Whether n ∥ t left the contact's side open and the feed direction decided.
-    pub side_assumed: bool,
+    /// The normal lies along the axis of a bull-nose or flat cutter: its whole flat touches, on no side, and the tip stands
+    /// for it.
+    pub is_open: bool,
 }
 
 /// Why a stated contact cannot be one.
@@ -92,18 +93,15 @@ impl Touch {
     /// round away.
     pub const ON_TOOL_MM: f64 = 0.005;
 
-    /// The contact of `tool` at a point where the part's normal is `normal` (any length), in W. `feed_direction`
-    /// decides the side where the normal lies along the tool axis.
+    /// The tool tip stands for the contact.
+    pub const TIP: Self = Self { contact: CutterContact::Tip, off_tool_mm: 0.0, is_open: false };
+
+    /// The contact of `tool` at a point where the part's normal is `normal` (any length), in W.
     ///
     /// # Errors
     /// A zero normal, or one that points away from the tool (n·t < 0, an undercut).
     #[inline]
-    pub fn from_normal(
-        tool: &Tool,
-        pose: &ToolPose,
-        normal: Vec3,
-        feed_direction: Option<Vec3>,
-    ) -> Result<Self, ContactFault> {
+    pub fn from_normal(tool: &Tool, pose: &ToolPose, normal: Vec3) -> Result<Self, ContactFault> {
         let length = normal.norm();
         if !(length > f64::MIN_POSITIVE && length.is_finite()) {
             return Err(ContactFault::ZeroNormal { length });
@@ -111,12 +109,10 @@ impl Touch {
         let direction = normal / length;
         check_undercut(direction, pose.axis)?;
         if !tool.is_ball() && angle_between(direction, pose.axis) < OPEN_ANGLE_RAD {
-            let inward = leading_side(pose.axis, feed_direction);
-            let offset = CutterContact::Offset { axial_mm: 0.0, radial_mm: tool.core_radius().mm(), inward };
-            return Ok(Self { contact: offset, off_tool_mm: 0.0, side_assumed: true });
+            return Ok(Self { is_open: true, ..Self::TIP });
         }
         let contact = CutterContact::Normal { direction, magnitude: 1.0 };
-        Ok(Self { contact, off_tool_mm: 0.0, side_assumed: false })
+        Ok(Self { contact, off_tool_mm: 0.0, is_open: false })
     }
 
     /// The contact of `tool` stated by the point `contact_mm` in W (§2 "Back from a contact point"): by its
@@ -124,22 +120,17 @@ impl Touch {
     ///
     /// # Errors
     /// A point on the tool whose normal points away from it (n·t < 0, an undercut).
-    pub fn from_point(
-        tool: &Tool,
-        pose: &ToolPose,
-        contact_mm: Vec3,
-        feed_direction: Option<Vec3>,
-    ) -> Result<Self, ContactFault> {
+    pub fn from_point(tool: &Tool, pose: &ToolPose, contact_mm: Vec3) -> Result<Self, ContactFault> {
         let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
         let to_tip = pose.tip_mm - contact_mm;
         let radial = across(to_tip, pose.axis);
         let (axial_mm, radial_mm) = (-to_tip.dot(&pose.axis), radial.norm());
         let open = radial_mm < CutterContact::ON_AXIS_MM;
-        let inward = if open { leading_side(pose.axis, feed_direction) } else { radial / radial_mm };
+        let inward = if open { any_side(pose.axis) } else { radial / radial_mm };
         let carried = |off_tool_mm| Self {
             contact: CutterContact::Offset { axial_mm, radial_mm, inward },
             off_tool_mm,
-            side_assumed: false,
+            is_open: false,
         };
         if core > 0.0 && (radial_mm <= core || corner == 0.0) {
             // On or above the flat end, or off the edge of a flat cutter.
@@ -156,16 +147,8 @@ impl Touch {
         let direction = scaled_normal / length;
         check_undercut(direction, pose.axis)?;
         let contact = CutterContact::Normal { direction, magnitude: length / corner };
-        Ok(Self { contact, off_tool_mm, side_assumed: false })
+        Ok(Self { contact, off_tool_mm, is_open: false })
     }
-}
-
-/// P0's rule from the feed direction, mended (§2): `n = (t − (t·Ê)Ê)/|…|`, E the chord of the neighbouring tips in
-/// W, forward. `None` where the tool moves along its own axis and the rule has no answer.
-#[must_use]
-#[inline]
-pub fn feed_plane_normal(axis: Vec3, feed_direction: Vec3) -> Option<Vec3> {
-    across(axis, feed_direction).try_normalize(OPEN_ANGLE_RAD)
 }
 
 #[inline]
@@ -176,11 +159,10 @@ fn check_undercut(direction: Vec3, axis: Vec3) -> Result<(), ContactFault> {
     Ok(())
 }
 
-/// `m = −(Ê − (Ê·t)t)/|…|`: contact on the leading side. Without a feed direction across t any side, repeatably.
-fn leading_side(axis: Vec3, feed_direction: Option<Vec3>) -> Vec3 {
-    feed_direction
-        .and_then(|feed| across(-feed, axis).try_normalize(OPEN_ANGLE_RAD))
-        .or_else(|| across(Vec3::x(), axis).try_normalize(0.1))
+/// A side for a contact on the tool's own axis, which lies on none: the same one for the same axis.
+fn any_side(axis: Vec3) -> Vec3 {
+    across(Vec3::x(), axis)
+        .try_normalize(0.1)
         .or_else(|| across(Vec3::y(), axis).try_normalize(0.1))
         .unwrap_or_else(Vec3::x)
 }

@@ -3,6 +3,7 @@
 //! Everything here is on motions, not on text: a block is a [`Segment`] between two [`Station`]s, the contact is
 //! carried between its ends by a [`Carry`], and the line it should follow is the [`ContactLine`] of the source.
 
+mod assumed;
 mod carry;
 mod curvature;
 mod cutter_body;
@@ -17,9 +18,10 @@ mod sampling;
 mod segment;
 mod subdivision;
 
+pub use assumed::{feed_direction, feed_plane_normal};
 pub use carry::Carry;
 pub use cutter_body::{CutterBody, CutterBodyFault};
-pub use cutter_contact::{ContactFault, CutterContact, Touch, feed_plane_normal};
+pub use cutter_contact::{ContactFault, CutterContact, Touch};
 pub use deviation::{ContactLine, Deviation};
 pub use effort::{Effort, EffortEnd};
 pub use feed::{BlockTime, block_time_s, feed_word};

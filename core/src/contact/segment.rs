@@ -1,5 +1,7 @@
 //! A block as motion: two stations and what the machine does between them.
 
+use std::sync::Arc;
+
 use super::{Carry, ContactLine};
 use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Kinematics, ToolPose};
@@ -45,7 +47,7 @@ pub struct SourceBlock<'a> {
     /// The machine.
     pub machine: &'a Machine,
     /// The machine with its set-up.
-    pub kinematics: &'a Kinematics,
+    pub kinematics: Arc<Kinematics>,
     /// The cutter.
     pub tool: Tool,
     /// Who interpolates: the axes, or the tip in W.
@@ -72,7 +74,7 @@ impl<'a> SourceBlock<'a> {
     #[must_use]
     pub fn new(
         machine: &'a Machine,
-        kinematics: &'a Kinematics,
+        kinematics: &Arc<Kinematics>,
         tool: Tool,
         mode: Interpolation,
         ends: [Station; 2],
@@ -85,7 +87,7 @@ impl<'a> SourceBlock<'a> {
             pose.tip_mm + carry.at(&tool, u, pose.axis).offset_mm
         };
         let line = ContactLine::new(contact(0), contact(1));
-        Self { machine, kinematics, tool, mode, ends, carry, line }
+        Self { machine, kinematics: Arc::clone(kinematics), tool, mode, ends, carry, line }
     }
 
     /// The whole block as the machine runs it.
@@ -104,7 +106,7 @@ impl<'a> SourceBlock<'a> {
     /// the tip straight in W.
     #[must_use]
     pub fn pose_at(&self, segment: &Segment, s: f64) -> ToolPose {
-        Station::new(self.machine, self.kinematics, self.mode, interpolate(&segment.ends, s)).pose
+        Station::new(self.machine, &self.kinematics, self.mode, interpolate(&segment.ends, s)).pose
     }
 }
 

@@ -123,7 +123,7 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
     let mut words = block.words_at(fraction);
     let (rotary_deg, written_axis) = resolution.turned(block, words.rotary_deg);
     words.rotary_deg = rotary_deg;
-    let pose = Station::new(block.machine, block.kinematics, block.mode, words).pose;
+    let pose = Station::new(block.machine, &block.kinematics, block.mode, words).pose;
     let tip_mm = repaired_tip_mm(block, correction, fraction, &pose);
     let exact = match block.mode {
         Interpolation::Machine => {
@@ -133,7 +133,7 @@ fn node(block: &SourceBlock<'_>, correction: Correction, fraction: f64, resoluti
     };
     let linear_mm = resolution.linear_mm(exact.into());
     let written = AxisWords { linear_mm, rotary_deg: words.rotary_deg };
-    let station = Station::new(block.machine, block.kinematics, block.mode, written);
+    let station = Station::new(block.machine, &block.kinematics, block.mode, written);
     let contact_mm = tip_mm + block.carry.at(&block.tool, fraction, pose.axis).offset_mm;
     Node { fraction, station, contact_mm, written_axis }
 }
@@ -149,19 +149,19 @@ pub fn segments<'n>(block: &SourceBlock<'_>, nodes: &'n [Node]) -> impl Iterator
     })
 }
 
-/// The fewest equal parts that keep the block within `tolerance_mm` of its source line everywhere, from
-/// `⌈√(ε_max/tol)⌉` upward (§2 "Output", `minimal`), with the words rounded as they will be written.
+/// The fewest equal parts that `proof` accepts, from `⌈√(ε_max/tol)⌉` upward (§2 "Output", `minimal`), with the words rounded
+/// as they will be written. [`prove`] is the proof that they keep the block within a tolerance of its source line.
 ///
 /// # Errors
-/// The smallest deviation that any tried division reached, where none kept the tolerance: the decimals, or the
-/// correction, cannot; or that the effort is over.
+/// The smallest deviation that any tried division reached, where none was accepted: the decimals, or the correction,
+/// cannot; or that the effort is over.
 pub fn divide(
     block: &SourceBlock<'_>,
     correction: Correction,
-    max_deviation_mm: f64,
-    tolerance_mm: f64,
+    [max_deviation_mm, tolerance_mm]: [f64; 2],
     resolution: &Resolution,
     effort: &mut Effort<'_>,
+    mut proof: impl FnMut(&[Node], &mut Effort<'_>) -> Result<(), f64>,
 ) -> Result<Vec<Node>, f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before the cast")]
     let first = (max_deviation_mm / tolerance_mm).sqrt().ceil().clamp(2.0, f64::from(MAX_PARTS) + 1.0) as u32;
@@ -170,7 +170,7 @@ pub fn divide(
     }
     let mut attempt = |parts: u32| {
         let nodes = nodes(block, correction, parts, resolution, effort);
-        prove(block, &nodes, tolerance_mm, effort).map(|()| nodes)
+        proof(&nodes, effort).map(|()| nodes)
     };
     let mut reachable_mm = max_deviation_mm;
     let mut parts = first;

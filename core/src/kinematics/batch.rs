@@ -115,6 +115,21 @@ impl PoseLanes {
         lanes
     }
 
+    /// No lanes any more; their memory stays.
+    pub fn clear(&mut self) {
+        for lane in self.each_mut() {
+            lane.clear();
+        }
+    }
+
+    /// Adds the lanes of others at the end.
+    pub fn extend(&mut self, other: &Self) {
+        let others = [&other.x_mm, &other.y_mm, &other.z_mm, &other.i, &other.j, &other.k];
+        for (lane, other) in self.each_mut().into_iter().zip(others) {
+            lane.extend_from_slice(other);
+        }
+    }
+
     /// The pose of one lane.
     #[inline]
     pub(crate) fn pose(&self, index: usize) -> ToolPose {

@@ -34,6 +34,8 @@ const NAMES_AXES: [u32; 3] = [431, 500, 501];
 const END_OF_ROTATION: u32 = 690;
 /// G15, which on some controls selects a work coordinate system by its H.
 const POLAR_END: u32 = 150;
+/// The same as a work offset: `G15 H2`.
+const OFFSET_BY_H: u16 = 150;
 /// G50.1 and G51.1.
 const MIRRORS: [u32; 2] = [501, 511];
 /// G107: on with an axis, whatever the value beside its letter; off without.
@@ -298,7 +300,9 @@ impl Interpreter {
                 | Code::Transform(..)
                 | Code::ToolOffset
                 | Code::RoundsCorners(_)
-                | Code::VectorsInMachine(_) => self.set_mode(code, index),
+                | Code::VectorsInMachine(_)
+                | Code::ExactStop(_)
+                | Code::ExactStopHere => self.set_mode(code, index),
                 Code::NoMotion => also(&mut action, Action::Consume),
                 Code::WriteOffsets => {
                     self.write_offsets();
@@ -380,12 +384,7 @@ impl Interpreter {
         match code {
             Code::Plane(plane) => self.modal.plane = Some(plane),
             Code::Incremental(incremental) => self.modal.incremental = Some(incremental),
-            Code::Units(mm_per_unit) => {
-                if self.modal.mm_per_unit != Some(mm_per_unit) {
-                    self.modal.void_feed();
-                }
-                self.modal.mm_per_unit = Some(mm_per_unit);
-            }
+            Code::Units(mm_per_unit) => self.set_unit(mm_per_unit),
             Code::Feed(mode) => {
                 if self.modal.feed_mode != Some(mode) {
                     self.modal.void_feed();
@@ -422,7 +421,7 @@ impl Interpreter {
                 if self.block.g_codes[index] == POLAR_END && self.block.has(Address::H) =>
             {
                 self.transform(Transformation::PolarWords, false);
-                self.set_work_offset(self.numbered(POLAR_END, Address::H));
+                self.set_work_offset(self.numbered(OFFSET_BY_H, Address::H));
             }
             Code::Transform(Transformation::Mirror, on) if MIRRORS.contains(&self.block.g_codes[index]) => {
                 self.mirror(on);
@@ -438,6 +437,8 @@ impl Interpreter {
             }
             Code::RoundsCorners(on) => self.modal.rounds_corners = on,
             Code::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
+            Code::ExactStop(on) => self.modal.exact_stop = on,
+            Code::ExactStopHere => self.this_block.exact_stop = true,
             _ => {}
         }
     }
@@ -483,7 +484,7 @@ impl Interpreter {
 
     /// The meaning of a G code in this block. In ISO programs, where no G0 to G3 says how the block moves, G70 and G71 are cycles
     /// beside words of cycles: of turning (P Q) or of holes in a circle (I J K L); G11 and G62 beside axis words are frames.
-    fn code(&self, index: usize) -> Code {
+    pub(super) fn code(&self, index: usize) -> Code {
         let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
         let is_other = self.dialect == Dialect::Iso
             && match tenths {

@@ -1,30 +1,48 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
 use super::codes::{MCode, code_of, keyword_of, m_meaning};
-use super::modal::{FirstOffset, Modal, MotionMode, ToolLength};
+use super::modal::{FirstShift, Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
-use super::{Decimals, Motion, Unfollowable};
+use super::unit::UnitFrom;
+use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
 use crate::machine::{Machine, Side};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
     Diagnostics, Dialect, Excerpt, Keyword, Word, WordForm,
 };
+use crate::units::LengthUnit;
+use std::sync::Arc;
 
 /// How a program is to be taken where the text alone does not say.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct InterpreterOptions {
     /// Feed in G94 before the first F word [mm/min]; motions take it rounded to few decimals of the program's unit.
     /// Where F is given but its number is not known, or does not hold any more, it is not used.
     pub feed_mm_per_min: Option<f64>,
     /// Whether the caller says what the control interpolates: motions behind M428 to M430 can be followed then.
     pub interpolation_stated: bool,
+    /// The unit of a program that does not state one; tables count in millimetres all the same.
+    pub unit: Option<LengthUnit>,
+    /// Where the axes stand before the first block, as words in the first work offset: X Y Z \[mm\], the rotaries in the
+    /// profile's order \[deg\].
+    pub start: [Option<f64>; 5],
+    /// Where the work offsets are.
+    pub work_offsets: Arc<WorkOffsets>,
+}
+
+impl InterpreterOptions {
+    /// A program that counts in millimetres unless it says otherwise; nothing else is stated.
+    #[must_use]
+    pub fn in_mm() -> Self {
+        Self { unit: Some(LengthUnit::Millimetre), ..Self::default() }
+    }
 }
 
 /// A control that reads a program batch after batch, in the program's order.
 ///
-/// It starts in G90 G21 G94 G17 G40 G49 G54 (conversational programs: before any preset) with no position known. A call (M98, G65, an O word's `call`) leaves
+/// It starts in G90 G94 G17 G40 G49, with the unit, the work offset and the positions that the caller states. A call (M98, G65, an O word's `call`) leaves
 /// every modal group unknown until a word sets it again, and every position until an absolute word does.
 #[derive(Debug, Clone)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about the course of the program")]
@@ -40,8 +58,16 @@ pub struct Interpreter {
     pub(super) foreign_address: Address,
     /// A rotary axis carries the tool.
     pub(super) has_head_axis: bool,
-    /// Work offset and shifts at the first complete point.
-    pub(super) first_offset: FirstOffset,
+    /// How the zero was shifted at the first complete point.
+    pub(super) first_shift: FirstShift,
+    /// The work offset of that point; where none was named there, the one that is named next.
+    pub(super) only_offset: Option<WorkOffset>,
+    /// Who says in which unit the program counts.
+    pub(super) unit_from: UnitFrom,
+    /// Line of the block at hand.
+    pub(super) line: u64,
+    /// First line where the text states another unit than the caller.
+    pub(super) unit_disagrees_at: Option<u64>,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
     /// The block before made a motion that axis words alone would make again: see `repetition`.
@@ -234,7 +260,11 @@ impl Interpreter {
             rotary_addresses,
             foreign_address,
             has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
-            first_offset: FirstOffset::NoPoint,
+            first_shift: FirstShift::NoPoint,
+            only_offset: None,
+            unit_from: UnitFrom::Nobody,
+            line: 0,
+            unit_disagrees_at: None,
             corner_open: false,
             repeats: false,
             states_vector: false,
@@ -379,6 +409,10 @@ impl Interpreter {
             }
         }
         self.begin_block();
+        self.line = block.line;
+        if self.unit_from == UnitFrom::Nobody {
+            self.ask_for_unit(batch, block, diagnostics);
+        }
         let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
         match batch.dialect() {
@@ -443,6 +477,11 @@ impl Interpreter {
 
     /// Whether an O number now starts another program.
     pub(super) fn is_under_way(&self) -> bool {
+        self.has_motions
+    }
+
+    /// Whether the program has moved so far.
+    pub(super) fn has_motions(&self) -> bool {
         self.has_motions
     }
 

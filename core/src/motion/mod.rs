@@ -1,7 +1,8 @@
 //! What a program means on one machine: motions with start, end, feed and source line, under the modal state of a
 //! control whose every value may be unknown.
 //!
-//! A program starts in G90 G21 G94 G17 with no position known. What cannot be followed is said to be so and left
+//! A program starts in G90 G94 G17. Its unit, its work offsets and where its axes stand are known where the text or the caller
+//! states them. What cannot be followed is said to be so and left
 //! alone; nothing is guessed.
 
 mod codes;
@@ -40,7 +41,9 @@ mod tool_axis;
 mod tool_length;
 mod travel;
 mod unfollowable;
+mod unit;
 mod words;
+mod work_offset;
 
 pub use feed::{Feed, FeedMode};
 pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};
@@ -48,3 +51,4 @@ pub use interpreter::{Interpreter, InterpreterOptions};
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
 pub use unfollowable::{ModalGroup, Unfollowable};
 pub use words::{AxisWords, ContactWords, Decimals, Extra};
+pub use work_offset::{WorkOffset, WorkOffsets};

@@ -1,7 +1,7 @@
 //! The modal state of a control. `None` is a value that is not known.
 
 use super::sections::behind;
-use super::{FeedMode, ModalGroup, Unfollowable};
+use super::{FeedMode, ModalGroup, Unfollowable, WorkOffset};
 
 /// The motion group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,21 +73,20 @@ pub(super) enum ModalFeed {
     Given(f64, u8),
 }
 
-/// Where the program's zero is, as far as the text says.
+/// How the program's zero is shifted in its work offset, as far as the text says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Offset {
-    code: u32,
+pub(super) struct Shift {
     shifts: u32,
     datum_mm: [f64; 3],
 }
 
-/// The work offset at the program's first complete point.
+/// The shift at the program's first complete point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum FirstOffset {
-    /// There was none yet.
+pub(super) enum FirstShift {
+    /// There was no such point yet.
     NoPoint,
     /// This one, or one that was not known.
-    At(Option<Offset>),
+    At(Option<Shift>),
 }
 
 /// All that is modal but for positions.
@@ -109,8 +108,8 @@ pub(super) struct Modal {
     /// Axes that G51.1 has mirrored, and that cycle 26 scales, by their bits; all bits where nobody knows which.
     pub(super) mirrored_axes: u32,
     pub(super) scaled_axes: u32,
-    /// The work offset, as code and P number in one; G54 at the start.
-    pub(super) work_offset: Option<u32>,
+    /// The work offset in force.
+    pub(super) work_offset: Option<WorkOffset>,
     /// Changes when G92, G52 or G10 move an offset.
     pub(super) shifts: u32,
     /// What TRANS and ATRANS add to the words X Y Z \[mm\].
@@ -125,6 +124,8 @@ pub(super) struct Modal {
     pub(super) vectors_in_machine: bool,
     /// M83.
     pub(super) relative_extruder: bool,
+    /// G61: the machine stops at the end of every block.
+    pub(super) exact_stop: bool,
     pub(super) feed: ModalFeed,
     /// The datum shift of a conversational program \[mm\].
     pub(super) datum_mm: [Option<f64>; 3],
@@ -142,16 +143,13 @@ pub(super) struct Modal {
     pub(super) axis_stated: bool,
 }
 
-/// G54.
-pub(super) const FIRST_WORK_OFFSET: u32 = 540 << 16;
-
 impl Modal {
-    /// G0-less start: G90 G21 G94 G17 G40 G49 G54, no transformation, no motion mode.
+    /// G0-less start: G90 G94 G17 G40 G49, no unit, no work offset named, no transformation, no motion mode.
     pub(super) const START: Self = Self {
         motion: None,
         plane: Some(2),
         incremental: Some(false),
-        mm_per_unit: Some(1.0),
+        mm_per_unit: None,
         feed_mode: Some(FeedMode::PerMinute),
         compensation: Some(false),
         tool_length: Some(ToolLength::Plain),
@@ -160,7 +158,7 @@ impl Modal {
         macro_call: Some(false),
         mirrored_axes: 0,
         scaled_axes: 0,
-        work_offset: Some(FIRST_WORK_OFFSET),
+        work_offset: Some(WorkOffset::Unnamed),
         shifts: 0,
         program_offset_mm: Some([0.0; 3]),
         edge: None,
@@ -168,6 +166,7 @@ impl Modal {
         rounds_corners: false,
         vectors_in_machine: false,
         relative_extruder: false,
+        exact_stop: false,
         feed: ModalFeed::NeverGiven,
         datum_mm: [Some(0.0); 3],
         shortest_path: false,
@@ -211,10 +210,10 @@ impl Modal {
         self.datum_mm = [None; 3];
     }
 
-    /// The work offset with its shifts, if all of it is known.
-    pub(super) fn offset(&self) -> Option<Offset> {
+    /// How the zero is shifted in the work offset, if both are known.
+    pub(super) fn shift(&self) -> Option<Shift> {
         let [Some(x), Some(y), Some(z)] = self.datum_mm else { return None };
-        Some(Offset { code: self.work_offset?, shifts: self.shifts, datum_mm: [x, y, z] })
+        self.work_offset.map(|_| Shift { shifts: self.shifts, datum_mm: [x, y, z] })
     }
 
     /// Another unit or sense of F: the number that stands means nothing any more.
@@ -268,6 +267,7 @@ impl Modal {
             length_number,
             rounds_corners,
             vectors_in_machine,
+            exact_stop,
             rotary_feed_in_mm
         )
     }
@@ -302,6 +302,7 @@ impl Modal {
             rounds_corners: self.rounds_corners || skipped.rounds_corners,
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
+            exact_stop: self.exact_stop || skipped.exact_stop,
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
             shortest_path: self.shortest_path || skipped.shortest_path,

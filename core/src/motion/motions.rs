@@ -1,6 +1,6 @@
 //! One motion, as the compensator takes it.
 
-use super::{AxisWords, ContactWords, Decimals, Extra, Feed, Unfollowable};
+use super::{AxisWords, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
 
 /// The kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +84,13 @@ pub struct Motion {
     pub program_decimals: Decimals,
     /// Why it has to be left alone, if so.
     pub unfollowable: Option<Unfollowable>,
-    /// Another work offset than at the program's first complete point is active, or one that is not known (G92,
-    /// G52, G10 since then).
+    /// The work offset is not the one of the program's first complete point, and nobody states it; or it is shifted in a way
+    /// that is not known (G92, G52, G10 since that point).
     pub offset_changed: bool,
+    /// The work offset in force; `None` where it is not known.
+    pub work_offset: Option<WorkOffset>,
+    /// The machine stops at its end (G60, G61, G9).
+    pub exact_stop: bool,
+    /// It is the one of the program's first complete point, or the one in force before the program names any.
+    pub is_only_offset: bool,
 }

@@ -1,7 +1,8 @@
 //! Where the program's zero is, and how its axes are turned, scaled and mirrored.
 
+use super::WorkOffset;
 use super::interpreter::{AXES, Interpreter};
-use super::modal::Transformation;
+use super::modal::{FirstShift, Transformation};
 use crate::program::{Address, Dialect};
 
 /// G54.2 and G54.4: modes of their own, not work offsets.
@@ -32,15 +33,25 @@ impl Interpreter {
             return self.set_transformation(mode, on);
         }
         let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
-        let offset = if has_p { self.numbered(code, Address::P) } else { Some(code << 16) };
+        let offset = match u16::try_from(code) {
+            Ok(tenths) if has_p => self.numbered(tenths, Address::P),
+            Ok(tenths) => Some(WorkOffset::Code(tenths)),
+            Err(_) => None,
+        };
         self.set_work_offset(offset);
     }
 
-    /// A work offset that this word tells apart from others of its code; none where it cannot be read.
-    pub(super) fn numbered(&self, code: u32, address: Address) -> Option<u32> {
-        let number = self.block.value(address).filter(|number| (0.0..60_000.0).contains(number))?;
+    /// The work offset that this word tells apart from others of its code; `None` where it cannot be read.
+    pub(super) fn numbered(&self, tenths: u16, address: Address) -> Option<WorkOffset> {
+        self.number_of(address).map(|number| WorkOffset::numbered(tenths, number))
+    }
+
+    /// The whole number of a word, if it is one.
+    pub(super) fn number_of(&self, address: Address) -> Option<u16> {
+        let number = self.block.value(address)?;
+        let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-        Some((code << 16) + 1 + number as u32)
+        is_whole.then_some(number as u16)
     }
 
     /// G51.1 mirrors the axes it names, G50.1 takes it back for those it names; without any, for all.
@@ -54,11 +65,41 @@ impl Interpreter {
         self.transform(Transformation::Mirror, self.modal.mirrored_axes != 0);
     }
 
-    pub(super) fn set_work_offset(&mut self, offset: Option<u32>) {
-        if offset.is_none() || offset != self.modal.work_offset {
+    pub(super) fn set_work_offset(&mut self, offset: Option<WorkOffset>) {
+        let before = self.modal.work_offset;
+        self.modal.work_offset = offset;
+        if let (FirstShift::At(_), None, Some(named)) = (self.first_shift, self.only_offset, offset) {
+            self.only_offset = Some(named);
+        }
+        if offset.is_some() && offset == before {
+            return;
+        }
+        // Offsets that are stated differ in X Y Z alone: rotary axes stay where they are.
+        let is_stated = |offset: Option<WorkOffset>| {
+            offset.is_some_and(|offset| {
+                self.options.work_offsets.of(offset, self.is_only_offset(offset)).is_some()
+            })
+        };
+        if is_stated(before) && is_stated(offset) {
+            self.position.forget_linear();
+        } else {
             self.position.forget_axes();
         }
-        self.modal.work_offset = offset;
+        if !self.has_motions() {
+            self.stand_at_start();
+        }
+    }
+
+    /// Whether this is the offset of the program's first point, or the one that was in force before it named any.
+    pub(super) fn is_only_offset(&self, offset: WorkOffset) -> bool {
+        offset == WorkOffset::Unnamed || self.only_offset.is_none_or(|only| only == offset)
+    }
+
+    /// The axes stand where the caller says that they do at the start.
+    pub(super) fn stand_at_start(&mut self) {
+        for (axis, start) in self.position.axes.iter_mut().zip(self.options.start) {
+            *axis = start.or(*axis);
+        }
     }
 
     pub(super) fn transform(&mut self, which: Transformation, on: bool) {

@@ -195,7 +195,7 @@ mod tests {
     fn motions(dialect: Dialect, text: &str, line_by_line: bool) -> Vec<Motion> {
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
-        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::in_mm());
         let (mut batch, mut diagnostics) = (Batch::new(), Diagnostics::new());
         let (mut all, mut new) = (Vec::new(), Vec::new());
         let mut take = |reader: &mut Reader, interpreter: &mut Interpreter| {

@@ -5,8 +5,10 @@ use super::codes::Statement;
 use super::execute::Action;
 use super::interpreter::{AXES, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
-use super::{FeedMode, Unfollowable};
+use super::unit::UnitFrom;
+use super::{FeedMode, Unfollowable, WorkOffset};
 use crate::program::{Address, Dialect, Keyword};
+use crate::units::LengthUnit;
 
 /// What a block says that holds for it alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -40,6 +42,8 @@ pub(super) struct ThisBlock {
     pub(super) forgets_linear: bool,
     /// Axes move that are not named.
     pub(super) moves_elsewhere: bool,
+    /// G9: the machine stops at its end.
+    pub(super) exact_stop: bool,
 }
 
 /// From here on a rotary axis has a shorter way \[deg\].
@@ -58,6 +62,13 @@ impl Interpreter {
             Dialect::Csv if self.modal.motion.is_none() => self.modal.motion = Some(MotionMode::Linear),
             _ => {}
         }
+        let (unit, unit_from) = match (self.dialect, self.options.unit) {
+            (Dialect::Csv, _) => (Some(LengthUnit::Millimetre), UnitFrom::Text),
+            (_, Some(unit)) => (Some(unit), UnitFrom::Caller),
+            (_, None) => (None, UnitFrom::Nobody),
+        };
+        (self.modal.mm_per_unit, self.unit_from) = (unit.map(LengthUnit::mm), unit_from);
+        self.stand_at_start();
         self.obstacle = self.modal.obstacle();
     }
 
@@ -188,13 +199,7 @@ impl Interpreter {
 
     /// Cycle 247: another preset.
     fn take_preset(&mut self) {
-        // Preset numbers and codes of ISO work offsets share a word: these have the cycle's number.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
-        let preset = self
-            .block
-            .value(Address::P)
-            .filter(|p| (0.0..60_000.0).contains(p))
-            .map(|p| (247 << 16) + p as u32);
+        let preset = self.number_of(Address::P).map(WorkOffset::Preset);
         self.set_work_offset(preset);
         // Newer controls take a datum shift back here (mirror, rotation and scaling, too: as long as one of
         // them is on nothing is followed).
@@ -207,7 +212,7 @@ impl Interpreter {
     /// `CSYS/`, `MSYS/`: points behind it are those of another set-up, unless it is the same again.
     fn enter_system(&mut self) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
-        let system = self.block.value(Address::P).map(|hash| (1 << 24) + hash as u32);
+        let system = self.block.value(Address::P).map(|digest| WorkOffset::System(digest as u32));
         if system.is_none() || system != self.modal.work_offset {
             self.position.axes = [None; 5];
             if self.modal.axis_stated || !self.is_upright() {

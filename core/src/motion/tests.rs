@@ -1,8 +1,11 @@
 //! Odd spellings and modes, one test a habit of programs.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::machine::{Machine, Preset};
-use crate::program::{Address, Batch, Diagnostics, ReadLimits, Reader, Severity};
+use crate::program::{Address, Batch, DiagnosticCode, Diagnostics, ReadLimits, Reader, Severity};
+use crate::units::LengthUnit;
 
 /// A and C tables through the origin, no limits.
 fn machine() -> Machine {
@@ -29,7 +32,7 @@ fn interpreted(text: &str, options: InterpreterOptions) -> (Interpreter, Vec<Mot
 }
 
 fn run(text: &str) -> Vec<Motion> {
-    run_with(text, InterpreterOptions::default()).0
+    run_with(text, InterpreterOptions::in_mm()).0
 }
 
 /// The motions behind a line that makes all five axes known at zero.
@@ -85,7 +88,7 @@ fn inverse_time_feed_holds_for_its_block_only() {
 
 #[test]
 fn a_given_feed_serves_until_the_program_has_one() {
-    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::default() };
+    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::in_mm() };
     let (motions, _) = run_with("G20 G1 X1\nX2 F5\n", options);
     assert_eq!(motions[0].feed.value, Some(254.0));
     assert!((motions[0].feed.raw - 10.0).abs() < 1e-12);
@@ -154,11 +157,84 @@ fn reference_returns_lose_the_axes_they_name() {
 
 #[test]
 fn work_offsets_lose_the_position_when_they_change() {
-    let motions = run_from_zero("G54 X1\nG55 X1 Y1 Z1 A1 C1\nX2\nG54 X1 Y1 Z1 A1 C1\nG54.1 P3\nX1\n");
+    let text = "G54\nG0 X1 Y1 Z1 A1 C1\nX1\nG55 X1 Y1 Z1 A1 C1\nX2\nG54 X1 Y1 Z1 A1 C1\nG54.1 P3\nX1\n";
+    let motions = run(text);
     let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
-    assert_eq!(changed, [false, true, true, false, true]);
-    assert!(motions[0].start.is_some() && motions[1].start.is_none() && motions[1].end.is_some());
-    assert!(motions[4].end.is_none());
+    assert_eq!(changed, [false, false, true, true, false, true]);
+    assert!(motions[1].start.is_some() && motions[2].start.is_none() && motions[2].end.is_some());
+    assert!(motions[5].end.is_none());
+    let offsets: Vec<_> = motions.iter().filter_map(|motion| motion.work_offset).collect();
+    let (g54, g55) = (WorkOffset::Code(540), WorkOffset::Code(550));
+    assert_eq!(offsets, [g54, g54, g55, g55, g54, WorkOffset::Numbered(541, 3)]);
+}
+
+#[test]
+fn what_is_in_force_before_any_offset_is_named_counts_as_the_first_named() {
+    let motions = run("G0 X0 Y0 Z0 A0 C0\nG55\nX1 Y1 Z1 A1 C1\nG54 X1 Y1 Z1 A1 C1\n");
+    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, false, true]);
+    assert_eq!(motions[0].work_offset, Some(WorkOffset::Unnamed));
+    assert!(motions[1].start.is_none(), "the places before are those of another zero perhaps");
+}
+
+#[test]
+fn stated_offsets_are_followed_and_keep_the_rotary_axes_where_they_are() {
+    let work_offsets = WorkOffsets {
+        only_mm: Some([1.0, 2.0, 3.0]),
+        of_machine_mm: [(WorkOffset::Code(550), [4.0, 5.0, 6.0])].into(),
+        ..WorkOffsets::default()
+    };
+    let options = InterpreterOptions { work_offsets: Arc::new(work_offsets), ..InterpreterOptions::in_mm() };
+    let text = "G54 G0 X0 Y0 Z0 A10 C20\nG55 X1 Y1\nZ1\nG1 X2 F100\nG56\nX1 Y1 Z1 A1 C1\nX2\nG54 X0 Y0 Z0 A0 C0\nX1\n";
+    let (motions, _) = run_with(text, options);
+    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, false, false, false, true, true, false, false]);
+    assert_eq!(end(&motions[2]), [1.0, 1.0, 1.0, 10.0, 20.0]);
+    assert!(motions[3].start.is_some());
+    let only: Vec<_> = motions.iter().map(|motion| motion.is_only_offset).collect();
+    assert_eq!(only, [true, false, false, false, false, false, true, true]);
+}
+
+#[test]
+fn a_start_that_is_stated_is_where_the_axes_stand_until_words_say_otherwise() {
+    let start = [None, None, Some(50.0), Some(0.0), Some(0.0)];
+    let options = InterpreterOptions { start, ..InterpreterOptions::in_mm() };
+    let (motions, _) = run_with("G54 G17\nG0 X1 Y2\nG1 X2 F100\n", options.clone());
+    assert_eq!(end(&motions[0]), [1.0, 2.0, 50.0, 0.0, 0.0]);
+    assert!(motions[1].start.is_some());
+    let (motions, _) = run_with("G0 X1 Y2\nG55 X1 Y2\n", options);
+    assert!(motions[1].end.is_none(), "nobody states where G55 is");
+}
+
+#[test]
+fn a_length_needs_a_unit_that_somebody_states() {
+    let unstated = InterpreterOptions::default();
+    let refused = |text: &str, options: &InterpreterOptions| {
+        let (_, diagnostics) = run_with(text, options.clone());
+        let unit =
+            diagnostics.refusals().find(|found| matches!(found.code, DiagnosticCode::UnitUnknown { .. }));
+        unit.map(|found| found.line)
+    };
+    for (text, line) in [
+        ("G90\nG0 X1 Y2\nX3\n", Some(2)),
+        ("G20 G0 X1\n", None),
+        ("G0 X1 G21\n", None),
+        ("G91 G28 Z0\nG53 G0 Z0\nG21\nX1\n", None),
+        ("G91 G28 Z5\n", Some(1)),
+        ("G4 X2\nS100 M3\nG0 A30 C20\nF500\n", None),
+        ("G0 X0\n", Some(1)),
+        ("G2 A1 I5\n", Some(1)),
+    ] {
+        assert_eq!(refused(text, &unstated), line, "{text}");
+        assert_eq!(refused(text, &InterpreterOptions::in_mm()), None, "{text}");
+    }
+    let inch = InterpreterOptions { unit: Some(LengthUnit::Inch), ..unstated };
+    let (motions, _) = run_with("G0 X1 Y2 Z3 A0 C0\n", inch.clone());
+    assert_eq!(end(&motions[0]), [25.4, 50.8, 3.0 * 25.4, 0.0, 0.0]);
+    let (interpreter, motions, _) = interpreted("G90\nG21 G0 X1 Y2 Z3 A0 C0\n", inch);
+    assert_eq!(end(&motions[0]), [1.0, 2.0, 3.0, 0.0, 0.0]);
+    assert_eq!(interpreter.unit_disagrees_at(), Some(2));
+    assert!(interpreter.states_unit() && interpreter.unit() == Some(LengthUnit::Millimetre));
 }
 
 #[test]
@@ -246,7 +322,7 @@ fn values_that_cannot_be_seen_leave_the_axis_unknown() {
 #[test]
 fn repeated_addresses_and_conflicting_codes_are_left_alone() {
     let (motions, diagnostics) =
-        run_with("G0 X0 Y0 Z0 A0 C0\nX1 X2\nY1\nX1\nG0 G1 Y2\n", InterpreterOptions::default());
+        run_with("G0 X0 Y0 Z0 A0 C0\nX1 X2\nY1\nX1\nG0 G1 Y2\n", InterpreterOptions::in_mm());
     assert_eq!(motions[1].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
     assert!(motions[2].end.is_none() && motions[3].end.is_some());
     assert!(motions[4].unfollowable.is_some());
@@ -268,7 +344,7 @@ fn blocks_the_operator_can_skip_leave_their_axes_unknown() {
 #[test]
 fn nothing_moves_behind_the_end() {
     let (motions, diagnostics) =
-        run_with("%\nO1\nG0 X1\nX2 M30\nX3\nO2 sub\nbroken\n", InterpreterOptions::default());
+        run_with("%\nO1\nG0 X1\nX2 M30\nX3\nO2 sub\nbroken\n", InterpreterOptions::in_mm());
     assert_eq!(motions.len(), 2);
     assert_eq!(diagnostics.kept(), []);
     assert_eq!(run("%\nG0 X1\n%\nX2\n").len(), 1);
@@ -358,7 +434,7 @@ fn rows_of_a_table_are_linear_motions() {
 #[test]
 fn faults_have_line_and_column() {
     let (_, diagnostics) =
-        run_with("G0 X1\nG0 X1.2.3\n  Y\nX1e400\nX2000000000\n[\n", InterpreterOptions::default());
+        run_with("G0 X1\nG0 X1.2.3\n  Y\nX1e400\nX2000000000\n[\n", InterpreterOptions::in_mm());
     let places: Vec<_> =
         diagnostics.refusals().map(|fault| (fault.line, fault.column, fault.code.name())).collect();
     assert_eq!(
@@ -372,11 +448,11 @@ fn faults_have_line_and_column() {
 #[test]
 fn a_line_has_a_bounded_number_of_words() {
     let line = |words: usize| format!("G0 X1\n{}\nX2\n", "X1".repeat(words));
-    let (motions, diagnostics) = run_with(&line(256), InterpreterOptions::default());
+    let (motions, diagnostics) = run_with(&line(256), InterpreterOptions::in_mm());
     assert_eq!((motions.len(), diagnostics.count(Severity::Refusal)), (3, 0));
     assert_eq!(motions[1].unfollowable, Some(Unfollowable::RepeatedAddress { address: Address::X }));
     for text in [line(257), line(32_000), format!("G0 X1\nX1{}\nX2\n", ",R1".repeat(256))] {
-        let (_, diagnostics) = run_with(&text, InterpreterOptions::default());
+        let (_, diagnostics) = run_with(&text, InterpreterOptions::in_mm());
         let refusals: Vec<_> = diagnostics.refusals().map(|fault| (fault.line, fault.code.name())).collect();
         assert_eq!(refusals, [(2, "too_many_words")]);
     }
@@ -391,7 +467,7 @@ fn a_number_and_an_expression_for_one_address_are_two_words() {
 
 #[test]
 fn a_given_feed_does_not_stand_in_for_one_that_is_not_known() {
-    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::default() };
+    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::in_mm() };
     for before in [
         "F#101",
         "F100\nF#101",
@@ -403,16 +479,16 @@ fn a_given_feed_does_not_stand_in_for_one_that_is_not_known() {
         "/F100",
         "G4 F100",
     ] {
-        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options);
+        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options.clone());
         let feed = motions.last().unwrap().feed;
         assert_eq!((feed.value, feed.raw, feed.decimals), (None, 0.0, 0), "{before}");
     }
     for before in ["G20", "G20\nG21", "G93\nG94", "G95\nG94", "/G1", "G4 P1"] {
-        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options);
+        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options.clone());
         assert_eq!(motions.last().unwrap().feed.value, Some(254.0), "{before}");
     }
     for mode in ["G93", "G95"] {
-        assert_eq!(run_with(&format!("{mode} G1 X1\n"), options).0[0].feed.value, None, "{mode}");
+        assert_eq!(run_with(&format!("{mode} G1 X1\n"), options.clone()).0[0].feed.value, None, "{mode}");
     }
 }
 
@@ -426,15 +502,15 @@ fn a_given_feed_is_a_number_that_can_be_written() {
         (1.0 / 3.0, "G21", 0.333_333, 6),
     ] {
         let options =
-            InterpreterOptions { feed_mm_per_min: Some(feed_mm_per_min), ..InterpreterOptions::default() };
-        let feed = run_with(&format!("{units} G1 X1\n"), options).0[0].feed;
+            InterpreterOptions { feed_mm_per_min: Some(feed_mm_per_min), ..InterpreterOptions::in_mm() };
+        let feed = run_with(&format!("{units} G1 X1\n"), options.clone()).0[0].feed;
         let mut text = format!("{units} G1 X1 F").into_bytes();
         crate::program::print_decimal(feed.raw, feed.decimals, &mut text);
         let again = run(&String::from_utf8(text).unwrap())[0].feed;
         assert_eq!((again.value, again.raw, again.decimals), (feed.value, feed.raw, feed.decimals));
         assert_eq!((feed.raw, feed.decimals), (raw, decimals), "{feed_mm_per_min}");
     }
-    let options = InterpreterOptions { feed_mm_per_min: Some(1e-9), ..InterpreterOptions::default() };
+    let options = InterpreterOptions { feed_mm_per_min: Some(1e-9), ..InterpreterOptions::in_mm() };
     assert_eq!(run_with("G1 X1\n", options).0[0].feed.value, None);
 }
 
@@ -509,11 +585,11 @@ fn blocks_behind_the_end_are_counted() {
         ("G0 X1\nM30\nO2\nX3\nM99\n", Some(2), 3),
         ("G0 X1\n/M30\nX3\n", None, 0),
     ] {
-        let (interpreter, ..) = interpreted(text, InterpreterOptions::default());
+        let (interpreter, ..) = interpreted(text, InterpreterOptions::in_mm());
         assert_eq!((interpreter.end_line(), interpreter.blocks_after_end()), (line, count), "{text}");
     }
     let long = format!("M30\n{}", "X1\n".repeat(2000));
-    assert_eq!(interpreted(&long, InterpreterOptions::default()).0.blocks_after_end(), 2000);
+    assert_eq!(interpreted(&long, InterpreterOptions::in_mm()).0.blocks_after_end(), 2000);
 }
 
 #[test]
@@ -529,7 +605,7 @@ fn axis_words_without_a_point_are_counted_where_others_have_one() {
         ("G0 X10.\nM30\nX10\n", 0),
         ("x,y,z,a,c\n1,2.5,3,4,5\n", 0),
     ] {
-        let (interpreter, ..) = interpreted(text, InterpreterOptions::default());
+        let (interpreter, ..) = interpreted(text, InterpreterOptions::in_mm());
         assert_eq!(interpreter.words_without_point(), count, "{text}");
     }
 }
@@ -553,7 +629,7 @@ fn a_return_is_one_opaque_motion_of_unknown_ends() {
 #[test]
 fn a_user_code_that_switches_the_kinematics_needs_the_interpolation_stated() {
     const SWITCHED: Option<Unfollowable> = Some(Unfollowable::KinematicsSwitched);
-    let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::default() };
+    let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::in_mm() };
     for code in [
         "M428",
         "M429",
@@ -571,7 +647,7 @@ fn a_user_code_that_switches_the_kinematics_needs_the_interpolation_stated() {
             (None, SWITCHED, SWITCHED),
             "{code}"
         );
-        let (motions, _) = run_with(&text, stated);
+        let (motions, _) = run_with(&text, stated.clone());
         let [.., first, last] = motions.as_slice() else { panic!("{code}") };
         assert_eq!((first.start, first.unfollowable, last.unfollowable), (None, None, None), "{code}");
         assert!(last.start.is_some(), "{code}");

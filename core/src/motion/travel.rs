@@ -1,10 +1,10 @@
 //! Axis words into a motion.
 
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
-use super::modal::{FirstOffset, ModalFeed, MotionMode, ToolLength};
+use super::modal::{FirstShift, ModalFeed, MotionMode, ToolLength};
 use super::{
     ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, FeedRules, Interpolation,
-    ModalGroup, Motion, MotionKind, Unfollowable,
+    ModalGroup, Motion, MotionKind, Unfollowable, WorkOffset,
 };
 use crate::program::{Address, Block, Dialect, round_to_decimals};
 
@@ -366,6 +366,9 @@ impl Interpreter {
             program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
+            work_offset: self.modal.work_offset,
+            exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
+            is_only_offset: self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset)),
         }
     }
 
@@ -421,22 +424,29 @@ impl Interpreter {
         }
     }
 
+    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it
+    /// that the first point did not have.
     #[inline]
     fn offset_changed(&self) -> bool {
-        let now = self.modal.offset();
+        let now = self.modal.shift();
         now.is_none()
             || self.modal.program_offset_mm != Some([0.0; 3])
-            || (self.first_offset != FirstOffset::NoPoint && self.first_offset != FirstOffset::At(now))
+            || (self.first_shift != FirstShift::NoPoint && self.first_shift != FirstShift::At(now))
+            || self.modal.work_offset.is_some_and(|offset| {
+                !self.is_only_offset(offset) && self.options.work_offsets.of(offset, false).is_none()
+            })
     }
 
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
         let is_complete =
             motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
-        if self.first_offset == FirstOffset::NoPoint && is_complete {
-            self.first_offset = FirstOffset::At(self.modal.offset());
+        if self.first_shift == FirstShift::NoPoint && is_complete {
+            self.first_shift = FirstShift::At(self.modal.shift());
+            self.only_offset = self.modal.work_offset.filter(|offset| *offset != WorkOffset::Unnamed);
         }
         motion.offset_changed = self.offset_changed();
+        motion.is_only_offset = self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset));
     }
 
     /// A block in cycle mode: the plane's axes end where the words say, the others somewhere else.

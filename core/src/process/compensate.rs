@@ -12,17 +12,16 @@ use super::dialect_fit::DialectFit;
 use super::emit::Emitter;
 use super::fault::go_on;
 use super::judge::{Checked, Judge, Verdict};
-use super::plan::plan;
+use super::plan::{Division, Plan, plan};
 use super::prepare::Preparation;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
 use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
-use crate::contact::{Correction, Effort, Node, SourceBlock};
-use crate::kinematics::Kinematics;
+use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
-use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
+use crate::motion::{Interpolation, Motion, MotionKind};
 use crate::program::{Batch, Dialect};
 use crate::wear::{OneAfterAnother, SideBySide};
 
@@ -83,15 +82,10 @@ pub(super) fn compensate_from(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<(CcReport, LineMap), Fault> {
-    let survey = Survey::of(machine, parameters.dialect, source, stop)?;
+    let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-    let kinematics = Kinematics::new(machine, &parameters.setup);
-    let options = InterpreterOptions {
-        feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
-        interpolation_stated: parameters.interpolation.is_some(),
-    };
     let mut passages =
-        Passages::open(source, machine, parameters.dialect, options)?.leaving_vectors().with_lines(lines);
+        Passages::open(source, machine, &parameters.program)?.leaving_vectors().with_lines(lines);
     // Of a stretch that is worked off the text is still to be read back.
     let (mut worked_off, mut present, mut next, mut coming): (Stretch, Stretch, Stretch, Stretch) =
         Default::default();
@@ -99,12 +93,12 @@ pub(super) fn compensate_from(
     passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
     let effort = || Effort::new(stop, parameters.budget.max_evaluations);
-    let mut preparation = Preparation::new(machine, &kinematics, parameters);
+    let mut preparation = Preparation::new(machine, parameters);
     preparation.prepare(&mut present);
     passages.fill(&mut next, stop)?;
     let mut is_next_prepared = false;
-    let mut work = Work::new(machine, &kinematics, parameters, dialect, survey, contact, effort());
-    let mut verifier = Verifier::new(machine, parameters, dialect, options, effort());
+    let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
+    let mut verifier = Verifier::new(machine, parameters, dialect, effort());
     let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {
@@ -165,7 +159,7 @@ pub(super) fn compensate_from(
     if work.faults() {
         return Err(Fault::Lines(work.judge.faults));
     }
-    if work.fit.is_unread(parameters.dialect, source)? {
+    if work.fit.is_unread(parameters.program.dialect, source)? {
         return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
     let mut inventory = preparation.inventory;
@@ -188,6 +182,16 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     let off =
         |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
     inner.iter().map(off).fold(0.0, f64::max)
+}
+
+/// What becomes of a motion's block.
+enum Kept {
+    /// It is copied; path length and deviation where it was checked.
+    As(Option<(f64, Sampled)>),
+    /// It was written anew.
+    No,
+    /// It refuses the program.
+    Faulty,
 }
 
 /// How far a stretch has been worked off.
@@ -224,7 +228,6 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(
         machine: &'a Machine,
-        kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
         dialect: Dialect,
         survey: Survey,
@@ -236,7 +239,7 @@ impl<'a> Work<'a> {
             machine,
             survey,
             contact,
-            judge: Judge::new(machine, kinematics, parameters, dialect, contact, effort),
+            judge: Judge::new(machine, parameters, dialect, contact, effort),
             emitter: Emitter::new(survey.numbering),
             at: Place::default(),
             largest_after_mm: 0.0,
@@ -295,16 +298,18 @@ impl<'a> Work<'a> {
             self.at.motion += 1;
             self.fit.see(batch, motion);
             self.checked += u64::from(verdict.is_some());
-            let changed = match verdict {
+            let kept = match verdict {
                 Some(Verdict::Over(checked)) => {
                     self.over += 1;
                     self.divide(passage, motion, text, checked, out)?
                 }
-                verdict => {
-                    let checked = match verdict {
-                        Some(Verdict::Within { path_mm, before }) => Some((path_mm, before)),
-                        _ => None,
-                    };
+                Some(Verdict::Within { path_mm, before }) => Kept::As(Some((path_mm, before))),
+                None => Kept::As(None),
+            };
+            let changed = match kept {
+                Kept::No => true,
+                Kept::Faulty => false,
+                Kept::As(checked) => {
                     if !self.faults() {
                         let (passage, line) = (passage.0, motion.line);
                         let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
@@ -324,7 +329,7 @@ impl<'a> Work<'a> {
         Ok(true)
     }
 
-    /// Copies the blocks before this motion's, then writes its parts.
+    /// Copies the blocks before this motion's, then writes its parts, unless these would run too fast.
     fn divide(
         &mut self,
         passage: (usize, &Passage),
@@ -332,16 +337,22 @@ impl<'a> Work<'a> {
         text: &[u8],
         checked: Checked<'a>,
         out: &mut Outgoing<'a>,
-    ) -> Result<bool, Fault> {
+    ) -> Result<Kept, Fault> {
         let batch = &passage.1.batch;
+        let finder = *self.judge.finder();
         let effort = &mut self.judge.effort;
-        let planned = plan(self.parameters, self.machine, self.survey, &checked, motion, effort);
+        let planned = plan(&finder, self.machine, self.survey, &checked, motion, effort);
         go_on(&self.judge.effort)?;
         let division = match planned {
-            Ok(division) => division,
+            Ok(Plan::Divide(division)) => division,
+            Ok(Plan::TooFast) => {
+                let Checked { block, before, .. } = &checked;
+                self.judge.warnings.add_distance(WarningKind::FeedTooHigh, motion.line, before.max_mm);
+                return Ok(Kept::As(Some((block.line.length_mm, *before))));
+            }
             Err(kind) => {
                 self.judge.faults.add(motion.line, text, kind);
-                return Ok(false);
+                return Ok(Kept::Faulty);
             }
         };
         // The last node is the source block's own end, which was looked at already.
@@ -356,6 +367,7 @@ impl<'a> Work<'a> {
         if !division.carries_feed {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
+        self.warn_of_times(motion, &checked, &division);
         out.copy(passage, self.at.copied, motion.block as usize);
         let written_from = out.text.len();
         self.emitter
@@ -374,7 +386,27 @@ impl<'a> Work<'a> {
             let parts = 0..group.division.nodes.len();
             out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
         }
-        Ok(true)
+        Ok(Kept::No)
+    }
+
+    /// Warns where the machine stops after every part, and where parts are shorter than the control takes for a block.
+    fn warn_of_times(&mut self, motion: &Motion, checked: &Checked<'_>, division: &Division) {
+        let warnings = &mut self.judge.warnings;
+        if motion.exact_stop {
+            warnings.add(WarningKind::ExactStop, Some(motion.line));
+        }
+        let (Some(shortest_s), Some(mode)) = (self.parameters.block_time_s, motion.feed.mode) else { return };
+        let block = &checked.block;
+        let time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
+        let Some(whole_s) = motion.feed.value.and_then(|_| block_time_s(mode, motion.feed.raw, &time)) else {
+            return;
+        };
+        for segment in segments(block, &division.nodes) {
+            let part_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
+            if part_s < shortest_s {
+                warnings.add_time(WarningKind::ShortBlocks, motion.line, part_s);
+            }
+        }
     }
 
     /// Gives a block left alone its feed back, where divided blocks before it took it.
@@ -438,8 +470,12 @@ impl<'a> Work<'a> {
         let warnings = &mut self.judge.warnings;
         if self.checked == 0 {
             warnings.add(WarningKind::NothingChecked, None);
-        } else if self.contact == ContactSource::FeedPlane {
-            warnings.add(WarningKind::ContactAssumed, None).count = self.checked;
+        }
+        if self.contact == ContactSource::Tip && self.parameters.contact == ContactSource::Auto {
+            warnings.add(WarningKind::ContactUnknown, None).count = self.checked;
+        }
+        if self.judge.assumed > 0 {
+            warnings.add(WarningKind::ContactAssumed, None).count = self.judge.assumed;
         }
         let after = verifier.found.after.summary();
         if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {

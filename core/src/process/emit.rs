@@ -302,14 +302,7 @@ impl<'a> Words<'a> {
         let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
         let present = letters.map(|letter| source.iter().any(|word| word.address == letter));
         let states_axis = source.iter().any(|word| word.address == Address::TI);
-        let contact = match (checked.start_contact, motion.contact) {
-            (Some(_), ContactWords::Point(_)) if checked.contact_from_words => ContactEnds::Aimed,
-            (Some(a), ContactWords::Point(b)) => ContactEnds::Points(a, b),
-            (Some(a), ContactWords::Normal(b)) => ContactEnds::Normals(a, b),
-            (None, ContactWords::Point(b)) => ContactEnds::End(POINT, b, motion.mm_per_unit),
-            (None, ContactWords::Normal(b)) => ContactEnds::End(NORMAL, b, 1.0),
-            (_, ContactWords::None) => ContactEnds::None,
-        };
+        let contact = ContactEnds::of(checked, motion);
         let extra = motion.extra.and_then(|extra| extra.start.map(|start| (start, extra.end)));
         Self {
             checked,
@@ -380,37 +373,75 @@ impl<'a> Words<'a> {
     }
 
     fn contact_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
-        let (addresses, values, unit) = match (&self.contact, self.motion.contact) {
-            (ContactEnds::Aimed, ContactWords::Point(end)) => {
-                let value = if last { end } else { self.aimed_words(node) };
-                (POINT, value, self.motion.mm_per_unit)
-            }
-            (ContactEnds::Normals(_, end), _) if last => (NORMAL, *end, 1.0),
-            (ContactEnds::Points(a, b), _) => (POINT, between(a, b, node.fraction), self.motion.mm_per_unit),
-            (ContactEnds::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
-            (ContactEnds::End(addresses, end, unit), _) if last => (*addresses, *end, *unit),
-            (ContactEnds::None | ContactEnds::End(..) | ContactEnds::Aimed, _) => return,
+        let Some((addresses, values, unit)) = self.contact.at(self.checked, self.motion, node, last) else {
+            return;
         };
         for (address, value) in addresses.into_iter().zip(values) {
             let decimals = self.motion.decimals.contact;
-            let decimals = match addresses {
-                _ if last => exact_decimals(value / unit, decimals),
-                NORMAL => decimals.max(NORMAL_DECIMALS),
-                _ => decimals,
+            let decimals = if last {
+                exact_decimals(value / unit, decimals)
+            } else {
+                contact_decimals(addresses, decimals)
             };
             list.push(NewWord { address, value: value / unit, decimals });
         }
     }
+}
 
-    /// U V W of the contact aimed at: the linear words that would put the tip there (§2).
-    fn aimed_words(&self, node: &Node) -> [f64; 3] {
-        let block = &self.checked.block;
-        match block.mode {
-            Interpolation::Tcp => node.contact_mm.into(),
-            Interpolation::Machine => {
-                let rotary_rad = crate::contact::rotary_rad(block.machine, node.station.words.rotary_deg);
-                block.kinematics.linear_mm(node.contact_mm, rotary_rad).into()
+impl ContactEnds {
+    fn of(checked: &Checked<'_>, motion: &Motion) -> Self {
+        match (checked.start_contact, motion.contact) {
+            (Some(_), ContactWords::Point(_)) if checked.contact_from_words => Self::Aimed,
+            (Some(a), ContactWords::Point(b)) => Self::Points(a, b),
+            (Some(a), ContactWords::Normal(b)) => Self::Normals(a, b),
+            (None, ContactWords::Point(b)) => Self::End(POINT, b, motion.mm_per_unit),
+            (None, ContactWords::Normal(b)) => Self::End(NORMAL, b, 1.0),
+            (_, ContactWords::None) => Self::None,
+        }
+    }
+
+    /// The contact words of the part that ends at `node`, and the length of their unit \[mm\].
+    fn at(
+        &self,
+        checked: &Checked<'_>,
+        motion: &Motion,
+        node: &Node,
+        last: bool,
+    ) -> Option<([Address; 3], [f64; 3], f64)> {
+        Some(match (self, motion.contact) {
+            (Self::Aimed, ContactWords::Point(end)) => {
+                let value = if last { end } else { aimed_words(checked, node) };
+                (POINT, value, motion.mm_per_unit)
             }
+            (Self::Normals(_, end), _) if last => (NORMAL, *end, 1.0),
+            (Self::Points(a, b), _) => (POINT, between(a, b, node.fraction), motion.mm_per_unit),
+            (Self::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
+            (Self::End(addresses, end, unit), _) if last => (*addresses, *end, *unit),
+            (Self::None | Self::End(..) | Self::Aimed, _) => return None,
+        })
+    }
+}
+
+fn contact_decimals(addresses: [Address; 3], decimals: u8) -> u8 {
+    if addresses == NORMAL { decimals.max(NORMAL_DECIMALS) } else { decimals }
+}
+
+/// The contact words of a node inside a divided block, as the control reads them back; `None` where the part states none.
+pub(super) fn node_contact(checked: &Checked<'_>, motion: &Motion, node: &Node) -> Option<ContactWords> {
+    let (addresses, values, unit) = ContactEnds::of(checked, motion).at(checked, motion, node, false)?;
+    let decimals = contact_decimals(addresses, motion.decimals.contact);
+    let read = values.map(|value| round_to_decimals(value / unit, decimals) * unit);
+    Some(if addresses == NORMAL { ContactWords::Normal(read) } else { ContactWords::Point(read) })
+}
+
+/// U V W of the contact aimed at: the linear words that would put the tip there (§2).
+fn aimed_words(checked: &Checked<'_>, node: &Node) -> [f64; 3] {
+    let block = &checked.block;
+    match block.mode {
+        Interpolation::Tcp => node.contact_mm.into(),
+        Interpolation::Machine => {
+            let rotary_rad = crate::contact::rotary_rad(block.machine, node.station.words.rotary_deg);
+            block.kinematics.linear_mm(node.contact_mm, rotary_rad).into()
         }
     }
 }

@@ -7,10 +7,47 @@ use thiserror::Error;
 use super::{LeftOutReason, NotPosted, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
-use crate::motion::Unfollowable;
+use crate::motion::{Unfollowable, WorkOffset};
 use crate::program::{Diagnostics, Dialect, ReadFault, WriteFault};
 use crate::servo::ServoFault;
 use crate::wear::ShiftFault;
+
+/// What the caller has to state before a motion can be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum Unstated {
+    /// Where the workpiece is on the machine.
+    #[error(
+        "the result depends on where the workpiece is on the machine{}, and that is not stated: give `work_offset_mm` (0,0,0 is an answer), or `work_offsets_mm` by name in the request or in the machine's profile",
+        named(*name)
+    )]
+    WorkOffset {
+        /// The offset in force, if it is known.
+        name: Option<WorkOffset>,
+    },
+    /// How long the tool is.
+    #[error(
+        "the result depends on the length of the tool, which a head axis turns, and it is not stated: give `tool_length_mm` (0 is an answer), or a tool with `length_mm` in the machine's tool table"
+    )]
+    ToolLength,
+}
+
+impl Unstated {
+    /// The member of the request that states it.
+    #[must_use]
+    pub const fn member(self) -> &'static str {
+        match self {
+            Self::WorkOffset { .. } => "work_offset_mm",
+            Self::ToolLength => "tool_length_mm",
+        }
+    }
+}
+
+fn named(offset: Option<WorkOffset>) -> String {
+    match offset {
+        None | Some(WorkOffset::Unnamed) => String::new(),
+        Some(offset) => format!(" ({offset})"),
+    }
+}
 
 /// What is wrong with one line of the upload.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -18,8 +55,13 @@ pub enum LineFaultKind {
     /// The contact stated at the end of this line cannot be one.
     #[error(transparent)]
     Contact(#[from] ContactFault),
+    /// Something the motion depends on is not stated.
+    #[error(transparent)]
+    Unstated(#[from] Unstated),
     /// An axis is commanded outside its travel.
-    #[error("{axis} {commanded} is outside the travel {min} … {max}")]
+    #[error(
+        "{axis} {commanded} is outside the travel of {min} to {max}: move the part, change the work offset, or correct the limits in the machine's profile"
+    )]
     OutOfTravel {
         /// Address letter.
         axis: char,
@@ -114,6 +156,41 @@ pub enum LineFaultKind {
 }
 
 impl LineFaultKind {
+    /// Whether both have one cause, so that one of them speaks for all lines.
+    fn has_cause_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Self::OutOfTravel { axis, commanded, max, .. },
+                Self::OutOfTravel { axis: other_axis, commanded: other, .. },
+            ) => axis == other_axis && (commanded > max) == (other > max),
+            (Self::Unstated(unstated), Self::Unstated(other)) => unstated.member() == other.member(),
+            (Self::NotMovable(reason), Self::NotMovable(other)) => {
+                std::mem::discriminant(reason) == std::mem::discriminant(other)
+            }
+            (Self::NotPosted(why), Self::NotPosted(other)) => {
+                std::mem::discriminant(why) == std::mem::discriminant(other)
+            }
+            (Self::ArcShift { why }, Self::ArcShift { why: other }) => why == other,
+            _ => std::mem::discriminant(self) == std::mem::discriminant(other),
+        }
+    }
+
+    /// Takes the numbers of the worse of both, which have one cause.
+    fn keep_worse(&mut self, other: &Self) {
+        match (&mut *self, other) {
+            (Self::OutOfTravel { commanded, max, .. }, Self::OutOfTravel { commanded: other, .. })
+                if (*commanded > *max && other > commanded) || (*commanded <= *max && other < commanded) =>
+            {
+                *commanded = *other;
+            }
+            (
+                Self::ToleranceOutOfReach { reachable_um, .. },
+                Self::ToleranceOutOfReach { reachable_um: other, .. },
+            ) => *reachable_um = reachable_um.max(*other),
+            _ => {}
+        }
+    }
+
     /// An axis commanded outside its travel by more than `slack` \[mm or deg\], if it is.
     pub(super) fn outside(axis: char, commanded: f64, travel: Option<Travel>, slack: f64) -> Option<Self> {
         let Travel { min, max } = travel.filter(|travel| !travel.contains(commanded, slack))?;
@@ -121,19 +198,31 @@ impl LineFaultKind {
     }
 }
 
-/// One faulty line.
+/// One cause of faulty lines.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("line {line}: {kind}")]
+#[error("line {line}{}: {kind}", more_lines(*count, *worst_line, *line))]
 pub struct LineFault {
-    /// 1-based line of the upload.
+    /// 1-based line of the upload: the first with this fault.
     pub line: u64,
     /// The block's text, cut to a readable length.
     pub block: String,
-    /// What is wrong with it.
+    /// What is wrong with it; of several lines the worst numbers.
     pub kind: LineFaultKind,
+    /// How many lines have it.
+    pub count: u64,
+    /// The line that the numbers are of.
+    pub worst_line: u64,
 }
 
-/// Line faults: the first hundred are kept, all are counted.
+fn more_lines(count: u64, worst_line: u64, line: u64) -> String {
+    match (count, worst_line == line) {
+        (0 | 1, _) => String::new(),
+        (count, true) => format!(" and {} more", count - 1),
+        (count, false) => format!(" and {} more, the worst is line {worst_line}", count - 1),
+    }
+}
+
+/// Line faults: one a line, or one for all lines of a cause that has many; all lines are counted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineFaults {
     /// The first ones, in the order of the program.
@@ -145,14 +234,57 @@ pub struct LineFaults {
 impl LineFaults {
     /// How many are kept.
     pub const MAX_KEPT: usize = 100;
+    /// So many lines with one cause are named each; more become one fault with their count.
+    pub const NAMED_EACH: usize = 10;
     /// Longest excerpt of a block \[characters\].
     const EXCERPT_CHARS: usize = 80;
 
     pub(super) fn add(&mut self, line: u64, text: &[u8], kind: LineFaultKind) {
         self.total += 1;
-        if self.kept.len() < Self::MAX_KEPT {
+        let alike = self.kept.iter().filter(|known| known.kind.has_cause_of(&kind)).count();
+        if alike == Self::NAMED_EACH {
+            self.join(&kind);
+        }
+        let joined = self.kept.iter_mut().find(|known| known.count > 1 && known.kind.has_cause_of(&kind));
+        if let Some(joined) = joined {
+            joined.take(line, &kind);
+        } else if self.kept.len() < Self::MAX_KEPT {
             let block = String::from_utf8_lossy(text).trim().chars().take(Self::EXCERPT_CHARS).collect();
-            self.kept.push(LineFault { line, block, kind });
+            self.kept.push(LineFault { line, block, kind, count: 1, worst_line: line });
+        }
+    }
+}
+
+impl LineFaults {
+    /// Makes one fault of those that have this cause.
+    fn join(&mut self, cause: &LineFaultKind) {
+        let mut joined: Option<LineFault> = None;
+        let mut place = 0;
+        let mut index = 0;
+        self.kept.retain(|known| {
+            let is_alike = known.kind.has_cause_of(cause);
+            match &mut joined {
+                _ if !is_alike => {}
+                None => (place, joined) = (index, Some(known.clone())),
+                Some(first) => first.take(known.line, &known.kind),
+            }
+            index += usize::from(!is_alike);
+            !is_alike
+        });
+        if let Some(joined) = joined {
+            self.kept.insert(place, joined);
+        }
+    }
+}
+
+impl LineFault {
+    /// Another line has the same fault.
+    fn take(&mut self, line: u64, kind: &LineFaultKind) {
+        self.count += 1;
+        let before = self.kind.clone();
+        self.kind.keep_worse(kind);
+        if self.kind != before {
+            self.worst_line = line;
         }
     }
 }
@@ -231,6 +363,14 @@ pub enum Fault {
         contact: &'static str,
         /// What is missing.
         missing: &'static str,
+    },
+    /// Nothing says where the worn cutter touches.
+    #[error(
+        "nothing states where the cutter touches in {milling} milling: state the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface; contact=feed-plane assumes one from the feed"
+    )]
+    ContactUnknown {
+        /// `end` or `side`.
+        milling: &'static str,
     },
     /// A contact source that cannot say where a worn cutter touches.
     #[error("contact `{contact}` cannot say where a worn cutter touches in {milling} milling")]

@@ -1,28 +1,28 @@
 //! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
 
+use super::contact_finder::ContactFinder;
 use super::fault::{LineFaultKind, LineFaults};
 use super::prepare::MotionPoses;
+use super::set_ups::{SetUps, turns};
 use super::stream::Passage;
 use super::warnings::Warnings;
 use super::{CcParameters, ContactSource, WarningKind};
 use crate::contact::{
-    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, contact_on_surface,
-    feed_plane_normal, quick_look, rotary_rad, sample_until_sure,
+    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, feed_direction,
+    quick_look, rotary_rad, sample_until_sure,
 };
-use crate::geometry::{Vec3, across};
-use crate::kinematics::{Kinematics, ToolPose};
+use crate::geometry::{Vec3, across, angle_between};
+use crate::kinematics::ToolPose;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::program::Dialect;
 
 /// Words this far outside the travel are still rounding of the decimals \[mm or deg\].
 const TRAVEL_SLACK: f64 = 1e-6;
-/// A chord shorter than this has no direction but that of rounding \[mm\].
-const RESTING_MM: f64 = 1e-6;
+/// So many motions are looked at ahead for the direction in which a pass goes on.
+const MAX_LOOKAHEAD: usize = 64;
 /// What a look leaves open below this share of the tolerance needs no closer look.
 const NEGLIGIBLE: f64 = 0.02;
-/// A contact looked for on a surface takes as long as so many evaluations.
-pub(super) const SURFACE_EVALUATIONS: u64 = 512;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
@@ -49,6 +49,10 @@ pub(super) struct Checked<'a> {
     pub(super) contact_from_words: bool,
     /// U V W or nx ny nz at the start: those of the point, else the last ones stated before it, which still stand.
     pub(super) start_contact: Option<[f64; 3]>,
+    /// Where the tool touches at both ends.
+    pub(super) contacts: [CutterContact; 2],
+    /// The feed of the pass, for a motion whose own tip does not show it.
+    pub(super) pass_feed: Option<Vec3>,
 }
 
 /// A program point on the way.
@@ -79,11 +83,6 @@ impl Point {
         }
     }
 
-    /// Where the tool touches.
-    fn contact(&self) -> &CutterContact {
-        self.touch.as_ref().map_or(&CutterContact::Tip, |touch| &touch.contact)
-    }
-
     /// The point at the end of a motion, where a point is no longer needed.
     #[inline]
     fn arrive(&mut self, words: &AxisWords, pose: &ToolPose, mode: Interpolation, motion: &Motion) {
@@ -99,16 +98,20 @@ impl Point {
 /// Looks at motion after motion, in the order of the program.
 pub(super) struct Judge<'a> {
     machine: &'a Machine,
-    kinematics: &'a Kinematics,
+    set_ups: SetUps,
     parameters: &'a CcParameters,
-    contact: ContactSource,
+    finder: ContactFinder<'a>,
     dialect: Dialect,
     /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
     point: Option<Box<Point>>,
     spare: Option<Box<Point>>,
+    /// The feed of the last motion of the pass that shows it.
+    feed_before: Option<Vec3>,
     /// The last contact words stated, and those that stood before the motion at hand.
     stated: ContactWords,
     stated_before: ContactWords,
+    /// Motions whose contacts were assumed.
+    pub(super) assumed: u64,
     pub(super) warnings: Warnings,
     pub(super) faults: LineFaults,
     pub(super) effort: Effort<'a>,
@@ -117,7 +120,6 @@ pub(super) struct Judge<'a> {
 impl<'a> Judge<'a> {
     pub(super) fn new(
         machine: &'a Machine,
-        kinematics: &'a Kinematics,
         parameters: &'a CcParameters,
         dialect: Dialect,
         contact: ContactSource,
@@ -125,14 +127,16 @@ impl<'a> Judge<'a> {
     ) -> Self {
         Self {
             machine,
-            kinematics,
+            set_ups: SetUps::new(machine, &parameters.program),
             parameters,
-            contact,
+            finder: ContactFinder { machine, parameters, source: contact },
             dialect,
             point: None,
             spare: None,
+            feed_before: None,
             stated: ContactWords::None,
             stated_before: ContactWords::None,
+            assumed: 0,
             warnings: Warnings::default(),
             faults: LineFaults::default(),
             effort,
@@ -141,7 +145,12 @@ impl<'a> Judge<'a> {
 
     /// The mode a motion is judged in: the parameter wins over the program's own switches.
     pub(super) fn mode(&self, motion: &Motion) -> Interpolation {
-        self.parameters.interpolation.unwrap_or(motion.interpolation)
+        self.parameters.program.interpolation.unwrap_or(motion.interpolation)
+    }
+
+    /// Where contacts are found.
+    pub(super) fn finder(&self) -> &ContactFinder<'a> {
+        &self.finder
     }
 
     /// Judges the motion of this index in a prepared passage; `following` is the first motion after it, `text` the
@@ -157,6 +166,10 @@ impl<'a> Judge<'a> {
     ) -> Option<Verdict<'a>> {
         let motion = &passage.motions[index];
         let mode = self.mode(motion);
+        if self.set_ups.enter(motion) {
+            // The same words are another place now.
+            self.point = None;
+        }
         self.stated_before = self.stated;
         if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
             // What a call or a cycle does to them is not seen.
@@ -180,9 +193,16 @@ impl<'a> Judge<'a> {
         let mut start = self.point.take();
         let verdict = match (motion.start, &mut end) {
             (Some(start_words), Some(end)) if self.looks_at(motion) => {
+                if let Some(kind) = self.set_ups.now.missing_for_turning(mode, motion) {
+                    self.faults.add(motion.line, text, kind);
+                }
                 let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
+                if known.is_none() {
+                    self.feed_before = None;
+                }
                 let mut start_point = known.unwrap_or_else(|| {
-                    let station = Station::new(self.machine, self.kinematics, mode, start_words);
+                    let kinematics = &self.set_ups.now.kinematics;
+                    let station = Station::new(self.machine, kinematics, mode, start_words);
                     Box::new(Point { words: ContactWords::None, ..Point::new(station, mode, motion) })
                 });
                 let verdict =
@@ -191,6 +211,7 @@ impl<'a> Judge<'a> {
                 verdict
             }
             _ => {
+                self.feed_before = None;
                 self.say_why_not(motion);
                 None
             }
@@ -209,57 +230,126 @@ impl<'a> Judge<'a> {
         &mut self,
         start: &mut Point,
         end: &mut Point,
-        Passage { motions, poses, .. }: &Passage,
+        passage: &Passage,
         index: usize,
         following: Option<&Motion>,
         text: &[u8],
         largest_after_mm: f64,
     ) -> Option<Verdict<'a>> {
-        let (motion, MotionPoses { middle, .. }) = (&motions[index], &poses[index]);
-        let mode = end.mode;
-        let (from, to) = (start.station.pose.tip_mm, end.station.pose.tip_mm);
-        if start.touch.is_none() && !start.faulty {
-            // The first point of a pass: its neighbour is only the next one.
-            self.touch(start, to - from, text);
+        let motion = &passage.motions[index];
+        let mut pass_feed = None;
+        if self.finder.assumes() {
+            let feed = self.feed(start, end, passage, index, following);
+            pass_feed = feed;
+            self.assume(start, end, feed, motion);
+        } else {
+            if start.touch.is_none() && !start.faulty {
+                self.touch(start, text);
+            }
+            self.touch(end, text);
         }
-        let next = motions.get(index + 1).or(following);
-        let beyond = next
-            .filter(|next| self.looks_at(next) && next.start == motion.end && self.mode(next) == mode)
-            .and_then(|next| next.end)
-            .map_or(to, |words| match poses.get(index + 1) {
-                Some(next) => next.end.tip_mm,
-                None => Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm,
-            });
-        self.touch(end, beyond - from, text);
-        if start.touch.is_none() || end.touch.is_none() {
+        let (Some(from), Some(to)) = (start.touch, end.touch) else {
             self.warnings.add(WarningKind::NoContact, Some(motion.line));
             return None;
+        };
+        let mut contacts = [from.contact, to.contact];
+        if from.is_open || to.is_open {
+            self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
+            contacts = [CutterContact::Tip; 2];
         }
-        if self.contact_swings(start, end) {
+        if self.contact_swings([start, end], &contacts) {
             self.warnings.add(WarningKind::ContactSwings, Some(motion.line));
             return None;
         }
-        Some(self.measure(start, end, middle, largest_after_mm))
+        Some(self.measure([start, end], contacts, pass_feed, &passage.poses[index], largest_after_mm))
+    }
+
+    /// The feed of a motion: the direction of its own tip, or that of its pass where the tip does not show it.
+    fn feed(
+        &mut self,
+        start: &Point,
+        end: &Point,
+        passage: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+    ) -> Option<Vec3> {
+        let tool = &self.parameters.tool;
+        if let Some(own) = feed_direction(tool, [&start.station.pose, &end.station.pose]) {
+            self.feed_before = Some(own);
+            return Some(own);
+        }
+        match (self.feed_before, self.feed_after(&end.station.pose, passage, index, following)) {
+            (Some(before), Some(after)) => {
+                let goes_on = angle_between(before, after) <= self.parameters.pass_break.rad();
+                if goes_on { (before + after).try_normalize(f64::EPSILON) } else { None }
+            }
+            (before, after) => before.or(after),
+        }
+    }
+
+    /// The feed of the next motion of the pass that shows it.
+    fn feed_after(
+        &self,
+        from: &ToolPose,
+        Passage { motions, poses, .. }: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+    ) -> Option<Vec3> {
+        let mut at = *from;
+        let mut last = motions.get(index)?;
+        for (step, next) in motions.iter().skip(index + 1).chain(following).enumerate() {
+            let goes_on = step < MAX_LOOKAHEAD
+                && self.looks_at(next)
+                && next.start == last.end
+                && self.mode(next) == self.mode(last)
+                && self.set_ups.is_entered(next);
+            let end = next.end.filter(|_| goes_on)?;
+            let pose = match poses.get(index + 1 + step) {
+                Some(poses) => poses.end,
+                None => Station::new(self.machine, &self.set_ups.now.kinematics, self.mode(next), end).pose,
+            };
+            if let Some(feed) = feed_direction(&self.parameters.tool, [&at, &pose]) {
+                return Some(feed);
+            }
+            (at, last) = (pose, next);
+        }
+        None
+    }
+
+    /// Assumes the contacts of a motion from its feed. Where no rotary axis turns nothing is assumed, and where the feed
+    /// leaves the contact open the tip stands for it.
+    fn assume(&mut self, start: &mut Point, end: &mut Point, feed: Option<Vec3>, motion: &Motion) {
+        let assumed = if turns(motion) {
+            let found = self.finder.assumed([&start.station, &end.station], feed);
+            if found.is_none() {
+                self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
+            }
+            found
+        } else {
+            None
+        };
+        self.assumed += u64::from(assumed.is_some());
+        let [from, to] = assumed.unwrap_or([Touch::TIP; 2]);
+        self.put(start, Some(from));
+        self.put(end, Some(to));
     }
 
     /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
     /// the two contacts: 90° where they are stated, 45° where they are assumed.
-    fn contact_swings(&self, start: &Point, end: &Point) -> bool {
-        let tool = &self.parameters.tool;
-        if tool.is_ball() {
+    fn contact_swings(&self, ends: [&Point; 2], contacts: &[CutterContact; 2]) -> bool {
+        if self.parameters.tool.is_ball() {
             return false;
         }
-        let least =
-            if self.contact == ContactSource::FeedPlane { std::f64::consts::FRAC_1_SQRT_2 } else { 0.0 };
-        let side = |point: &Point| match point.touch?.contact {
+        let least = if self.finder.assumes() { std::f64::consts::FRAC_1_SQRT_2 } else { 0.0 };
+        let side = |k: usize| match contacts[k] {
             CutterContact::Tip => None,
             CutterContact::Offset { radial_mm, .. } if radial_mm < CutterContact::ON_AXIS_MM => None,
             CutterContact::Offset { inward, .. } => Some(inward),
             CutterContact::Normal { direction, .. } => {
-                across(direction, point.station.pose.axis).try_normalize(f64::EPSILON)
+                across(direction, ends[k].station.pose.axis).try_normalize(f64::EPSILON)
             }
         };
-        matches!((side(start), side(end)), (Some(a), Some(b)) if a.dot(&b) < least)
+        matches!((side(0), side(1)), (Some(a), Some(b)) if a.dot(&b) < least)
     }
 
     /// Whether a straight motion goes nowhere: then it is none, and at most states another contact for the point.
@@ -277,19 +367,24 @@ impl<'a> Judge<'a> {
 
     fn measure(
         &mut self,
-        start: &Point,
-        end: &Point,
-        middle: &ToolPose,
+        [start, end]: [&Point; 2],
+        contacts: [CutterContact; 2],
+        pass_feed: Option<Vec3>,
+        MotionPoses { middle, .. }: &MotionPoses,
         largest_after_mm: f64,
     ) -> Verdict<'a> {
         let tool = self.parameters.tool;
         let tolerance_mm = self.parameters.tolerance.mm();
         let mode = end.mode;
+        let kinematics = &self.set_ups.now.kinematics;
         let ends = [&start.station, &end.station];
-        let contacts = [start.contact(), end.contact()];
-        let contacts_mm = [start.contact_mm, end.contact_mm];
+        let contacts_mm = match &contacts {
+            [CutterContact::Tip, CutterContact::Tip] => ends.map(|end| end.pose.tip_mm),
+            _ => [start.contact_mm, end.contact_mm],
+        };
+        let both = [&contacts[0], &contacts[1]];
         self.effort.spend(1);
-        let look = quick_look(self.kinematics, &tool, mode, ends, contacts, contacts_mm, middle);
+        let look = quick_look(kinematics, &tool, mode, ends, both, contacts_mm, middle);
         if let Some(look) = look
             && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
             && look.is_telling(NEGLIGIBLE * tolerance_mm)
@@ -302,11 +397,11 @@ impl<'a> Judge<'a> {
                 max_gouge_mm: (-middle.along_normal_mm).max(0.0),
                 evaluations: 1,
             };
-            return Verdict::Within { path_mm: (end.contact_mm - start.contact_mm).norm(), before };
+            return Verdict::Within { path_mm: (contacts_mm[1] - contacts_mm[0]).norm(), before };
         }
-        let carry = Carry::between(&tool, contacts, ends.map(|end| end.pose.axis));
+        let carry = Carry::between(&tool, both, ends.map(|end| end.pose.axis));
         let ends = ends.map(|end| *end);
-        let block = SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry);
+        let block = SourceBlock::new(self.machine, kinematics, tool, mode, ends, carry);
         let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
         self.effort.spend(before.evaluations);
         if before.max_mm <= tolerance_mm {
@@ -317,70 +412,35 @@ impl<'a> Judge<'a> {
             ContactWords::None => None,
             ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
         };
-        let contact_from_words = self.contact == ContactSource::Program;
-        Verdict::Over(Checked { block, before, contact_from_words, start_contact })
+        let contact_from_words = self.finder.source == ContactSource::Program;
+        Verdict::Over(Checked { block, before, contact_from_words, start_contact, contacts, pass_feed })
     }
 
-    /// Finds the contact at a point; `chord_mm` is the chord of its neighbouring tips. Faults are noted, and the
-    /// point then has no contact.
-    fn touch(&mut self, point: &mut Point, chord_mm: Vec3, text: &[u8]) {
-        point.touch = self.find_touch(point, chord_mm, text);
-        if let Some(touch) = &point.touch {
-            let pose = &point.station.pose;
-            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.parameters.tool, pose.axis);
-        }
-    }
-
-    fn find_touch(&mut self, point: &mut Point, chord_mm: Vec3, text: &[u8]) -> Option<Touch> {
+    /// Finds the contact at a point. Faults are noted, and the point then has no contact.
+    fn touch(&mut self, point: &mut Point, text: &[u8]) {
+        self.effort.pass(self.finder.evaluations());
+        let kinematics = &self.set_ups.now.kinematics;
         let tool = &self.parameters.tool;
-        let pose = point.station.pose;
-        let feed_direction = chord_mm.try_normalize(RESTING_MM);
-        let found = match (self.contact, point.words) {
-            (ContactSource::Tip, _) => {
-                Ok(Touch { contact: CutterContact::Tip, off_tool_mm: 0.0, side_assumed: false })
-            }
-            (ContactSource::Program, ContactWords::Point(contact)) => {
-                let contact_mm = match point.mode {
-                    Interpolation::Tcp => Vec3::from(contact),
-                    Interpolation::Machine => {
-                        let rotary_rad = rotary_rad(self.machine, point.station.words.rotary_deg);
-                        self.kinematics.tip_mm(Vec3::from(contact), rotary_rad)
-                    }
-                };
-                Touch::from_point(tool, &pose, contact_mm, feed_direction)
-            }
-            (ContactSource::Normals, ContactWords::Normal(normal)) => {
-                Touch::from_normal(tool, &pose, Vec3::from(normal), feed_direction)
-            }
-            (ContactSource::Surface, _) => {
-                self.effort.pass(SURFACE_EVALUATIONS);
-                let found = contact_on_surface(self.parameters.part.as_ref()?, tool, &pose)?;
-                Touch::from_normal(tool, &pose, found.normal, feed_direction)
-            }
-            (ContactSource::FeedPlane, _) => {
-                // A tip that rests or plunges along its axis touches with its lowest point.
-                let normal =
-                    feed_direction.and_then(|feed| feed_plane_normal(pose.axis, feed)).unwrap_or(pose.axis);
-                Touch::from_normal(tool, &pose, normal, feed_direction)
-            }
-            _ => return None,
-        };
-        match found {
-            Ok(touch) => {
-                if touch.off_tool_mm > Touch::ON_TOOL_MM {
-                    let kind = WarningKind::ContactOffTool;
-                    self.warnings.add_distance(kind, point.line, touch.off_tool_mm);
-                }
-                if touch.side_assumed {
-                    self.warnings.add(WarningKind::ContactSideAssumed, Some(point.line));
-                }
-                Some(touch)
-            }
+        let found = match self.finder.find(kinematics, tool, &point.station, point.mode, point.words) {
+            Ok(found) => found,
             Err(fault) => {
                 point.faulty = true;
                 self.faults.add(point.line, text, LineFaultKind::Contact(fault));
                 None
             }
+        };
+        if let Some(touch) = found.filter(|touch| touch.off_tool_mm > Touch::ON_TOOL_MM) {
+            self.warnings.add_distance(WarningKind::ContactOffTool, point.line, touch.off_tool_mm);
+        }
+        self.put(point, found);
+    }
+
+    /// Puts a contact at a point.
+    fn put(&self, point: &mut Point, touch: Option<Touch>) {
+        point.touch = touch;
+        if let Some(touch) = &point.touch {
+            let pose = &point.station.pose;
+            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.parameters.tool, pose.axis);
         }
     }
 
@@ -424,7 +484,13 @@ impl<'a> Judge<'a> {
         if travel.iter().all(Option::is_none) {
             return;
         }
-        let words = self.axis_words(self.mode(motion), &station.words, station.pose.tip_mm);
+        let mode = self.mode(motion);
+        if mode == Interpolation::Tcp && !self.set_ups.now.is_stated() {
+            // Where the axes stand depends on the set-up then.
+            self.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
+            return;
+        }
+        let words = self.axis_words(mode, &station.words, station.pose.tip_mm);
         for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(words).zip(travel) {
             self.check_word(motion.line, text, letter, word, travel);
         }
@@ -435,7 +501,8 @@ impl<'a> Judge<'a> {
         match mode {
             Interpolation::Machine => words.linear_mm,
             Interpolation::Tcp => {
-                self.kinematics.linear_mm(tip_mm, rotary_rad(self.machine, words.rotary_deg)).into()
+                let rotary_rad = rotary_rad(self.machine, words.rotary_deg);
+                self.set_ups.now.kinematics.linear_mm(tip_mm, rotary_rad).into()
             }
         }
     }

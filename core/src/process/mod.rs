@@ -2,6 +2,7 @@
 
 mod compensate;
 mod compensation;
+mod contact_finder;
 mod dialect_fit;
 mod emit;
 mod fault;
@@ -15,10 +16,12 @@ mod plain_lines;
 mod plan;
 mod post;
 mod prepare;
+mod program_setup;
 mod read_back;
 mod report;
 mod sampler;
 mod series;
+mod set_ups;
 mod simulate;
 mod singularity;
 mod spindle;
@@ -37,9 +40,10 @@ pub use compensation::{
     ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
     MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
 };
-pub use fault::{Fault, LineFault, LineFaultKind, LineFaults};
+pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
+pub use program_setup::{ProgramSetup, StartPosition};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
@@ -53,6 +57,6 @@ pub use verification::{
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,
 };
 pub use wear::{
-    CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter, compensate_wear,
-    compensate_wear_side_by_side,
+    Assumption, CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter,
+    compensate_wear, compensate_wear_side_by_side,
 };

@@ -1,23 +1,21 @@
 //! What a cutter-contact compensation is asked to do.
 
+use super::ProgramSetup;
 use crate::contact::{Correction, PartSurface};
-use crate::kinematics::Setup;
 use crate::machine::Tool;
-use crate::motion::Interpolation;
-use crate::program::Dialect;
-use crate::units::{Feedrate, Length};
+use crate::units::{Angle, Feedrate, Length};
 
 /// Where the contact at the block ends comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSource {
-    /// The first available of program, normals, surface, feed-plane.
+    /// The first available of program, normals and surface, else the tip.
     #[default]
     Auto,
     /// U V W words.
     Program,
     /// Contact normals carried with the program (CSV columns nx ny nz).
     Normals,
-    /// P0's rule from the feed direction; an assumption, reported as such.
+    /// P0's rule from the feed direction, where rotary axes turn; an assumption, reported as such.
     FeedPlane,
     /// The part's surface, where it comes with the program: where the cutter touches it.
     Surface,
@@ -59,18 +57,18 @@ pub struct CcParameters {
     pub tolerance: Length,
     /// Where contacts come from.
     pub contact: ContactSource,
-    /// Who interpolates; `None` takes it from the program's own switches.
-    pub interpolation: Option<Interpolation>,
+    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    pub pass_break: Angle,
     /// How the tip is moved.
     pub correction: Correction,
     /// How blocks are divided.
     pub output: OutputForm,
-    /// Work offset, tool length, location errors.
-    pub setup: Setup,
-    /// Feedrate where the program has none.
-    pub feed: Option<Feedrate>,
-    /// The dialect; `None` detects it.
-    pub dialect: Option<Dialect>,
+    /// What the text does not say: unit, work offsets, tool length and the like.
+    pub program: ProgramSetup,
+    /// The largest speed of the tip that an F word may ask for; `None`: [`Self::FEED_TIMES`] the programmed one.
+    pub max_feed: Option<Feedrate>,
+    /// What the control takes for a block at least \[s\], where that is known.
+    pub block_time_s: Option<f64>,
     /// What the computation may cost.
     pub budget: Budget,
     /// The part's surface.
@@ -98,6 +96,12 @@ impl CcParameters {
     /// Largest tolerance that is still one.
     pub const MAX_TOLERANCE: Length = Length::from_mm(10.0);
 
+    /// The feed of a finishing pass turns by a few degrees from block to block, that of a link or a corner by more than this.
+    pub const PASS_BREAK_DEG: f64 = 15.0;
+    /// Parts of a divided block run no faster than so many times the programmed feed: more comes of a contact that swings,
+    /// not of the part.
+    pub const FEED_TIMES: f64 = 10.0;
+
     /// The defaults of the contract for a tool: 10 µm, contact found by itself, even correction, fewest blocks.
     #[must_use]
     pub fn new(tool: Tool) -> Self {
@@ -105,12 +109,12 @@ impl CcParameters {
             tool,
             tolerance: Length::from_mm(0.01),
             contact: ContactSource::Auto,
-            interpolation: None,
+            pass_break: Angle::from_deg(Self::PASS_BREAK_DEG),
             correction: Correction::Even,
             output: OutputForm::Minimal,
-            setup: Setup::default(),
-            feed: None,
-            dialect: None,
+            program: ProgramSetup::default(),
+            max_feed: None,
+            block_time_s: None,
             budget: Budget::default(),
             part: None,
         }

@@ -1,15 +1,18 @@
 //! Into which parts a block over tolerance is divided.
 
+use super::contact_finder::ContactFinder;
+use super::emit::node_contact;
 use super::fault::LineFaultKind;
 use super::judge::Checked;
 use super::survey::Survey;
 use super::{CcParameters, OutputForm};
 use crate::contact::{
-    BlockTime, Correction, Effort, Node, Resolution, block_time_s, divide, feed_word, nodes, prove, segments,
+    BlockTime, Carry, Correction, CutterContact, Effort, Node, Resolution, Segment, SourceBlock,
+    block_time_s, divide, feed_direction, feed_word, nodes, prove, segments, within_tolerance,
 };
 use crate::machine::Machine;
-use crate::motion::{FeedMode, Motion};
-use crate::units::UM_PER_MM;
+use crate::motion::{ContactWords, FeedMode, Motion};
+use crate::units::{Feedrate, UM_PER_MM};
 
 /// Plans keep this share of the tolerance free, so that what sampling and rounding leave open cannot exceed it.
 const RESERVE: f64 = 2e-4;
@@ -17,6 +20,8 @@ const RESERVE: f64 = 2e-4;
 const MAX_PARTS: f64 = 100_000.0;
 /// Smallest F that is written, in the program's own unit.
 pub(super) const MIN_FEED: f64 = 1e-6;
+/// An F over its limit by no more than this share is at it.
+const SAME_FEED: f64 = 1e-9;
 
 /// A block that is divided: where its parts end, and with which decimals.
 #[derive(Debug, Clone)]
@@ -27,24 +32,33 @@ pub(super) struct Division {
     pub(super) carries_feed: bool,
 }
 
+/// What is planned for a block over tolerance.
+pub(super) enum Plan {
+    /// It is divided.
+    Divide(Division),
+    /// It stays as it is: a part would need more feed than is allowed.
+    TooFast,
+}
+
 /// Plans the division of a block over tolerance. Where the effort is over then, it means nothing.
 ///
 /// # Errors
 /// What is wrong with the line.
 pub(super) fn plan(
-    parameters: &CcParameters,
+    finder: &ContactFinder<'_>,
     machine: &Machine,
     survey: Survey,
     checked: &Checked<'_>,
     motion: &Motion,
     effort: &mut Effort<'_>,
-) -> Result<Division, LineFaultKind> {
+) -> Result<Plan, LineFaultKind> {
     if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
         return Err(LineFaultKind::NoInverseTime);
     }
     if motion.extra.is_some_and(|extra| extra.start.is_none()) {
         return Err(LineFaultKind::ExtraUnknown);
     }
+    let parameters = finder.parameters;
     let tolerance_mm = parameters.tolerance.mm();
     let own = resolution(checked, motion, motion.decimals.linear, motion.decimals.rotary);
     // Posts strip trailing zeros: where the block's own decimals are too coarse, the program's finest count.
@@ -57,13 +71,19 @@ pub(super) fn plan(
     let mut reachable_mm = f64::INFINITY;
     let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
     for resolution in tries {
-        match divided(parameters, machine, checked, motion, resolution, effort)? {
+        match divided(finder, machine, checked, motion, resolution, effort)? {
             Ok(nodes) => {
                 let carries_feed = motion.feed.value.is_some() && survey.has_feed_column;
                 if carries_feed {
-                    check_feeds(checked, motion, &nodes)?;
+                    match part_feeds(checked, motion, &nodes, parameters.max_feed) {
+                        PartFeeds::Fit => {}
+                        PartFeeds::TooHigh => return Ok(Plan::TooFast),
+                        PartFeeds::TooLow { feed } => {
+                            return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
+                        }
+                    }
                 }
-                return Ok(Division { nodes, resolution: *resolution, carries_feed });
+                return Ok(Plan::Divide(Division { nodes, resolution: *resolution, carries_feed }));
             }
             Err(mm) => reachable_mm = reachable_mm.min(mm),
         }
@@ -76,13 +96,14 @@ pub(super) fn plan(
 
 /// The nodes, or the smallest deviation that can be reached.
 fn divided(
-    parameters: &CcParameters,
+    finder: &ContactFinder<'_>,
     machine: &Machine,
     checked: &Checked<'_>,
     motion: &Motion,
     resolution: &Resolution,
     effort: &mut Effort<'_>,
 ) -> Result<Result<Vec<Node>, f64>, LineFaultKind> {
+    let parameters = finder.parameters;
     let (block, correction) = (&checked.block, parameters.correction);
     let within_mm = parameters.tolerance.mm() * (1.0 - RESERVE);
     Ok(match parameters.output {
@@ -91,7 +112,18 @@ fn divided(
             Ok(nodes(block, correction, count(ratio.sqrt())?, resolution, effort))
         }
         OutputForm::Minimal => {
-            divide(block, correction, checked.before.max_mm, within_mm, resolution, effort)
+            let sizes_mm = [checked.before.max_mm, within_mm];
+            let again = Again { finder, checked, motion, within_mm };
+            let first = divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
+                prove(block, nodes, within_mm, effort)?;
+                again.prove(nodes, effort)
+            });
+            // Where the rule that gives contacts finds no rest, the program's own line still does.
+            first.or_else(|_| {
+                divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
+                    prove(block, nodes, within_mm, effort)
+                })
+            })
         }
         OutputForm::Interpolated => {
             let parts = interpolation_steps(machine, checked, motion)?;
@@ -103,6 +135,82 @@ fn divided(
             }
         }
     })
+}
+
+/// The parts of a block, looked at as the blocks of a program that is compensated again: they have to be left alone then.
+struct Again<'p, 'a> {
+    finder: &'p ContactFinder<'p>,
+    checked: &'p Checked<'a>,
+    motion: &'p Motion,
+    within_mm: f64,
+}
+
+impl Again<'_, '_> {
+    /// Proves that each part keeps the tolerance to the line between its own contacts.
+    ///
+    /// # Errors
+    /// The largest deviation seen; also where the effort is over.
+    fn prove(&self, nodes: &[Node], effort: &mut Effort<'_>) -> Result<(), f64> {
+        let block = &self.checked.block;
+        let mut start = Some(self.checked.contacts[0]);
+        for (index, segment) in segments(block, nodes).enumerate() {
+            effort.pass(self.finder.evaluations());
+            if effort.is_over() {
+                return Err(f64::INFINITY);
+            }
+            let end = if index + 1 == nodes.len() {
+                Some(self.checked.contacts[1])
+            } else {
+                self.contact_at(&nodes[index])?
+            };
+            let contacts = if self.finder.assumes() {
+                Some(self.assumed(&segment))
+            } else {
+                start.zip(end).map(|(start, end)| [start, end])
+            };
+            // Without a contact a motion is not checked.
+            if let Some(contacts) = contacts {
+                self.prove_part(&segment, &contacts, effort)?;
+            }
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn prove_part(
+        &self,
+        segment: &Segment,
+        contacts: &[CutterContact; 2],
+        effort: &mut Effort<'_>,
+    ) -> Result<(), f64> {
+        let block = &self.checked.block;
+        let axes = segment.ends.map(|end| end.pose.axis);
+        let carry = Carry::between(&block.tool, [&contacts[0], &contacts[1]], axes);
+        let part =
+            SourceBlock::new(block.machine, &block.kinematics, block.tool, block.mode, segment.ends, carry);
+        let found = within_tolerance(&part, &part.whole(), self.within_mm);
+        let (Ok(sampled) | Err(sampled)) = found;
+        effort.spend(sampled.evaluations);
+        found.map(|_| ()).map_err(|sampled| sampled.max_mm)
+    }
+
+    /// The contact that will be found at a node, from its words as they are written.
+    fn contact_at(&self, node: &Node) -> Result<Option<CutterContact>, f64> {
+        let block = &self.checked.block;
+        let words = node_contact(self.checked, self.motion, node).unwrap_or(ContactWords::None);
+        let found = self.finder.find(&block.kinematics, &block.tool, &node.station, block.mode, words);
+        // A contact that cannot be one would refuse the program.
+        let touch = found.map_err(|_fault| f64::INFINITY)?;
+        Ok(touch.map(|touch| touch.contact))
+    }
+
+    /// The contacts that will be assumed at the ends of a part.
+    fn assumed(&self, segment: &Segment) -> [CutterContact; 2] {
+        let [start, end] = &segment.ends;
+        let own = feed_direction(&self.checked.block.tool, [&start.pose, &end.pose]);
+        let touches = self.finder.assumed([start, end], own.or(self.checked.pass_feed));
+        touches.map_or([CutterContact::Tip; 2], |touches| touches.map(|touch| touch.contact))
+    }
 }
 
 pub(super) fn resolution(
@@ -140,24 +248,64 @@ fn count(parts: f64) -> Result<u32, LineFaultKind> {
     Ok(parts.ceil().max(1.0) as u32)
 }
 
-/// Every part must get an F that can be written.
-pub(super) fn check_feeds(
+/// How the F words of all parts come out.
+pub(super) enum PartFeeds {
+    /// All can be written.
+    Fit,
+    /// One is more than allowed.
+    TooHigh,
+    /// One is less than can be written.
+    TooLow {
+        /// In program units.
+        feed: f64,
+    },
+}
+
+/// Looks at the F words of all parts: each has to be one that can be written, and no faster than allowed.
+pub(super) fn part_feeds(
     checked: &Checked<'_>,
     motion: &Motion,
     nodes: &[Node],
-) -> Result<(), LineFaultKind> {
+    max_feed: Option<Feedrate>,
+) -> PartFeeds {
     let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit, motion.feed.paths);
     for segment in segments(&checked.block, nodes) {
         let share = segment.fraction[1] - segment.fraction[0];
         let part = BlockTime::of(&checked.block, &segment, motion.mm_per_unit, motion.feed.paths);
-        let feed = motion
-            .feed
-            .mode
-            .and_then(|mode| feed_word(mode, motion.feed.raw, &source, &part, share))
-            .unwrap_or(0.0);
+        let Some(mode) = motion.feed.mode else { return PartFeeds::TooLow { feed: 0.0 } };
+        let feed = feed_word(mode, motion.feed.raw, &source, &part, share).unwrap_or(0.0);
         if feed < MIN_FEED {
-            return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
+            return PartFeeds::TooLow { feed };
+        }
+        if is_too_fast(max_feed, motion, [&source, &part], feed) {
+            return PartFeeds::TooHigh;
         }
     }
-    Ok(())
+    PartFeeds::Fit
+}
+
+/// Whether a part with this F runs faster than allowed. Where the limit is no measure of this F (degrees, or a length per
+/// spindle turn), so many times the programmed one is.
+pub(super) fn is_too_fast(
+    max_feed: Option<Feedrate>,
+    motion: &Motion,
+    [source, part]: [&BlockTime; 2],
+    feed: f64,
+) -> bool {
+    let max_units_per_min = max_feed.map(|max| max.mm_per_min() / motion.mm_per_unit);
+    let programmed = motion.feed.raw;
+    let (speed, limit) = match motion.feed.mode {
+        Some(FeedMode::InverseTime) => {
+            let limit =
+                max_units_per_min.unwrap_or(CcParameters::FEED_TIMES * source.path_units * programmed);
+            // A source that only turns has no speed of its tip to compare with.
+            let has_limit = max_units_per_min.is_some() || !source.is_purely_rotary();
+            (part.path_units * feed, if has_limit { limit } else { f64::INFINITY })
+        }
+        Some(FeedMode::PerMinute) if !part.is_purely_rotary() => {
+            (feed, max_units_per_min.unwrap_or(CcParameters::FEED_TIMES * programmed))
+        }
+        _ => (feed, CcParameters::FEED_TIMES * programmed),
+    };
+    speed > limit * (1.0 + SAME_FEED)
 }

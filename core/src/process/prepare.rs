@@ -2,11 +2,12 @@
 
 use super::CcParameters;
 use super::inventory::Inventory;
+use super::set_ups::SetUps;
 use super::stream::{Passage, Stretch};
 use super::tool_vectors::ToolVectors;
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
-use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::kinematics::{JointLanes, PoseLanes, ToolPose};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion};
 
@@ -21,7 +22,7 @@ pub(super) struct MotionPoses {
 /// Prepares stretch after stretch, in the order of the program.
 pub(super) struct Preparation<'a> {
     machine: &'a Machine,
-    kinematics: &'a Kinematics,
+    set_ups: SetUps,
     /// Who interpolates, where the parameter says so.
     interpolation: Option<Interpolation>,
     vectors: ToolVectors,
@@ -32,12 +33,12 @@ pub(super) struct Preparation<'a> {
 }
 
 impl<'a> Preparation<'a> {
-    pub(super) fn new(machine: &'a Machine, kinematics: &'a Kinematics, parameters: &CcParameters) -> Self {
+    pub(super) fn new(machine: &'a Machine, parameters: &CcParameters) -> Self {
         Self {
             machine,
-            kinematics,
-            interpolation: parameters.interpolation,
-            vectors: ToolVectors::new(machine, &parameters.setup),
+            set_ups: SetUps::new(machine, &parameters.program),
+            interpolation: parameters.program.interpolation,
+            vectors: ToolVectors::new(machine, &parameters.program),
             joints: JointLanes::default(),
             poses: PoseLanes::default(),
             inventory: Inventory::default(),
@@ -54,6 +55,19 @@ impl<'a> Preparation<'a> {
     }
 
     fn work_out(&mut self, Passage { motions, poses, .. }: &mut Passage) {
+        poses.clear();
+        let mut rest = motions.as_slice();
+        while let Some(first) = rest.first() {
+            self.set_ups.enter(first);
+            let alike = rest.iter().take_while(|motion| self.set_ups.is_entered(motion)).count();
+            let (now, later) = rest.split_at(alike);
+            self.work_out_alike(now, poses);
+            rest = later;
+        }
+    }
+
+    /// Of motions with the set-up entered last.
+    fn work_out_alike(&mut self, motions: &[Motion], poses: &mut Vec<MotionPoses>) {
         let (machine, count) = (self.machine, motions.len());
         let joints = |words: Option<AxisWords>| {
             let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
@@ -63,8 +77,7 @@ impl<'a> Preparation<'a> {
         self.joints.fill((0..2 * count).map(|lane| {
             joints(if lane < count { motions[lane].end } else { half_way(&motions[lane - count]) })
         }));
-        self.kinematics.forward_lanes(&self.joints, &mut self.poses);
-        poses.clear();
+        self.set_ups.now.kinematics.forward_lanes(&self.joints, &mut self.poses);
         poses.extend(motions.iter().enumerate().map(|(index, motion)| {
             let mut found =
                 MotionPoses { end: self.poses.pose(index), middle: self.poses.pose(count + index) };

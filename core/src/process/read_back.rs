@@ -7,11 +7,10 @@ use std::collections::VecDeque;
 use super::inventory::Inventory;
 use super::report::DeviationTotals;
 use super::tool_vectors::ToolVectors;
-use super::{Fault, Series, SeriesPoint};
+use super::{Fault, ProgramSetup, Series, SeriesPoint};
 use crate::contact::Sampled;
-use crate::kinematics::Setup;
 use crate::machine::Machine;
-use crate::motion::{Interpreter, InterpreterOptions, Motion};
+use crate::motion::{Interpreter, Motion};
 use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// What the next motion of the written program has to be.
@@ -61,11 +60,11 @@ pub(super) struct ReadBack<E> {
 }
 
 impl<E: Awaited> ReadBack<E> {
-    pub(super) fn new(machine: &Machine, dialect: Dialect, options: InterpreterOptions) -> Self {
+    pub(super) fn new(machine: &Machine, dialect: Dialect, program: &ProgramSetup) -> Self {
         Self {
             reader: Reader::new(Some(dialect), ReadLimits::default()),
-            interpreter: Interpreter::new(machine, options),
-            vectors: ToolVectors::new(machine, &Setup::default()),
+            interpreter: Interpreter::new(machine, program.options()),
+            vectors: ToolVectors::new(machine, program),
             batch: Batch::new(),
             motions: Vec::new(),
             seen: 0,
@@ -80,12 +79,6 @@ impl<E: Awaited> ReadBack<E> {
             words: None,
             motions_before: 0,
         }
-    }
-
-    /// Tool vectors are those of the machine set up like this.
-    pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
-        self.vectors = ToolVectors::new(machine, setup);
-        self
     }
 
     /// Words for the machine are kept until they are [taken](Self::take_word). Not where blocks are passed over.

@@ -71,8 +71,10 @@ impl DeviationTotals {
 pub enum WarningKind {
     /// A stated contact point does not lie on the tool; its offset was carried as it is.
     ContactOffTool,
-    /// The normal lies along the tool axis: the feed direction decided on which side the tool touches.
-    ContactSideAssumed,
+    /// Nobody says where the cutter touches: the tip stands for the contact.
+    ContactUnknown,
+    /// The contact is open at an end of a motion: the tip stands for it.
+    ContactOpen,
     /// Contacts were assumed from the feed direction.
     ContactAssumed,
     /// A motion at whose ends no contact is known: neither checked nor changed.
@@ -87,6 +89,16 @@ pub enum WarningKind {
     MayRollOver,
     /// An arc that turns rotary axes: neither checked nor changed.
     ArcWithRotary,
+    /// A block over tolerance was not divided, because its parts would run too fast.
+    FeedTooHigh,
+    /// Divided blocks with an exact stop.
+    ExactStop,
+    /// Divided blocks that are shorter than the control's block time.
+    ShortBlocks,
+    /// The positions of linear axes were not held against their travel.
+    TravelNotChecked,
+    /// The text states another unit than the caller.
+    UnitDisagrees,
     /// Divided blocks got no F word because the program has no feed.
     NoFeed,
     /// Nothing in the program could be checked.
@@ -129,7 +141,8 @@ impl WarningKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::ContactOffTool | Self::NearestContact => "contact_off_tool",
-            Self::ContactSideAssumed => "contact_side_assumed",
+            Self::ContactUnknown => "contact_unknown",
+            Self::ContactOpen => "contact_open",
             Self::ContactAssumed => "contact_assumed",
             Self::NoContact | Self::NoContactAtEnd => "no_contact",
             Self::ContactSwings => "contact_swings",
@@ -137,6 +150,11 @@ impl WarningKind {
             Self::WorkOffsetChanged => "work_offset_changed",
             Self::MayRollOver => "may_roll_over",
             Self::ArcWithRotary => "arc_with_rotary",
+            Self::FeedTooHigh => "feed_too_high",
+            Self::ExactStop => "exact_stop",
+            Self::ShortBlocks => "short_blocks",
+            Self::TravelNotChecked => "travel_not_checked",
+            Self::UnitDisagrees => "unit_disagrees",
             Self::NoFeed => "no_feed",
             Self::NothingChecked | Self::NoContactKept => "nothing_checked",
             Self::ToleranceNotReached => "tolerance_not_reached",
@@ -161,11 +179,14 @@ impl WarningKind {
             Self::ContactOffTool => {
                 "the stated contact point does not lie on the tool; its offset from the tip is carried as it is"
             }
-            Self::ContactSideAssumed => {
-                "the contact normal lies along the tool axis; the contact is taken on the leading side"
+            Self::ContactUnknown => {
+                "nothing states where the cutter touches, so the tip stands for the contact: the tip keeps its line, and how the contact moves round the cutter is not corrected; state the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface; contact=feed-plane assumes one from the feed"
+            }
+            Self::ContactOpen => {
+                "the contact is open here, and the tip stands for it: the normal lies along the tool axis, the tool plunges, it is fed across its axis, or it pivots about its tip"
             }
             Self::ContactAssumed => {
-                "contacts are assumed from the feed direction; give contact points or normals where they are known"
+                "the contacts of these motions are assumed from the feed; give contact points, normals or the part's surface where they are known"
             }
             Self::NoContact => {
                 "no contact is known at an end of this motion; it is neither checked nor changed"
@@ -181,6 +202,21 @@ impl WarningKind {
                 "a rotary axis without an end turns by half a turn or more in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
             }
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
+            Self::FeedTooHigh => {
+                "the block is over the tolerance and was not divided: its parts would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated; look at the contact there, or state max_feed_mm_per_min"
+            }
+            Self::ExactStop => {
+                "an exact stop (G60, G61 or G9) is active in a divided block: the machine stops at the end of every part; switch to continuous path (G64) where the surface must not show it"
+            }
+            Self::ShortBlocks => {
+                "parts of divided blocks take less time than block_time_ms of the machine's profile: the control may slow down there; use a larger tolerance or a lower feed"
+            }
+            Self::TravelNotChecked => {
+                "under tool-centre-point control the positions of X Y Z follow from the work offset (and the tool length on a head), which is not stated: their travel was not checked; give work_offset_mm and tool_length_mm"
+            }
+            Self::UnitDisagrees => {
+                "the program states another unit than `unit` or the machine's profile; the program's own counts"
+            }
             Self::NoFeed => {
                 "no feed is known here (none was given, or its value is an expression, or the table has no column F); inserted blocks carry no F word"
             }
@@ -241,6 +277,8 @@ pub struct Warning {
     pub worst_line: Option<u64>,
     /// Largest distance \[mm\], where one belongs to the warning.
     pub max_distance_mm: Option<f64>,
+    /// Shortest time \[s\], where one belongs to the warning.
+    pub min_time_s: Option<f64>,
     /// Why a motion could not be followed, for the first such line.
     pub reason: Option<Unfollowable>,
 }

@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 use super::Fault;
+use super::set_ups::SetUps;
 use super::simulate::{LeftOutReason, LinePeaks, SimulationParameters};
 use crate::contact::{BlockTime, block_time_s, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
-use crate::kinematics::{JointLanes, Kinematics};
+use crate::kinematics::JointLanes;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::servo::{AxisLetter, MovingAverage, ServoFault, TRAVEL_SLACK, ToolRun, letters_of};
@@ -73,7 +74,7 @@ impl Piece {
         }
         Ok(Some(Self {
             ends: [start, end],
-            mode: parameters.interpolation.unwrap_or(motion.interpolation),
+            mode: parameters.program.interpolation.unwrap_or(motion.interpolation),
             line: motion.line,
             length: if path_mm > RESTING_MM { path_mm } else { time.turn_deg },
             duration_s,
@@ -86,7 +87,7 @@ impl Piece {
 /// Turns pieces into samples and hands these to the drives.
 pub(super) struct Sampler<'a> {
     machine: &'a Machine,
-    kinematics: &'a Kinematics,
+    set_ups: SetUps,
     parameters: &'a SimulationParameters,
     pub(super) axes: [AxisLetter; 5],
     pub(super) run: ToolRun<'a>,
@@ -116,19 +117,19 @@ impl<'a> Sampler<'a> {
     /// `fastest`: the largest speed of the program, for which the averages of a profile are made.
     pub(super) fn new(
         machine: &'a Machine,
-        kinematics: &'a Kinematics,
         parameters: &'a SimulationParameters,
         fastest: f64,
         stop: &'a dyn Fn() -> ControlFlow<()>,
     ) -> Self {
         let axes = letters_of(machine);
         let SimulationParameters { drives, period_s, plane_normal, .. } = parameters;
+        let set_ups = SetUps::new(machine, &parameters.program);
         Self {
             machine,
-            kinematics,
+            run: ToolRun::new(&set_ups.now.kinematics, axes, drives, *period_s, *plane_normal, 0),
+            set_ups,
             parameters,
             axes,
-            run: ToolRun::new(kinematics, axes, drives, *period_s, *plane_normal, 0),
             pieces: VecDeque::new(),
             averages: None,
             average_lengths: parameters.profile.map(|profile| profile.averages(fastest, *period_s)),
@@ -147,8 +148,13 @@ impl<'a> Sampler<'a> {
     }
 
     /// Goes on with a motion.
-    pub(super) fn add(&mut self, mut piece: Piece) -> Result<(), Fault> {
+    pub(super) fn add(&mut self, motion: &Motion, mut piece: Piece) -> Result<(), Fault> {
         let period_s = self.parameters.period_s;
+        if !self.set_ups.is_entered(motion) {
+            self.lift()?;
+            self.set_ups.enter(motion);
+            self.run.set_up(&self.set_ups.now.kinematics);
+        }
         // A step of position between two motions (a change of interpolation, say) is no motion of the axes.
         if self.pieces.back().is_some_and(|last| last.ends[1] != piece.ends[0] || last.mode != piece.mode) {
             self.lift()?;
@@ -247,7 +253,9 @@ impl<'a> Sampler<'a> {
         let rotary_rad = rotary_rad(self.machine, rotary_deg);
         let linear_mm = match piece.mode {
             Interpolation::Machine => linear_mm,
-            Interpolation::Tcp => self.kinematics.linear_mm(Vec3::from(linear_mm), rotary_rad).into(),
+            Interpolation::Tcp => {
+                self.set_ups.now.kinematics.linear_mm(Vec3::from(linear_mm), rotary_rad).into()
+            }
         };
         self.check_travel(linear_mm, rotary_deg)?;
         self.lanes.push(linear_mm, rotary_rad);

@@ -3,28 +3,24 @@
 use std::ops::ControlFlow;
 
 use super::compensation::LineCursor;
+use super::fault::LineFaults;
 use super::sampler::{Piece, Sampler};
+use super::set_ups::{SetUps, turns};
 use super::stream::Passages;
-use super::{Fault, ProgramSource, UnknownArc};
+use super::{Fault, ProgramSetup, ProgramSource, UnknownArc};
 use crate::geometry::Vec3;
-use crate::kinematics::{Kinematics, Setup};
 use crate::machine::Machine;
-use crate::motion::{Interpolation, InterpreterOptions, Unfollowable};
+use crate::motion::{Motion, Unfollowable};
 use crate::program::Dialect;
 use crate::servo::{AxisLetter, DriveSet, FeedProfile, ToolOutcome};
-use crate::units::Feedrate;
 
 /// The parameters of a program's servo simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulationParameters {
     /// Drives of the axes that move.
     pub drives: DriveSet,
-    /// Work offset, tool length, location errors.
-    pub setup: Setup,
-    /// Who interpolates; `None` takes it from the program's own switches.
-    pub interpolation: Option<Interpolation>,
-    /// Feedrate where the program has none.
-    pub feed: Option<Feedrate>,
+    /// What the text does not say.
+    pub program: ProgramSetup,
     /// Sample period of the command \[s\].
     pub period_s: f64,
     /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
@@ -33,8 +29,6 @@ pub struct SimulationParameters {
     pub stop_at_corners_above_rad: f64,
     /// Normal of the plane in which the contour error gets a sign.
     pub plane_normal: Option<Vec3>,
-    /// The dialect; `None` detects it.
-    pub dialect: Option<Dialect>,
     /// Most samples the program may take.
     pub max_samples: u64,
 }
@@ -45,14 +39,11 @@ impl SimulationParameters {
     pub fn new(drives: DriveSet) -> Self {
         Self {
             drives,
-            setup: Setup::default(),
-            interpolation: None,
-            feed: None,
+            program: ProgramSetup::default(),
             period_s: 0.001,
             profile: None,
             stop_at_corners_above_rad: 10_f64.to_radians(),
             plane_normal: None,
-            dialect: None,
             max_samples: 50_000_000,
         }
     }
@@ -175,32 +166,26 @@ pub(super) fn simulate_lines(
     peaks: Option<LinePeaks<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ProgramSimulation, Fault> {
-    let kinematics = Kinematics::new(machine, &parameters.setup);
-    let options = InterpreterOptions {
-        feed_mm_per_min: parameters.feed.map(Feedrate::mm_per_min),
-        interpolation_stated: parameters.interpolation.is_some(),
-    };
     let mut outlook = Outlook::default();
-    for_each_motion(machine, parameters, options, source, Vec::new(), stop, &mut |piece| {
+    for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {
         outlook.see(piece);
         Ok(())
     })?;
     outlook.check(parameters)?;
-    let mut sampler = Sampler::new(machine, &kinematics, parameters, outlook.fastest, stop);
+    let mut sampler = Sampler::new(machine, parameters, outlook.fastest, stop);
     sampler.peaks = match peaks {
         Some(peaks) => Some(peaks),
         None => None,
     };
     sampler.tell_peaks(false)?;
     let mut left_out = LeftOuts::default();
-    let read =
-        for_each_motion(machine, parameters, options, source, lines, stop, &mut |piece| match piece {
-            Seen::Piece(piece) => sampler.add(*piece),
-            Seen::LeftOut(reason, line) => {
-                left_out.add(reason, line);
-                sampler.lift()
-            }
-        })?;
+    let read = for_each_motion(machine, parameters, source, lines, stop, &mut |piece| match piece {
+        Seen::Piece(motion, piece) => sampler.add(motion, *piece),
+        Seen::LeftOut(reason, line) => {
+            left_out.add(reason, line);
+            sampler.lift()
+        }
+    })?;
     sampler.lift()?;
     sampler.tell_peaks(true)?;
     let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
@@ -219,7 +204,7 @@ pub(super) fn simulate_lines(
 /// A motion as the simulation takes it.
 #[derive(Clone, Copy)]
 enum Seen<'a> {
-    Piece(&'a Piece),
+    Piece(&'a Motion, &'a Piece),
     /// No reason: a rapid.
     LeftOut(Option<LeftOutReason>, u64),
 }
@@ -233,25 +218,35 @@ struct Text {
 fn for_each_motion(
     machine: &Machine,
     parameters: &SimulationParameters,
-    options: InterpreterOptions,
     source: &dyn ProgramSource,
     lines: Vec<LineCursor<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
     take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
-        .with_setup(machine, &parameters.setup)
-        .with_lines(lines);
+    let mut passages = Passages::open(source, machine, &parameters.program)?.with_lines(lines);
+    let (mut set_ups, mut faults) = (SetUps::new(machine, &parameters.program), LineFaults::default());
     passages.work(stop, |passage, _, _| {
         for motion in &passage.motions {
             match Piece::of(parameters, motion) {
-                Ok(Some(piece)) => take(Seen::Piece(&piece))?,
+                Ok(Some(piece)) => {
+                    set_ups.enter(motion);
+                    // Where the axes go while the tool turns hangs on the set-up, whoever interpolates.
+                    if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
+                        let block = passage.batch.blocks().get(motion.block as usize);
+                        let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
+                        faults.add(motion.line, text, kind);
+                    }
+                    take(Seen::Piece(motion, &piece))?;
+                }
                 Ok(None) => {}
                 Err(reason) => take(Seen::LeftOut(reason, motion.line))?,
             }
         }
         Ok(())
     })?;
+    if faults.total > 0 {
+        return Err(Fault::Lines(faults));
+    }
     Ok(Text { dialect: passages.dialect(), blocks: passages.blocks })
 }
 
@@ -274,7 +269,7 @@ const MAX_AVERAGED: u64 = 1_000_000;
 impl Outlook {
     fn see(&mut self, seen: Seen<'_>) {
         match seen {
-            Seen::Piece(piece) => {
+            Seen::Piece(_, piece) => {
                 self.duration_s += piece.duration_s;
                 self.fastest = self.fastest.max(piece.length / piece.duration_s);
                 self.motions += 1;

@@ -8,10 +8,9 @@ use super::compensation::LineCursor;
 use super::prepare::MotionPoses;
 use super::tool_vectors::ToolVectors;
 use super::warnings::Warnings;
-use super::{Fault, WarningKind};
-use crate::kinematics::Setup;
+use super::{Fault, ProgramSetup, WarningKind};
 use crate::machine::Machine;
-use crate::motion::{Interpreter, InterpreterOptions, Motion};
+use crate::motion::{Interpreter, Motion};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// Asked now and then whether the work is still wanted.
@@ -111,16 +110,15 @@ impl<'a> Passages<'a> {
     pub(super) fn open(
         source: &'a dyn ProgramSource,
         machine: &Machine,
-        dialect: Option<Dialect>,
-        options: InterpreterOptions,
+        program: &ProgramSetup,
     ) -> Result<Self, Fault> {
         Ok(Self {
             input: source.open()?,
             chunk: vec![0; CHUNK_BYTES],
             ended: false,
-            reader: Reader::new(dialect, ReadLimits::default()),
-            interpreter: Interpreter::new(machine, options),
-            vectors: Some(ToolVectors::new(machine, &Setup::default())),
+            reader: Reader::new(program.dialect, ReadLimits::default()),
+            interpreter: Interpreter::new(machine, program.options()),
+            vectors: Some(ToolVectors::new(machine, program)),
             ahead: VecDeque::new(),
             spare: Vec::new(),
             diagnostics: Diagnostics::new(),
@@ -135,12 +133,6 @@ impl<'a> Passages<'a> {
     pub(super) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
         self.first_lines.clone_from(&lines);
         self.lines = lines;
-        self
-    }
-
-    /// Tool vectors are those of the machine set up like this.
-    pub(super) fn with_setup(mut self, machine: &Machine, setup: &Setup) -> Self {
-        self.vectors = Some(ToolVectors::new(machine, setup));
         self
     }
 
@@ -264,6 +256,10 @@ impl<'a> Passages<'a> {
         let (after_end, end) = self.behind_the_end();
         if after_end > 0 {
             warnings.add(WarningKind::TextAfterEnd, end).count = after_end;
+        }
+        if let Some(line) = self.interpreter.unit_disagrees_at() {
+            let mut cursors = self.first_lines.clone();
+            warnings.add(WarningKind::UnitDisagrees, Some(to_upload(&mut cursors, line)));
         }
         let without_point = self.interpreter.words_without_point();
         if without_point > 0 {

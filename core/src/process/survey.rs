@@ -143,10 +143,10 @@ impl Survey {
         }
     }
 
-    /// The contact source for this program: `auto` takes the first available of program, normals, surface,
-    /// feed-plane, and one that was asked for must be there.
+    /// The contact source for this program: `auto` takes the first available of program, normals and surface, else the tip;
+    /// one that was asked for must be there.
     pub(super) fn contact(self, asked: ContactSource, has_part: bool) -> Result<ContactSource, Fault> {
-        let beside = if has_part { ContactSource::Surface } else { ContactSource::FeedPlane };
+        let beside = if has_part { ContactSource::Surface } else { ContactSource::Tip };
         let missing = match (asked, self.stated) {
             (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
             (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(beside)),

@@ -4,9 +4,11 @@
 //! does between two vectors is a matter of its settings: the rotary axes run linearly, or the tool axis on the great
 //! circle. A motion where the two differ by no more than [`SAME_COURSE_RAD`] is followed; another is left alone.
 
+use super::ProgramSetup;
+use super::set_ups::SetUps;
 use crate::contact::rotary_rad;
 use crate::geometry::{Vec3, angle_between};
-use crate::kinematics::{Kinematics, Setup, ToolPose};
+use crate::kinematics::ToolPose;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 
@@ -25,7 +27,7 @@ type VectorPoint = ([f64; 3], [f64; 3]);
 #[derive(Debug, Clone)]
 pub(super) struct ToolVectors {
     machine: Machine,
-    kinematics: Kinematics,
+    set_ups: SetUps,
     /// Where the rotary axes stand, or stood last \[deg\].
     near_deg: Option<[f64; 2]>,
     /// The last point and its vector, with its words.
@@ -33,10 +35,10 @@ pub(super) struct ToolVectors {
 }
 
 impl ToolVectors {
-    /// On this machine with this set-up.
-    pub(super) fn new(machine: &Machine, setup: &Setup) -> Self {
-        let kinematics = Kinematics::new(machine, setup);
-        Self { machine: machine.clone(), kinematics, near_deg: None, last: None }
+    /// On this machine, with the set-up of this program.
+    pub(super) fn new(machine: &Machine, program: &ProgramSetup) -> Self {
+        let set_ups = SetUps::new(machine, program);
+        Self { machine: machine.clone(), set_ups, near_deg: None, last: None }
     }
 
     /// Gives the motions with vectors, in the program's order, their rotary words, and takes them to be followable
@@ -45,6 +47,9 @@ impl ToolVectors {
         for motion in motions {
             match (motion.tool_axis, motion.linear_end_mm, motion.end) {
                 (Some(axis), Some(linear_mm), None) if motion.interpolation == Interpolation::Tcp => {
+                    if self.set_ups.enter(motion) {
+                        self.last = None;
+                    }
                     self.resolve_one(motion, (linear_mm, axis));
                 }
                 (.., Some(end)) => (self.near_deg, self.last) = (Some(end.rotary_deg), None),
@@ -60,9 +65,9 @@ impl ToolVectors {
 
     /// The same for the motion that comes next, which comes again.
     pub(super) fn resolve_ahead(&mut self, motion: &mut Motion) {
-        let kept = (self.near_deg, self.last);
+        let kept = (self.near_deg, self.last, self.set_ups.now.clone());
         self.resolve(std::slice::from_mut(motion));
-        (self.near_deg, self.last) = kept;
+        (self.near_deg, self.last, self.set_ups.now) = kept;
     }
 
     /// Goes on behind motions that were resolved elsewhere and all end at known words.
@@ -113,8 +118,8 @@ impl ToolVectors {
         }
         // The first point, or one that the nearest turn does not reach: what the travels allow next to there.
         let pose = ToolPose { tip_mm: Vec3::from(tip_mm), axis };
-        let tilt_rad = self.kinematics.tilt_rad();
-        let candidates = self.kinematics.candidates(0, &pose, near_deg[0]).unwrap_or_default();
+        let tilt_rad = self.set_ups.now.kinematics.tilt_rad();
+        let candidates = self.set_ups.now.kinematics.candidates(0, &pose, near_deg[0]).unwrap_or_default();
         let words = candidates
             .iter()
             .filter(|candidate| candidate.axis_residual_rad <= SAME_AXIS_RAD + tilt_rad)
@@ -132,8 +137,8 @@ impl ToolVectors {
 
     /// On the branch and in the turn of `near_deg`.
     fn near_words(&self, axis: Vec3, near_deg: [f64; 2]) -> Option<[f64; 2]> {
-        let near = self.kinematics.words_near(axis, near_deg, 0.0).ok()?;
-        let most_rad = SAME_AXIS_RAD + self.kinematics.tilt_rad();
+        let near = self.set_ups.now.kinematics.words_near(axis, near_deg, 0.0).ok()?;
+        let most_rad = SAME_AXIS_RAD + self.set_ups.now.kinematics.tilt_rad();
         (near.axis_residual_rad <= most_rad).then_some(near.words_deg)
     }
 
@@ -147,7 +152,7 @@ impl ToolVectors {
 
     /// How far the tool axis half way with linear rotary axes is from the great circle \[rad\].
     fn course_rad(&self, start: &AxisWords, end: &AxisWords) -> f64 {
-        let axis = |words_deg| self.kinematics.axis(rotary_rad(&self.machine, words_deg));
+        let axis = |words_deg| self.set_ups.now.kinematics.axis(rotary_rad(&self.machine, words_deg));
         let (a, b) = (start.rotary_deg, end.rotary_deg);
         let middle = axis([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
         let chord = axis(a) + axis(b);
@@ -167,7 +172,7 @@ mod tests {
 
     use super::*;
     use crate::machine::Preset;
-    use crate::motion::{Interpreter, InterpreterOptions};
+    use crate::motion::Interpreter;
     use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
     /// Angles through vectors of seven decimals \[deg\].
@@ -181,8 +186,10 @@ mod tests {
 
     fn resolved(machine: &Machine, text: &str) -> Vec<Motion> {
         let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
-        let mut interpreter = Interpreter::new(machine, InterpreterOptions::default());
-        let mut vectors = ToolVectors::new(machine, &Setup::default());
+        let mut interpreter =
+            Interpreter::new(machine, ProgramSetup::in_mm(&crate::kinematics::Setup::default()).options());
+        let mut vectors =
+            ToolVectors::new(machine, &ProgramSetup::in_mm(&crate::kinematics::Setup::default()));
         let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
         reader.feed(text.as_bytes());
         reader.finish();

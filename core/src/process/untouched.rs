@@ -215,16 +215,20 @@ mod tests {
 
     use super::*;
     use crate::contact::Effort;
+    use crate::kinematics::Setup;
     use crate::machine::{Machine, Preset, Tool};
-    use crate::motion::InterpreterOptions;
-    use crate::process::CcParameters;
     use crate::process::inventory::Inventory;
     use crate::process::stream::Passages;
+    use crate::process::{CcParameters, ProgramSetup};
     use crate::program::Dialect;
     use crate::units::Length;
 
     fn tables() -> Machine {
         Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
+    }
+
+    fn in_mm(dialect: Dialect) -> ProgramSetup {
+        ProgramSetup { dialect: Some(dialect), ..ProgramSetup::in_mm(&Setup::default()) }
     }
 
     /// Runs of lines that repeat and what ends them, in several dialects, each with what a line of a motion contains.
@@ -301,10 +305,12 @@ mod tests {
 
     /// Reads `text` back as what was written for `source`, every block left as it was.
     fn read_back(dialect: Dialect, source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
-        let (machine, options) = (tables(), InterpreterOptions::default());
-        let parameters = CcParameters::new(Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap());
+        let machine = tables();
+        let program = in_mm(dialect);
+        let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap();
+        let parameters = CcParameters { program: program.clone(), ..CcParameters::new(tool) };
         let source = source.as_bytes().to_vec();
-        let mut passages = Passages::open(&source, &machine, Some(dialect), options)?;
+        let mut passages = Passages::open(&source, &machine, &program)?;
         let mut stretch = Stretch::default();
         passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
         let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
@@ -318,7 +324,7 @@ mod tests {
         }
         assert!(written.text == source, "the whole program");
         change(&mut written.text);
-        let mut verifier = Verifier::new(&machine, &parameters, dialect, options, Effort::default());
+        let mut verifier = Verifier::new(&machine, &parameters, dialect, Effort::default());
         verifier.take(&mut written, &stretch)?;
         verifier.finish(&inventory)
     }
@@ -386,8 +392,7 @@ mod tests {
         let machine = tables();
         let source =
             b"G90 G1 F100\nX0 Y0 Z0 A0 C0\nX1\nX2\n\nX3\nX4 F90\nX5\nG1 X6\nM8\nX7\nX8\nX#1\nX9\n".to_vec();
-        let options = InterpreterOptions::default();
-        let mut passages = Passages::open(&source, &machine, Some(Dialect::Iso), options).unwrap();
+        let mut passages = Passages::open(&source, &machine, &in_mm(Dialect::Iso)).unwrap();
         let mut stretch = Stretch::default();
         passages.fill(&mut stretch, &|| ControlFlow::Continue(())).unwrap();
         let motions = &stretch.passages[0].motions;

@@ -19,8 +19,7 @@ use crate::contact::{
 };
 use crate::machine::Machine;
 use crate::motion::{
-    AxisWords, ContactWords, Extra, FeedMode, Interpolation, InterpreterOptions, Motion, MotionKind,
-    Unfollowable,
+    AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
 };
 use crate::program::Dialect;
 
@@ -79,6 +78,7 @@ pub(super) struct Meaning {
     contact: ContactWords,
     extra: Option<Extra>,
     incremental: bool,
+    exact_stop: bool,
     mm_per_unit: f64,
     start: Option<AxisWords>,
     end: Option<AxisWords>,
@@ -97,6 +97,7 @@ impl Meaning {
             contact: motion.contact,
             extra: motion.extra,
             incremental: motion.incremental,
+            exact_stop: motion.exact_stop,
             mm_per_unit: motion.mm_per_unit,
             start: motion.start,
             end: motion.end,
@@ -119,6 +120,7 @@ impl Meaning {
             && read.contact == self.contact
             && read.extra == self.extra
             && read.incremental == self.incremental
+            && read.exact_stop == self.exact_stop
             && read.mm_per_unit.total_cmp(&self.mm_per_unit).is_eq();
         if same { Ok(()) } else { Err(failed(self.line, "a motion changed its meaning or its feed")) }
     }
@@ -207,15 +209,12 @@ impl<'a> Verifier<'a> {
         machine: &'a Machine,
         parameters: &'a CcParameters,
         dialect: Dialect,
-        options: InterpreterOptions,
         effort: Effort<'a>,
     ) -> Self {
         Self {
             machine,
             parameters,
-            read_back: ReadBack::new(machine, dialect, options)
-                .with_setup(machine, &parameters.setup)
-                .eager(),
+            read_back: ReadBack::new(machine, dialect, &parameters.program).eager(),
             parts: Vec::new(),
             exact: None,
             milestones: Milestones::default(),
@@ -289,7 +288,7 @@ impl<'a> Verifier<'a> {
         let line = group.source.line;
         let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
         let block = &group.checked.block;
-        let mode = self.parameters.interpolation.unwrap_or(read.interpolation);
+        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a part of a divided block has no known end"));
         };
@@ -310,7 +309,7 @@ impl<'a> Verifier<'a> {
         }
         Self::carried_along(read, group, index)?;
         let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
-        let ends = [start, end].map(|words| Station::new(self.machine, block.kinematics, mode, words));
+        let ends = [start, end].map(|words| Station::new(self.machine, &block.kinematics, mode, words));
         let segment = Segment { ends, fraction: [from, node.fraction] };
         let tolerance_mm = self.parameters.tolerance.mm();
         let found = if self.parameters.correction == Correction::Seed {

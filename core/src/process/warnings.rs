@@ -16,6 +16,7 @@ impl Warnings {
             line,
             worst_line: None,
             max_distance_mm: None,
+            min_time_s: None,
             reason: None,
         });
         warning.count += 1;
@@ -27,6 +28,15 @@ impl Warnings {
         let warning = self.add(kind, Some(line));
         if warning.max_distance_mm.is_none_or(|largest| distance_mm > largest) {
             warning.max_distance_mm = Some(distance_mm);
+            warning.worst_line = Some(line);
+        }
+    }
+
+    /// Counts one occurrence that has a time.
+    pub(super) fn add_time(&mut self, kind: WarningKind, line: u64, time_s: f64) {
+        let warning = self.add(kind, Some(line));
+        if warning.min_time_s.is_none_or(|least| time_s < least) {
+            warning.min_time_s = Some(time_s);
             warning.worst_line = Some(line);
         }
     }

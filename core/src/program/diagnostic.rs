@@ -148,6 +148,14 @@ pub enum DiagnosticCode {
         /// The text.
         text: Excerpt,
     },
+    /// A length before anybody said in which unit the program counts.
+    #[error(
+        "{address} is a length, and its unit is not known: give `unit` as mm or inch, state G20 or G21 (G70 or G71, `UNITS/`) in the program, or `program_unit` in the machine's profile"
+    )]
+    UnitUnknown {
+        /// The first such word.
+        address: Address,
+    },
     /// An address stands twice in one block.
     #[error("address {address} stands twice in the block")]
     RepeatedAddress {
@@ -195,6 +203,7 @@ impl DiagnosticCode {
             Self::NotADirection { .. } => "not_a_direction",
             Self::ControlFlow { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
+            Self::UnitUnknown { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",
             Self::Call { .. } => "call",
             Self::UnknownCode { .. } => "unknown_code",

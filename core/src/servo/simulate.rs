@@ -1,5 +1,7 @@
 //! Drives along a command, and what the part gets.
 
+use std::sync::Arc;
+
 use std::ops::ControlFlow;
 
 use multiversion::multiversion;
@@ -181,7 +183,8 @@ pub fn simulate_tool_path(
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Simulation, ServoFault> {
     let ToolCommand { axes, period_s, joints, judged_from, comes_to_rest } = command;
-    let mut run = ToolRun::new(kinematics, *axes, drives, *period_s, plane_normal, *judged_from as u64);
+    let kinematics = Arc::new(kinematics.clone());
+    let mut run = ToolRun::new(&kinematics, *axes, drives, *period_s, plane_normal, *judged_from as u64);
     let mut piece = JointLanes::default();
     let moving = joints.len();
     // From there on the command rests at its last sample.

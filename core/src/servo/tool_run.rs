@@ -1,6 +1,7 @@
 //! The drives of a whole machine along its commands, streamed: joints in, contour error of the tool out.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use super::simulate::samples_in;
 use super::statistics::{
@@ -29,7 +30,7 @@ pub struct ToolOutcome {
 /// Sample k is judged once the command is known up to k + [`LOOK_AHEAD`]. Memory does not grow with the run.
 #[derive(Debug)]
 pub struct ToolRun<'a> {
-    kinematics: &'a Kinematics,
+    kinematics: Arc<Kinematics>,
     axes: [AxisLetter; 5],
     drives: &'a DriveSet,
     period_s: f64,
@@ -83,11 +84,16 @@ struct Waiting {
 }
 
 impl<'a> ToolRun<'a> {
+    /// Goes on with the machine set up in this way; the axes are at rest then.
+    pub fn set_up(&mut self, kinematics: &Arc<Kinematics>) {
+        self.kinematics = Arc::clone(kinematics);
+    }
+
     /// A run that has not begun. `axes`: X, Y, Z and the rotary axes in the profile's order; contour errors get a
     /// sign from `plane_normal`; samples before `judged_from` count in no summary.
     #[must_use]
     pub fn new(
-        kinematics: &'a Kinematics,
+        kinematics: &Arc<Kinematics>,
         axes: [AxisLetter; 5],
         drives: &'a DriveSet,
         period_s: f64,
@@ -102,7 +108,7 @@ impl<'a> ToolRun<'a> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let longest_lag = lag.clamp(SHORTEST_LAG, LONGEST_LAG) as usize;
         Self {
-            kinematics,
+            kinematics: Arc::clone(kinematics),
             axes,
             drives,
             period_s,

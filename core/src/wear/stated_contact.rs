@@ -43,7 +43,7 @@ pub fn stated_side(
     contact_mm: Vec3,
 ) -> Result<(StatedSide, f64), ShiftFault> {
     let axis = pose.axis;
-    let touch = Touch::from_point(nominal, pose, contact_mm, None).map_err(|fault| match fault {
+    let touch = Touch::from_point(nominal, pose, contact_mm).map_err(|fault| match fault {
         ContactFault::Undercut { angle_deg } => ShiftFault::Undercut { angle_deg },
         ContactFault::ZeroNormal { length } => ShiftFault::ZeroNormal { length },
     })?;

@@ -43,26 +43,11 @@ pub(super) fn meaning(tenths: u32) -> Code {
         52 => Motion(Spline),
         50 | 51 | 60 | 61 | 62 => MotionWithAxes(Spline),
         // Among them the sense of I J K (G90.1), which no end depends on.
-        53
-        | 80
-        | 81
-        | 90
-        | 110
-        | 250
-        | 260
-        | 390
-        | 610..=612
-        | 620
-        | 630
-        | 640
-        | 901
-        | 911
-        | 960
-        | 970
-        | 980
-        | 990
-        | 1030
+        53 | 80 | 81 | 110 | 250 | 260 | 390 | 620 | 630 | 901 | 911 | 960 | 970 | 980 | 990 | 1030
         | 1870 => Harmless,
+        90 => Code::ExactStopHere,
+        610..=612 => Code::ExactStop(true),
+        640 => Code::ExactStop(false),
         70 | 71 | 1070 => Transform(Cylinder, true),
         100 => WriteOffsets,
         121 | 1120 => Transform(PolarInterpolation, true),

@@ -213,6 +213,10 @@ pub(super) enum Code {
     ToolOffset,
     RoundsCorners(bool),
     VectorsInMachine(bool),
+    /// The machine stops at the end of every block, or does not.
+    ExactStop(bool),
+    /// It stops at the end of this block.
+    ExactStopHere,
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,

@@ -37,9 +37,12 @@ pub(super) fn meaning(tenths: u32) -> Code {
         740 | 750 => Reference,
         900 => Incremental(false),
         910 => Incremental(true),
-        // Exact stop and continuous path; corners and ends of compensated contours; ISO mode off.
-        90 | 600 | 6010 | 6020 | 6030 | 620 | 6210 | 640 | 6410 | 6420 | 6430 | 6440 | 6450 | 4500 | 4510
-        | 4600 | 4610 | 4620 | 1400 | 1410 | 1420 | 1430 | 3400 | 3410 | 2900 | 9620 | 9720 => Harmless,
+        90 => Code::ExactStopHere,
+        600 => Code::ExactStop(true),
+        640 | 6410 | 6420 | 6430 | 6440 | 6450 => Code::ExactStop(false),
+        // How exact a stop is; corners and ends of compensated contours; ISO mode off.
+        6010 | 6020 | 6030 | 620 | 6210 | 4500 | 4510 | 4600 | 4610 | 4620 | 1400 | 1410 | 1420 | 1430
+        | 3400 | 3410 | 2900 | 9620 | 9720 => Harmless,
         code => FeedRules::of(Dialect::Siemens).g_mode(code).map_or(Unknown, Feed),
     }
 }

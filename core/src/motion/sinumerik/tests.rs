@@ -30,7 +30,7 @@ fn read(text: &str) -> Vec<Batch> {
 }
 
 fn interpreted(text: &str) -> (Interpreter, Vec<Motion>, Diagnostics) {
-    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::in_mm());
     let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
     for mut batch in read(text) {
         interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
@@ -355,12 +355,13 @@ fn what_no_block_contains_is_refused_with_its_line() {
 
 #[test]
 fn units_feeds_and_offsets_are_those_of_the_control() {
-    let motions = run("G70 G1 X1 F10\nG710 X1 F100\nG93 X2 F2\nG96 S100 X3 F.2\nG500 X4\n");
+    let motions = run("G70 G1 X1 F10\nG710 X1 F100\nG93 X2 F2\nG96 S100 X3 F.2\nG500 X4\nG54 X4\n");
     let x: Vec<_> = motions.iter().filter_map(linear).map(|end| end[0]).collect();
     assert!((x[0] - 25.4).abs() < 1e-12 && x[1..4] == [1.0, 2.0, 3.0]);
     let modes: Vec<_> = motions.iter().map(|motion| motion.feed.mode.unwrap()).collect();
     assert_eq!(modes[1..4], [FeedMode::PerMinute, FeedMode::InverseTime, FeedMode::PerRevolution]);
-    assert!(motions[4].offset_changed && motions[4].end.is_none());
+    assert!(!motions[4].offset_changed && motions[4].end.is_none(), "the first offset named");
+    assert!(motions[5].offset_changed && motions[5].end.is_none());
     // F of a dwell is a time of its own.
     let motions = run("G1 X1 F100\nG4 F2\nX2\n");
     assert_eq!(motions[1].feed.value, Some(100.0));
@@ -424,7 +425,7 @@ fn programs_end_where_they_end() {
 #[test]
 fn assignments_are_told_from_words() {
     let mut batches = read("DEF REAL _X\n_X=-365. _Y=2 R1=4\nX1=3\n");
-    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::default());
+    let mut interpreter = Interpreter::new(&machine(), InterpreterOptions::in_mm());
     interpreter.interpret(&mut batches[0], &mut Vec::new(), &mut Diagnostics::new());
     let batch = &batches[0];
     let keywords =

@@ -25,7 +25,7 @@ fn motions_on(machine: &Machine, options: InterpreterOptions, dialect: Dialect, 
 }
 
 fn motions(dialect: Dialect, text: &str) -> Vec<Motion> {
-    motions_on(&machine("ac-table"), InterpreterOptions::default(), dialect, text)
+    motions_on(&machine("ac-table"), InterpreterOptions::in_mm(), dialect, text)
 }
 
 /// Behind a motion that makes all axes known: X1 Y2 Z3 A0 C0.
@@ -204,7 +204,7 @@ fn g15_with_h_selects_a_work_coordinate_system() {
 fn a_length_along_the_tool_is_not_known_where_a_head_turns_it() {
     let text = "G43.1 H1\nG1 X0 Y0 Z0 B0 C0 F1000\nX80 B30\n";
     let on = |id: &str, interpolation_stated: bool| {
-        let options = InterpreterOptions { interpolation_stated, ..InterpreterOptions::default() };
+        let options = InterpreterOptions { interpolation_stated, ..InterpreterOptions::in_mm() };
         let text = if id == "ac-table" { text.replace('B', "A") } else { text.to_owned() };
         reason(&motions_on(&machine(id), options, Dialect::Iso, &text))
     };

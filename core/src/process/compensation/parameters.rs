@@ -1,14 +1,13 @@
 //! What a compensation in one pass is asked to do.
 
 use super::super::wear::{LengthInControl, Milling, WornCutter};
-use super::super::{Budget, CcParameters, ContactSource, OutputForm, SingularityParameters, WearParameters};
+use super::super::{
+    Budget, CcParameters, ContactSource, OutputForm, ProgramSetup, SingularityParameters, WearParameters,
+};
 use crate::contact::{Correction, PartSurface};
-use crate::kinematics::Setup;
 use crate::machine::Tool;
-use crate::motion::Interpolation;
-use crate::program::Dialect;
 use crate::servo::{DriveSet, FeedProfile};
-use crate::units::{Feedrate, Length};
+use crate::units::{Angle, Feedrate, Length};
 
 /// The steps asked for, and what they share. At least one step has to be named.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,15 +22,13 @@ pub struct CompensationParameters {
     pub singularity: Option<SingularityParameters>,
     /// Drives of the machine: the budget then has what servo lag leaves.
     pub servo: Option<ServoStep>,
-    /// Work offset, nominal tool length. Its `apply_errors` says for which machine the program is where
+    /// What the text does not say, with the nominal tool length. Its `apply_errors` says for which machine the program is where
     /// `location_errors` is not asked for; else it is not looked at.
-    pub setup: Setup,
-    /// Who interpolates; `None` takes it from the program's own switches.
-    pub interpolation: Option<Interpolation>,
-    /// Feedrate where the program has none.
-    pub feed: Option<Feedrate>,
-    /// The dialect; `None` detects it.
-    pub dialect: Option<Dialect>,
+    pub program: ProgramSetup,
+    /// The largest speed of the tip that an F word may ask for.
+    pub max_feed: Option<Feedrate>,
+    /// What the control takes for a block at least \[s\].
+    pub block_time_s: Option<f64>,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
@@ -64,6 +61,8 @@ pub struct CcStep {
     pub tolerance: Length,
     /// Where contacts come from.
     pub contact: ContactSource,
+    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    pub pass_break: Angle,
     /// How the tip is moved.
     pub correction: Correction,
     /// How blocks are divided.
@@ -95,10 +94,9 @@ impl CompensationParameters {
             cc: None,
             singularity: None,
             servo: None,
-            setup: Setup::default(),
-            interpolation: None,
-            feed: None,
-            dialect: None,
+            program: ProgramSetup::default(),
+            max_feed: None,
+            block_time_s: None,
             part: None,
         }
     }
@@ -108,18 +106,16 @@ impl CompensationParameters {
         self.wear.is_some() || self.location_errors
     }
 
-    /// The set-up under which the written program runs, the tool's length apart.
-    pub(super) fn real_setup(&self) -> Setup {
-        Setup { apply_errors: self.location_errors || self.setup.apply_errors, ..self.setup }
+    /// What holds for the written program, the tool's length apart.
+    pub(super) fn real_program(&self) -> ProgramSetup {
+        let apply_errors = self.location_errors || self.program.apply_errors;
+        ProgramSetup { apply_errors, ..self.program.clone() }
     }
 
     /// The moving step as that of a wear compensation; `fallback` is a cutter that nothing depends on.
     pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
         let shared = |parameters: WearParameters| WearParameters {
-            interpolation: self.interpolation,
-            setup: self.real_setup(),
-            feed: self.feed,
-            dialect: self.dialect,
+            program: self.real_program(),
             part: self.part.clone(),
             ..parameters
         };
@@ -143,17 +139,18 @@ impl CompensationParameters {
     /// What singular regions are treated with: the cutter, the contact and the tolerance of the step for its path, or the
     /// tip; the set-up is that of the machine which the program was made for.
     pub(super) fn treatment(&self, fallback: Tool) -> CcParameters {
-        let setup = Setup { apply_errors: !self.location_errors && self.setup.apply_errors, ..self.setup };
+        let apply_errors = !self.location_errors && self.program.apply_errors;
+        let program = ProgramSetup { apply_errors, ..self.program.clone() };
         let step = match (&self.cc, &self.wear) {
             (Some(step), _) => step.clone(),
             (None, Some(wear)) => CcStep { contact: wear.contact, ..CcStep::new(wear.nominal) },
             (None, None) => CcStep { contact: ContactSource::Tip, ..CcStep::new(fallback) },
         };
-        CcParameters { tool: step.tool, ..self.contact_path(&step, setup) }
+        CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
     }
 
-    /// The step for the cutter-contact path as a compensation of its own; `setup` is the moved program's.
-    pub(super) fn contact_path(&self, step: &CcStep, setup: Setup) -> CcParameters {
+    /// The step for the cutter-contact path as a compensation of its own; `program` is the moved program's.
+    pub(super) fn contact_path(&self, step: &CcStep, program: ProgramSetup) -> CcParameters {
         let tool = match self.wear.as_ref().map(|wear| &wear.worn) {
             Some(WornCutter::Tool(worn)) => *worn,
             Some(WornCutter::Table(_)) | None => step.tool,
@@ -161,12 +158,12 @@ impl CompensationParameters {
         CcParameters {
             tolerance: step.tolerance,
             contact: step.contact,
-            interpolation: self.interpolation,
+            pass_break: step.pass_break,
             correction: step.correction,
             output: step.output,
-            setup,
-            feed: self.feed,
-            dialect: self.dialect,
+            program,
+            max_feed: self.max_feed,
+            block_time_s: self.block_time_s,
             budget: step.budget,
             part: self.part.clone(),
             ..CcParameters::new(tool)
@@ -194,8 +191,9 @@ impl CcStep {
     /// The defaults of the contract for a tool.
     #[must_use]
     pub fn new(tool: Tool) -> Self {
-        let CcParameters { tolerance, contact, correction, output, budget, .. } = CcParameters::new(tool);
-        Self { tool, tolerance, contact, correction, output, budget }
+        let CcParameters { tolerance, contact, pass_break, correction, output, budget, .. } =
+            CcParameters::new(tool);
+        Self { tool, tolerance, contact, pass_break, correction, output, budget }
     }
 }
 

@@ -9,7 +9,8 @@ use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
 use super::super::{
-    CcReport, Fault, LeftOut, ProgramSource, SimulationParameters, SingularityAction, SingularityReport, Stop,
+    CcReport, Fault, LeftOut, ProgramSetup, ProgramSource, SimulationParameters, SingularityAction,
+    SingularityReport, Stop,
 };
 use super::budget::{NotModelled, Tally};
 use super::changes::{BlockChange, ChangeSink, ChangeTotals};
@@ -19,7 +20,6 @@ use super::report::{CompensationReport, LocationErrorReport};
 use super::spool::{Place, Resting, Spool};
 use super::unmodelled::Unmodelled;
 use super::{LineCursor, LineMap};
-use crate::kinematics::Setup;
 use crate::machine::{LocationError, Machine, Squareness, Tool};
 use crate::wear::SideBySide;
 
@@ -55,7 +55,8 @@ pub fn compensate_program(
         Some(Treated { lines: Some(lines), .. }) => (&resting as &dyn ProgramSource, Some(lines)),
         _ => (source, None),
     };
-    let course = Course { machine, parameters, spool, parts, stop, setup: parameters.real_setup(), lines };
+    let course =
+        Course { machine, parameters, spool, parts, stop, program: parameters.real_program(), lines };
     let report = treated.as_ref().map(|treated| treated.report.clone());
     let mut sum = Sum {
         sink: changes,
@@ -123,7 +124,7 @@ struct Course<'a> {
     parts: &'a dyn SideBySide,
     stop: &'a Stop<'a>,
     /// Of the written program.
-    setup: Setup,
+    program: ProgramSetup,
     /// From the program that the steps begin with to the upload, where it is not the upload itself.
     lines: Option<&'a LineMap>,
 }
@@ -137,7 +138,7 @@ struct Done {
     path: Option<(CcReport, LineMap)>,
     has_errors: bool,
     /// Of the written program.
-    setup: Setup,
+    program: ProgramSetup,
 }
 
 /// What the drives left out, once they were run through.
@@ -153,26 +154,26 @@ impl Course<'_> {
     fn run(&self, source: &dyn ProgramSource, output: &mut dyn Write, note: Note<'_>) -> Result<Done, Fault> {
         let has_errors = has_errors(self.machine);
         let Some(step) = &self.parameters.cc else {
-            let (moved, setup) = self.move_ends(source, output, has_errors, note)?;
-            return Ok(Done { moved: Some(moved), path: None, has_errors, setup });
+            let (moved, program) = self.move_ends(source, output, has_errors, note)?;
+            return Ok(Done { moved: Some(moved), path: None, has_errors, program });
         };
         if !self.parameters.moves() {
             let bare =
                 &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
-            let cc = self.parameters.contact_path(step, self.setup);
+            let cc = self.parameters.contact_path(step, self.program.clone());
             let source = self.upstream(source);
             let path = compensate_from(self.machine, &cc, source, output, bare, self.parts, self.stop)?;
-            return Ok(Done { moved: None, path: Some(path), has_errors, setup: self.setup });
+            return Ok(Done { moved: None, path: Some(path), has_errors, program: self.program.clone() });
         }
         let mut text = BufWriter::new(self.spool.create(Place::Moved)?);
         let mut resting = BufWriter::new(self.spool.create(Place::Moves)?);
         let keep = &mut |change: &BlockChange| Ok(record::put(change, &mut resting)?);
-        let (moved, setup) = self.move_ends(source, &mut text, has_errors, keep)?;
+        let (moved, program) = self.move_ends(source, &mut text, has_errors, keep)?;
         text.flush()?;
         resting.flush()?;
         drop((text, resting));
-        let path = self.contact_path(step, &moved, setup, output, note)?;
-        Ok(Done { moved: Some(moved), path: Some(path), has_errors, setup })
+        let path = self.contact_path(step, &moved, program.clone(), output, note)?;
+        Ok(Done { moved: Some(moved), path: Some(path), has_errors, program })
     }
 
     /// The step that moves ends, and the set-up of what it writes.
@@ -182,25 +183,26 @@ impl Course<'_> {
         output: &mut dyn Write,
         has_errors: bool,
         note: Note<'_>,
-    ) -> Result<(Moved, Setup), Fault> {
+    ) -> Result<(Moved, ProgramSetup), Fault> {
         let parameters = self.parameters;
         let cutter = parameters.cc.as_ref().map_or(Tool::UNIT_BALL, |step| step.tool);
         let moving = parameters.moving(cutter);
         let posts = parameters.location_errors && has_errors;
         // A machine without errors is the nominal one, to the bit.
-        let exact = |setup: Setup, real: bool| {
-            if parameters.location_errors { Setup { apply_errors: posts && real, ..setup } } else { setup }
+        let exact = |program: &ProgramSetup, real: bool| {
+            let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
+            ProgramSetup { apply_errors, ..program.clone() }
         };
         let moves = Moves {
             parameters: &moving,
-            source_setup: exact(moving.setup, false),
-            written_setup: exact(moving.written_setup(), true),
+            source_program: exact(&moving.program, false),
+            written_program: exact(&moving.program, true),
             posts,
             has_wear: parameters.wear.is_some(),
         };
         let source = self.upstream(source);
         let moved = move_program(self.machine, &moves, source, output, note, self.parts, self.stop)?;
-        Ok((moved, moves.written_setup))
+        Ok((moved, moves.program_behind()))
     }
 
     /// The step for the contact's path, from the moved program.
@@ -208,7 +210,7 @@ impl Course<'_> {
         &self,
         step: &CcStep,
         moved: &Moved,
-        setup: Setup,
+        program: ProgramSetup,
         output: &mut dyn Write,
         note: Note<'_>,
     ) -> Result<(CcReport, LineMap), Fault> {
@@ -219,7 +221,7 @@ impl Course<'_> {
             let change = change.ok_or(Fault::VerificationFailed { line: judged.line, what })?;
             note(&with_path(change, judged))
         };
-        let cc = self.parameters.contact_path(step, setup);
+        let cc = self.parameters.contact_path(step, program);
         let text = Resting { spool: self.spool, place: Place::Moved };
         let maps = [Some(&moved.lines), self.lines].into_iter().flatten();
         let source = Upstream { source: &text, lines: maps.map(LineCursor::new).collect() };
@@ -229,12 +231,9 @@ impl Course<'_> {
     /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
     fn lags(&self, done: &Done, servo: &ServoStep) -> Result<Lags, Fault> {
         let parameters = SimulationParameters {
-            setup: done.setup,
-            interpolation: self.parameters.interpolation,
-            feed: self.parameters.feed,
+            program: done.program.clone(),
             period_s: servo.period_s,
             profile: servo.profile,
-            dialect: self.parameters.dialect,
             max_samples: servo.max_samples,
             ..SimulationParameters::new(servo.drives)
         };

@@ -1,7 +1,7 @@
 //! What a posting is asked to do.
 
-use crate::kinematics::{REWIND_DEG, Setup};
-use crate::program::Dialect;
+use super::super::ProgramSetup;
+use crate::kinematics::REWIND_DEG;
 use crate::units::Length;
 
 /// What X Y Z of the posted program are.
@@ -17,8 +17,8 @@ pub enum PostForm {
 /// The parameters of a posting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PostParameters {
-    /// Work offset, tool length, location errors.
-    pub setup: Setup,
+    /// What the text does not say: unit, work offset, tool length, the dialect of the source.
+    pub program: ProgramSetup,
     /// What X Y Z are.
     pub form: PostForm,
     /// H of G43.4.
@@ -33,8 +33,6 @@ pub struct PostParameters {
     pub rotary_decimals: u8,
     /// How far lines in place of an arc may stand off it.
     pub arc_tolerance: Length,
-    /// The dialect of the source; `None` detects it.
-    pub dialect: Option<Dialect>,
     /// Most blocks written.
     pub max_blocks_out: u64,
 }
@@ -42,7 +40,7 @@ pub struct PostParameters {
 impl Default for PostParameters {
     fn default() -> Self {
         Self {
-            setup: Setup::default(),
+            program: ProgramSetup::default(),
             form: PostForm::Tcp,
             length_number: 1,
             start_words_deg: None,
@@ -50,7 +48,6 @@ impl Default for PostParameters {
             linear_decimals: 4,
             rotary_decimals: 4,
             arc_tolerance: Length::from_mm(0.005),
-            dialect: None,
             max_blocks_out: 20_000_000,
         }
     }

@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 
+use super::super::ProgramSetup;
 use super::points::Point;
 use super::{PostForm, PostParameters};
 use crate::contact::Station;
 use crate::geometry::angle_between;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{Interpolation, InterpreterOptions, Motion, MotionKind};
+use crate::motion::{Interpolation, Motion, MotionKind};
 use crate::process::Fault;
 use crate::process::read_back::{Awaited, MachineWord, ReadBack, failed};
 use crate::program::{Address, Dialect};
@@ -58,7 +59,7 @@ impl<'a> PostedAgain<'a> {
         Self {
             machine,
             kinematics,
-            read_back: ReadBack::new(machine, Dialect::Iso, InterpreterOptions::default()).with_words(),
+            read_back: ReadBack::new(machine, Dialect::Iso, &ProgramSetup::default()).with_words(),
             words: VecDeque::new(),
             points: 0,
             mode: match parameters.form {

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::ops::ControlFlow;
 
+use super::super::set_ups::SetUps;
 use super::points::{Item, Point, Points};
 use super::read_back::{Expected, PostedAgain};
 use super::write::{Writer, words};
@@ -11,7 +12,7 @@ use crate::contact::{Station, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{InverseError, Kinematics, Path, PathOptions, ToolPose, WarningKind};
 use crate::machine::Machine;
-use crate::motion::{AxisWords, FeedMode, Interpolation, InterpreterOptions};
+use crate::motion::{AxisWords, FeedMode, Interpolation};
 use crate::process::fault::LineFaultKind;
 use crate::process::stream::{Passage, Passages};
 use crate::process::{Fault, LineFaults, ProgramSource};
@@ -92,18 +93,20 @@ pub fn post(
     output: &mut dyn Write,
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
-    let kinematics = Kinematics::new(machine, &parameters.setup);
-    let mut passages = Passages::open(source, machine, parameters.dialect, InterpreterOptions::default())?;
+    let set_up = SetUps::new(machine, &parameters.program).now;
+    let kinematics = &*set_up.kinematics;
+    let mut passages = Passages::open(source, machine, &parameters.program)?;
     let mut run = Run {
         machine,
-        kinematics: &kinematics,
+        kinematics,
+        unstated: set_up.missing_for_place().filter(|_| hangs_on_set_up(machine, parameters)),
         parameters,
         points: Points::default(),
         window: Vec::new(),
         start_words_deg: parameters.start_words_deg,
         last: None,
         writer: Writer::default(),
-        read_back: PostedAgain::new(machine, &kinematics, parameters),
+        read_back: PostedAgain::new(machine, kinematics, parameters),
         out: Vec::new(),
         faults: LineFaults::default(),
         report: PostReport::default(),
@@ -142,9 +145,16 @@ pub fn post(
     Ok(report)
 }
 
+/// Whether the words depend on the set-up: axis positions do, and so does which way keeps within the travel of X Y Z.
+fn hangs_on_set_up(machine: &Machine, parameters: &PostParameters) -> bool {
+    parameters.form == PostForm::Machine || machine.linear_travel_mm().iter().any(Option::is_some)
+}
+
 struct Run<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
+    /// What the words depend on, where it is not stated.
+    unstated: Option<LineFaultKind>,
     parameters: &'a PostParameters,
     points: Points,
     window: Vec<Item>,
@@ -171,6 +181,9 @@ impl Run<'_> {
             let mut moves = false;
             while let Some(motion) = motions.next_if(|motion| motion.block as usize == index) {
                 moves = true;
+                if let Some(kind) = &self.unstated {
+                    self.faults.add(motion.line, batch.block_text(block), kind.clone());
+                }
                 if let Err(why) = self.points.motion(self.parameters, motion, &mut self.window) {
                     self.faults.add(motion.line, batch.block_text(block), LineFaultKind::NotPosted(why));
                 }

@@ -1,18 +1,21 @@
 //! Where the cutter touches at the points of a region, as far as the program or the part says so.
 
-use super::super::judge::SURFACE_EVALUATIONS;
+use std::sync::Arc;
+
+use super::super::contact_finder::ContactFinder;
 use super::super::{CcParameters, ContactSource};
-use crate::contact::{Carry, CutterContact, SourceBlock, Station, Touch, contact_on_surface, rotary_rad};
+use crate::contact::{Carry, CutterContact, SourceBlock, Station, rotary_rad};
 use crate::geometry::{Vec3, across};
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::{Machine, Tool};
 use crate::motion::{ContactWords, Interpolation};
 
 /// Machine, set-up and cutter, and where contacts come from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Cutting<'a> {
     pub(super) machine: &'a Machine,
-    pub(super) kinematics: &'a Kinematics,
+    /// The machine as it is set up for the motions at hand.
+    pub(super) kinematics: Arc<Kinematics>,
     pub(super) parameters: &'a CcParameters,
     pub(super) contact: ContactSource,
 }
@@ -26,26 +29,25 @@ impl<'a> Cutting<'a> {
         mode: Interpolation,
         words: ContactWords,
     ) -> Option<CutterContact> {
-        let (tool, pose) = (&self.parameters.tool, &station.pose);
-        let found = match (self.contact, words) {
-            (ContactSource::Program, ContactWords::Point(point)) => {
-                Touch::from_point(tool, pose, self.point_mm(point, station, mode), None)
-            }
-            (ContactSource::Normals, ContactWords::Normal(normal)) => {
-                Touch::from_normal(tool, pose, Vec3::from(normal), None)
-            }
-            (ContactSource::Surface, _) => {
-                let found = contact_on_surface(self.parameters.part.as_ref()?, tool, pose)?;
-                Touch::from_normal(tool, pose, found.normal, None)
-            }
-            _ => return None,
-        };
-        found.ok().filter(|touch| !touch.side_assumed).map(|touch| touch.contact)
+        if matches!(self.contact, ContactSource::FeedPlane | ContactSource::Tip) {
+            return None;
+        }
+        let found = self.finder().find(&self.kinematics, &self.parameters.tool, station, mode, words);
+        found.ok().flatten().filter(|touch| !touch.is_open).map(|touch| touch.contact)
+    }
+
+    fn finder(&self) -> ContactFinder<'a> {
+        ContactFinder { machine: self.machine, parameters: self.parameters, source: self.contact }
     }
 
     /// A contact looked for takes as long as so many evaluations.
     pub(super) fn look_evaluations(&self) -> u64 {
-        if self.contact == ContactSource::Surface { SURFACE_EVALUATIONS } else { 1 }
+        self.finder().evaluations()
+    }
+
+    /// The same with the machine set up in this way.
+    pub(super) fn on(&self, kinematics: &Arc<Kinematics>) -> Self {
+        Self { kinematics: Arc::clone(kinematics), ..self.clone() }
     }
 
     /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.
@@ -75,7 +77,7 @@ impl<'a> Cutting<'a> {
             }
             _ => Carry::Tip,
         };
-        SourceBlock::new(self.machine, self.kinematics, tool, mode, ends, carry)
+        SourceBlock::new(self.machine, &self.kinematics, tool, mode, ends, carry)
     }
 
     /// The tip with which a cutter that leans along `axis` touches where it did at this pose \[mm\]; without a contact

@@ -10,14 +10,15 @@ use super::pending::Pending;
 use super::plan::{Divided, Planner};
 use super::taut_string::taut_string;
 use crate::contact::{
-    Effort, Node, Resolution, Segment, SourceBlock, Station, prove, rotary_rad, sample_until_sure, segments,
+    CutterContact, Effort, Node, Resolution, Segment, SourceBlock, Station, prove, rotary_rad,
+    sample_until_sure, segments,
 };
 use crate::geometry::GreatCircle;
 use crate::kinematics::{Branch, TurningRoom};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation};
 use crate::process::ContactSource;
 use crate::process::judge::Checked;
-use crate::process::plan::{Division, check_feeds, resolution};
+use crate::process::plan::{Division, PartFeeds, part_feeds, resolution};
 
 /// More parts of one block are not written.
 pub(super) const MAX_PARTS: u32 = 2048;
@@ -80,15 +81,21 @@ impl<'a> Planner<'a> {
             ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
         };
         let contact_from_words = self.cutting.contact == ContactSource::Program;
-        let checked = Checked { block, before, contact_from_words, start_contact };
+        // Nobody judges these parts again by their contacts: regions are looked at by the words alone.
+        let contacts = [CutterContact::Tip; 2];
+        let checked = Checked { block, before, contact_from_words, start_contact, contacts, pass_feed: None };
         let [linear, rotary] = self.decimals(motion);
         let resolution = resolution(&checked, motion, linear, rotary);
         let room_rad = self.room_rad(pending)?.min(NODES_SHARE * limits.axis_tolerance_rad);
         let task = Task { planner: self, pending, block: &checked.block, arc, resolution, room_rad };
         let nodes = task.fewest(needed, effort)?;
         let carries_feed = motion.feed.value.is_some() && self.survey.has_feed_column;
-        if carries_feed && check_feeds(&checked, motion, &nodes).is_err() {
-            return Err(LeftReason::FeedTooSmall);
+        if carries_feed {
+            match part_feeds(&checked, motion, &nodes, self.cutting.parameters.max_feed) {
+                PartFeeds::Fit => {}
+                PartFeeds::TooLow { .. } => return Err(LeftReason::FeedTooSmall),
+                PartFeeds::TooHigh => return Err(LeftReason::FeedTooHigh),
+            }
         }
         let division = Division { nodes, resolution, carries_feed };
         Ok(Some(Divided { source: *motion, checked, division }))
@@ -161,7 +168,7 @@ impl Task<'_, '_> {
 
     /// Words of u and v \[deg\] at the nodes from 0 to `parts`.
     fn rotary_way(&self, parts: u32) -> Result<Vec<[f64; 2]>, LeftReason> {
-        let kinematics = self.planner.cutting.kinematics;
+        let kinematics = &self.planner.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
         let travel = self.planner.cutting.machine.rotary_axes()[u].travel_deg;
         let ends = self.block.ends.map(|end| [end.words.rotary_deg[u], end.words.rotary_deg[v]]);
@@ -195,7 +202,7 @@ impl Task<'_, '_> {
     /// The rooms of u at the nodes, turn by turn from both ends toward the node nearest to the singularity: there the
     /// solutions meet, and whole turns too where u is free.
     fn rooms(&self, parts: u32, ends_deg: [f64; 2]) -> Option<Vec<TurningRoom>> {
-        let kinematics = self.planner.cutting.kinematics;
+        let kinematics = &self.planner.cutting.kinematics;
         let machine = self.planner.cutting.machine;
         let axes: Vec<_> = (0..=parts).map(|k| self.arc.at(f64::from(k) / f64::from(parts))).collect();
         let nearness =
@@ -220,7 +227,7 @@ impl Task<'_, '_> {
 
     /// The solutions at both ends; an end in the singularity itself takes the other's.
     fn branches(&self, machine: &crate::machine::Machine, nearness_rad: [f64; 2]) -> [Branch; 2] {
-        let kinematics = self.planner.cutting.kinematics;
+        let kinematics = &self.planner.cutting.kinematics;
         let branch = |k: usize| kinematics.branch(rotary_rad(machine, self.block.ends[k].words.rotary_deg));
         let [start, end] = [branch(0), branch(1)];
         match nearness_rad.map(|angle| angle <= self.room_rad) {
@@ -232,7 +239,7 @@ impl Task<'_, '_> {
 
     /// The nodes with their words rounded: rotaries first, then X Y Z for what is written.
     fn nodes(&self, parts: u32, way: &[[f64; 2]]) -> Vec<Node> {
-        let kinematics = self.planner.cutting.kinematics;
+        let kinematics = &self.planner.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
         let last = parts as usize;
         let mut nodes = Vec::with_capacity(last);

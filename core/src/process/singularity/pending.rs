@@ -1,10 +1,14 @@
 //! Which consecutive motions make a region.
 
+use std::sync::Arc;
+
 use super::contact::Cutting;
 use crate::contact::{Station, rotary_rad};
-use crate::kinematics::SingularZone;
+use crate::kinematics::{Kinematics, SingularZone};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
+use crate::process::fault::LineFaults;
 use crate::process::judge::may_roll_over;
+use crate::process::set_ups::SetUps;
 use crate::program::{Address, Batch, Dialect, WordForm};
 
 /// Rotary words that differ by less are the same \[deg\].
@@ -25,9 +29,11 @@ pub(super) enum Stated {
 }
 
 /// A motion of a region.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Pending {
     pub(super) motion: Motion,
+    /// The machine as it is set up for it.
+    pub(super) kinematics: Arc<Kinematics>,
     /// Its number among the motions of the program.
     pub(super) index: u64,
     pub(super) mode: Interpolation,
@@ -58,6 +64,7 @@ pub(super) enum Seen {
 #[derive(Debug)]
 pub(super) struct Collector<'a> {
     cutting: Cutting<'a>,
+    set_ups: SetUps,
     zone: SingularZone,
     dialect: Dialect,
     region: Vec<Pending>,
@@ -67,11 +74,15 @@ pub(super) struct Collector<'a> {
     /// The last contact words stated.
     stated: ContactWords,
     pub(super) checked: u64,
+    /// Motions whose path depends on something that is not stated.
+    pub(super) faults: LineFaults,
 }
 
 impl<'a> Collector<'a> {
     pub(super) fn new(cutting: Cutting<'a>, zone: SingularZone, dialect: Dialect) -> Self {
         Self {
+            set_ups: SetUps::new(cutting.machine, &cutting.parameters.program),
+            faults: LineFaults::default(),
             cutting,
             zone,
             dialect,
@@ -102,7 +113,8 @@ impl<'a> Collector<'a> {
     /// Looks at the next motion. Where it closes the region it is not in, it has to be shown again after
     /// [`Collector::take`].
     pub(super) fn see(&mut self, batch: &Batch, motion: &Motion, index: u64) -> Seen {
-        let mode = self.cutting.parameters.interpolation.unwrap_or(motion.interpolation);
+        let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
+        self.set_ups.enter(motion);
         let found = self.pending(batch, motion, index, mode);
         if self.is_open() && found.is_none() {
             return Seen::Closes;
@@ -115,7 +127,13 @@ impl<'a> Collector<'a> {
         if !stays {
             self.last = motion.end.map(|end| (end, mode, motion.contact));
         }
-        self.checked += u64::from(self.follows(motion));
+        if self.follows(motion) {
+            self.checked += 1;
+            if let Some(kind) = self.set_ups.now.missing_for_turning(mode, motion) {
+                let block = batch.blocks().get(motion.block as usize);
+                self.faults.add(motion.line, block.map_or(&[][..], |block| batch.block_text(block)), kind);
+            }
+        }
         let Some(found) = found else { return Seen::Closes };
         self.quiet = if found.turns { 0 } else { self.quiet + 1 };
         self.region.push(found);
@@ -137,12 +155,13 @@ impl<'a> Collector<'a> {
         let before = self.region.last();
         let goes_on = before.is_some_and(|before| {
             let same_unit = before.motion.mm_per_unit.to_bits() == motion.mm_per_unit.to_bits();
-            before.ends[1].words == start && before.mode == mode && same_unit
+            let same_set_up = Arc::ptr_eq(&before.kinematics, &self.set_ups.now.kinematics);
+            before.ends[1].words == start && before.mode == mode && same_unit && same_set_up
         });
         if before.is_some() && !goes_on || !turns && (before.is_none() || self.quiet >= MAX_QUIET) {
             return None;
         }
-        let Cutting { machine, kinematics, .. } = self.cutting;
+        let (machine, kinematics) = (self.cutting.machine, &self.set_ups.now.kinematics);
         let station = |words| Station::new(machine, kinematics, mode, words);
         let ends = [before.map_or_else(|| station(start), |before| before.ends[1]), station(end)];
         let angles = ends.map(|end| rotary_rad(machine, end.words.rotary_deg));
@@ -156,6 +175,7 @@ impl<'a> Collector<'a> {
         let standing = if start_contact == ContactWords::None { self.stated } else { start_contact };
         Some(Pending {
             motion: *motion,
+            kinematics: Arc::clone(kinematics),
             index,
             mode,
             ends,

@@ -1,15 +1,17 @@
 //! What becomes of the motions of a region.
 
+use std::sync::Arc;
+
 use super::super::emit::rounded_feed;
 use super::super::judge::Checked;
-use super::super::plan::{Division, MIN_FEED};
+use super::super::plan::{Division, MIN_FEED, is_too_fast};
 use super::super::survey::Survey;
 use super::contact::Cutting;
 use super::figures::Limits;
 use super::pending::Pending;
 use super::{LeftReason, SingularityParameters};
 use crate::contact::{BlockTime, CutterContact, SourceBlock, Station, feed_word, rotary_rad};
-use crate::kinematics::TRAVEL_SLACK;
+use crate::kinematics::{Kinematics, TRAVEL_SLACK};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
 use crate::program::NewWord;
 use crate::units::MM_PER_INCH;
@@ -58,7 +60,7 @@ pub(super) struct Divided<'a> {
 }
 
 /// What plans are made with.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Planner<'a> {
     pub(super) cutting: Cutting<'a>,
     pub(super) survey: Survey,
@@ -81,8 +83,13 @@ impl<'a> Planner<'a> {
         self.cutting.block(pending.mode, pending.ends, contacts)
     }
 
+    /// The same with the machine set up in this way.
+    pub(super) fn on(&self, kinematics: &Arc<Kinematics>) -> Self {
+        Self { cutting: self.cutting.on(kinematics), ..*self }
+    }
+
     pub(super) fn station(&self, mode: Interpolation, words: AxisWords) -> Station {
-        Station::new(self.cutting.machine, self.cutting.kinematics, mode, words)
+        Station::new(self.cutting.machine, &self.cutting.kinematics, mode, words)
     }
 
     /// Decimals of linear and rotary words that are written anew: the finest of the program, at least what a control's
@@ -97,7 +104,7 @@ impl<'a> Planner<'a> {
 
     /// Whether an axis would leave its travel at these words.
     pub(super) fn is_outside(&self, mode: Interpolation, words: &AxisWords) -> bool {
-        let Cutting { machine, kinematics, .. } = self.cutting;
+        let Cutting { machine, kinematics, .. } = &self.cutting;
         let rotary = machine.rotary_axes().iter().zip(words.rotary_deg);
         let outside = |travel: Option<crate::machine::Travel>, word: f64| {
             travel.is_some_and(|travel| !travel.contains(word, TRAVEL_SLACK))
@@ -143,6 +150,10 @@ impl<'a> Planner<'a> {
         }
         if value < MIN_FEED {
             return Err(LeftReason::FeedTooSmall);
+        }
+        let max_feed = self.cutting.parameters.max_feed;
+        if is_too_fast(max_feed, &pending.motion, [&time(&source), &time(&written)], value) {
+            return Err(LeftReason::FeedTooHigh);
         }
         Ok(Some(rounded_feed(feed, value)))
     }

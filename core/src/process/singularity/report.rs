@@ -25,6 +25,8 @@ pub enum LeftReason {
     ExtruderUnknown,
     /// An F word would be too small to be written.
     FeedTooSmall,
+    /// An F word would be more than allowed.
+    FeedTooHigh,
     /// Some blocks of the region state a contact and others do not.
     MixedContacts,
     /// The program states the tool axis as a vector: its control chooses the rotary words.
@@ -44,6 +46,7 @@ impl LeftReason {
             Self::NoInverseTime => "no_inverse_time",
             Self::ExtruderUnknown => "extruder_unknown",
             Self::FeedTooSmall => "feed_too_small",
+            Self::FeedTooHigh => "feed_too_high",
             Self::MixedContacts => "mixed_contacts",
             Self::ToolVectors => "tool_vectors",
         }
@@ -65,6 +68,9 @@ impl LeftReason {
             Self::NoInverseTime => "G93 needs an F word in every block, and a block has none",
             Self::ExtruderUnknown => "E counts from an unknown value",
             Self::FeedTooSmall => "an F word would be too small to be written",
+            Self::FeedTooHigh => {
+                "a block would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated"
+            }
             Self::MixedContacts => "some blocks state a contact and others do not",
             Self::ToolVectors => {
                 "the tool axis is programmed as a vector; the control chooses the rotary words"

@@ -14,21 +14,21 @@ use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
 use crate::contact::Effort;
 use crate::geometry::trig;
-use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{InterpreterOptions, Motion};
+use crate::motion::Motion;
 use crate::process::compensate::Upstream;
 use crate::process::compensation::{LineMap, line_ends};
 use crate::process::emit::Emitter;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
+use crate::process::set_ups::SetUps;
 use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
 use crate::process::{CcParameters, Fault, ProgramSource, Stop};
 use crate::program::{Batch, Dialect, print_changed};
-use crate::units::{Angle, Feedrate};
+use crate::units::Angle;
 
 /// So many batches wait for the end of a region at most; then it ends there.
 const MAX_HELD: usize = 64;
@@ -68,24 +68,21 @@ pub(in crate::process) fn treat_from(
     output: &mut dyn Write,
     stop: &Stop<'_>,
 ) -> Result<(SingularityReport, LineMap), Fault> {
-    let survey = Survey::of(machine, cc.dialect, source, stop)?;
+    let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
     let contact = survey.contact(cc.contact, cc.part.is_some())?;
-    let kinematics = Kinematics::new(machine, &cc.setup);
-    let options = InterpreterOptions {
-        feed_mm_per_min: cc.feed.map(Feedrate::mm_per_min),
-        interpolation_stated: cc.interpolation.is_some(),
-    };
-    let cutting = Cutting { machine, kinematics: &kinematics, parameters: cc, contact };
+    let kinematics = Arc::clone(&SetUps::new(machine, &cc.program).now.kinematics);
+    let cutting = Cutting { machine, kinematics, parameters: cc, contact };
     let planner = Planner { cutting, survey, singularity: *singularity };
-    let mut passages = Passages::open(source, machine, cc.dialect, options)?
-        .with_setup(machine, &cc.setup)
-        .with_lines(lines);
+    let mut passages = Passages::open(source, machine, &cc.program)?.with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, _, dialect| {
-        let run = run.get_or_insert_with(|| Run::new(planner, dialect, options, stop));
+        let run = run.get_or_insert_with(|| Run::new(planner.clone(), dialect, stop));
         run.passage(passage, output, stop)
     })?;
     let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
+    if run.collector.faults.total > 0 {
+        return Err(Fault::Lines(run.collector.faults));
+    }
     run.close(stop)?;
     run.write_held(output)?;
     run.inventory.inserted += run.emitter.feed_blocks;
@@ -130,16 +127,16 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(planner: Planner<'a>, dialect: Dialect, options: InterpreterOptions, stop: &'a Stop<'a>) -> Self {
-        let cutting = planner.cutting;
+    fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
+        let cutting = planner.cutting.clone();
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
         let effort = || Effort::new(stop, cutting.parameters.budget.max_evaluations);
         let zone = cutting.kinematics.singular_zone(sine);
         Self {
-            planner,
-            collector: Collector::new(cutting, zone, dialect),
             emitter: Emitter::new(planner.survey.numbering),
-            verifier: SingularityVerifier::new(cutting.machine, planner, dialect, options, effort()),
+            verifier: SingularityVerifier::new(cutting.machine, planner.clone(), dialect, effort()),
+            planner,
+            collector: Collector::new(cutting.clone(), zone, dialect),
             inventory: Inventory::default(),
             held: VecDeque::new(),
             fates: VecDeque::new(),
@@ -188,14 +185,15 @@ impl<'a> Run<'a> {
         if stop().is_break() {
             return Err(Fault::Cancelled);
         }
-        let kinematics = self.planner.cutting.kinematics;
-        let limits = self.planner.limits();
+        let planner = self.planner.on(&first.kinematics);
+        let kinematics = &planner.cutting.kinematics;
+        let limits = planner.limits();
         let mut before = RegionFigures::default();
         let mut each = Vec::with_capacity(region.len());
         let mut nearest: Option<crate::kinematics::Singularity> = None;
         for pending in &region {
-            self.effort.pass(2 * self.planner.cutting.look_evaluations());
-            let block = self.planner.block(pending);
+            self.effort.pass(2 * planner.cutting.look_evaluations());
+            let block = planner.block(pending);
             let time = time_s(&block, &pending.motion);
             let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
             go_on(&self.effort)?;
@@ -211,10 +209,10 @@ impl<'a> Run<'a> {
         let Some(nearest) = nearest else { return Ok(()) };
         self.check_budget()?;
         let mut courses: Vec<Course<'a>> = region.iter().map(|_| Course::Keep).collect();
-        let treatment = match self.planner.singularity.action {
+        let treatment = match planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
-            SingularityAction::Densify => self.densify(&region, &mut courses, stop)?,
-            SingularityAction::Smooth => self.smooth(&region, &mut courses)?,
+            SingularityAction::Densify => self.densify(&planner, &region, &mut courses, stop)?,
+            SingularityAction::Smooth => self.smooth(&planner, &region, &mut courses)?,
         };
         let number = self.verifier.regions.add(SingularRegion {
             first_line: first.motion.line,
@@ -238,6 +236,7 @@ impl<'a> Run<'a> {
 
     fn densify(
         &mut self,
+        planner: &Planner<'a>,
         region: &[Pending],
         courses: &mut [Course<'a>],
         stop: &Stop<'_>,
@@ -247,7 +246,7 @@ impl<'a> Run<'a> {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
             }
-            let found = self.planner.densify(pending, &mut self.effort);
+            let found = planner.densify(pending, &mut self.effort);
             go_on(&self.effort)?;
             match found {
                 Ok(None) => {}
@@ -270,8 +269,13 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn smooth(&mut self, region: &[Pending], courses: &mut [Course<'a>]) -> Result<RegionTreatment, Fault> {
-        let found = self.planner.smooth(region, &mut self.effort);
+    fn smooth(
+        &mut self,
+        planner: &Planner<'a>,
+        region: &[Pending],
+        courses: &mut [Course<'a>],
+    ) -> Result<RegionTreatment, Fault> {
+        let found = planner.smooth(region, &mut self.effort);
         go_on(&self.effort)?;
         Ok(match found {
             Err(reason) => RegionTreatment::Left(reason),

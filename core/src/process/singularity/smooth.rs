@@ -93,7 +93,7 @@ impl Planner<'_> {
 
     /// The way with the slowest axis next to the workpiece; the ends stay.
     fn taut_way(&self, region: &[Pending], source: &Way) -> Result<Way, LeftReason> {
-        let kinematics = self.cutting.kinematics;
+        let kinematics = &self.cutting.kinematics;
         let [u, _] = kinematics.workpiece_to_tool();
         let travel = self.cutting.machine.rotary_axes()[u].travel_deg;
         let last = region.len();
@@ -153,7 +153,7 @@ impl Planner<'_> {
         way: &Way,
         effort: &mut Effort<'_>,
     ) -> Result<Vec<Option<Moved>>, LeftReason> {
-        let kinematics = self.cutting.kinematics;
+        let kinematics = &self.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
         let Some(first) = region.first() else { return Ok(Vec::new()) };
         let mut pen = Pen::at_start(self.cutting.machine, first);
@@ -207,7 +207,7 @@ impl Planner<'_> {
                 let ends = [from, end];
                 let feed = self.feed(pending, ends)?;
                 let half_mm = 0.5 * 0.1_f64.powi(i32::from(linear)) * unit;
-                Some(Moved { pending: *pending, ends, contact, words, feed, touch, half_mm })
+                Some(Moved { pending: pending.clone(), ends, contact, words, feed, touch, half_mm })
             };
             found.push(moved);
             from = if is_same { source.words } else { end };

@@ -11,7 +11,7 @@ use super::report::RegionFigures;
 use crate::contact::{Effort, Station, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
-use crate::motion::{AxisWords, InterpreterOptions, Motion, MotionKind};
+use crate::motion::{AxisWords, Motion, MotionKind};
 use crate::process::Fault;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
@@ -71,15 +71,8 @@ pub(super) struct SingularityVerifier<'a> {
 }
 
 impl<'a> SingularityVerifier<'a> {
-    pub(super) fn new(
-        machine: &Machine,
-        planner: Planner<'a>,
-        dialect: Dialect,
-        options: InterpreterOptions,
-        effort: Effort<'a>,
-    ) -> Self {
-        let setup = &planner.cutting.parameters.setup;
-        let read_back = ReadBack::new(machine, dialect, options).with_setup(machine, setup);
+    pub(super) fn new(machine: &Machine, planner: Planner<'a>, dialect: Dialect, effort: Effort<'a>) -> Self {
+        let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
         Self { planner, read_back, regions: Regions::default(), effort }
     }
 
@@ -125,6 +118,7 @@ impl<'a> SingularityVerifier<'a> {
 
     fn moved(&mut self, read: &Motion, moved: &Moved, region: RegionNumber) -> Result<(), Fault> {
         let pending = &moved.pending;
+        let planner = self.planner.on(&pending.kinematics);
         let line = pending.motion.line;
         let mut planned = pending.motion;
         (planned.start, planned.end) = (Some(moved.ends[0]), Some(moved.ends[1]));
@@ -136,20 +130,20 @@ impl<'a> SingularityVerifier<'a> {
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a moved block has no known ends"));
         };
-        let ends = [start, end].map(|words| self.planner.station(pending.mode, words));
+        let ends = [start, end].map(|words| planner.station(pending.mode, words));
         let (source, pose) = (&pending.ends[1].pose, &ends[1].pose);
         let spent_rad = angle_between(pose.axis, source.axis);
         let tolerance_rad = self.planner.singularity.axis_tolerance.rad();
         if spent_rad.is_nan() || spent_rad > tolerance_rad * (1.0 + LAST_BIT) {
             return Err(failed(line, "the tool axis is farther from the programmed one than allowed"));
         }
-        let tip_mm = self.planner.cutting.kept_tip_mm(source, moved.touch.as_ref(), pose.axis);
+        let tip_mm = planner.cutting.kept_tip_mm(source, moved.touch.as_ref(), pose.axis);
         let off_mm = (pose.tip_mm - tip_mm).norm();
         if off_mm.is_nan() || off_mm > ROUNDING * moved.half_mm + ARITHMETIC_MM {
             return Err(failed(line, "the tip, or the contact, of a moved block is elsewhere"));
         }
-        let block = self.planner.cutting.block(pending.mode, ends, [None, None]);
-        let meant = self.planner.cutting.block(pending.mode, pending.ends, [None, None]);
+        let block = planner.cutting.block(pending.mode, ends, [None, None]);
+        let meant = planner.cutting.block(pending.mode, pending.ends, [None, None]);
         let time = time_s(&block, read);
         if self.planner.survey.has_feed_column
             && let (Some(written_s), Some(source_s)) = (time, time_s(&meant, &pending.motion))
@@ -177,7 +171,7 @@ impl<'a> SingularityVerifier<'a> {
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a part of a divided block has no known end"));
         };
-        let mode = self.planner.cutting.parameters.interpolation.unwrap_or(read.interpolation);
+        let mode = self.planner.cutting.parameters.program.interpolation.unwrap_or(read.interpolation);
         let before: Option<AxisWords> = match index.checked_sub(1) {
             None => Some(block.ends[0].words),
             Some(before) => nodes.get(before).map(|node| node.station.words),
@@ -194,9 +188,7 @@ impl<'a> SingularityVerifier<'a> {
             return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
         }
         Verifier::carried_along(read, group, index)?;
-        let ends = [start, end].map(|words| {
-            Station::new(self.planner.cutting.machine, self.planner.cutting.kinematics, mode, words)
-        });
+        let ends = [start, end].map(|words| Station::new(block.machine, &block.kinematics, mode, words));
         let segment = part(nodes, index, ends).ok_or(failed(line, "a part too many"))?;
         let limits = self.planner.limits();
         let found = within_tolerance(block, &segment, limits.tolerance_mm);

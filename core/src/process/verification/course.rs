@@ -61,8 +61,14 @@ impl Course {
             _ if start == end => return Ok(None),
             _ => Shape::Straight([start, end]),
         };
-        let mode = parameters.interpolation.unwrap_or(motion.interpolation);
+        let mode = parameters.program.interpolation.unwrap_or(motion.interpolation);
         Ok(Some(Self { shape, mode, kind: motion.kind, line: motion.line }))
+    }
+
+    /// Whether a rotary axis stands off zero in it, with machine interpolation: where the tool is in W hangs on the set-up then.
+    pub(super) fn hangs_on_set_up(&self) -> bool {
+        let is_off = |words: AxisWords| words.rotary_deg.iter().any(|word| word.abs() > 0.0);
+        self.mode == Interpolation::Machine && [0.0, 1.0].into_iter().any(|u| is_off(self.words_at(u)))
     }
 
     /// The tool's pose at the fraction `u`.

@@ -2,11 +2,9 @@
 
 use thiserror::Error;
 
+use super::super::ProgramSetup;
 use crate::contact::{CutterBody, CutterBodyFault};
-use crate::kinematics::Setup;
 use crate::machine::Tool;
-use crate::motion::Interpolation;
-use crate::program::Dialect;
 use crate::surface::SurfacePoint;
 use crate::units::Length;
 
@@ -23,12 +21,8 @@ pub struct VerificationParameters {
     pub resolution: Length,
     /// Residuals larger than this are counted.
     pub limit: Length,
-    /// Work offset, tool length, location errors.
-    pub setup: Setup,
-    /// Who interpolates; `None` takes it from the program's own switches.
-    pub interpolation: Option<Interpolation>,
-    /// The dialect; `None` detects it.
-    pub dialect: Option<Dialect>,
+    /// What the text does not say.
+    pub program: ProgramSetup,
     /// The T number of the cutter, in a program of several; the others' motions are left out.
     pub tool_number: Option<u32>,
     /// Most comparisons of samples, or clumps of them, with straight pieces.
@@ -101,9 +95,7 @@ impl VerificationParameters {
             stock: Length::from_mm(1.0),
             resolution: Length::from_mm(5e-4),
             limit: Length::from_mm(0.03),
-            setup: Setup::default(),
-            interpolation: None,
-            dialect: None,
+            program: ProgramSetup::default(),
             tool_number: None,
             max_pairs: 5_000_000_000,
             max_pieces: 50_000_000,

@@ -1,7 +1,10 @@
 //! The course of a verification.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
+use super::super::fault::LineFaults;
+use super::super::set_ups::SetUps;
 use super::super::simulate::LeftOuts;
 use super::super::spindle::Spindle;
 use super::super::stream::Passages;
@@ -11,9 +14,8 @@ use super::arc::ArcModes;
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
 use crate::contact::CutterBody;
-use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{InterpreterOptions, MotionKind};
+use crate::motion::MotionKind;
 use crate::program::{Batch, Dialect};
 use crate::surface::SurfacePoint;
 use crate::units::Length;
@@ -52,8 +54,7 @@ pub fn verify_part(
     if !faults.is_empty() {
         return Err(Fault::Verification(faults));
     }
-    let kinematics = Kinematics::new(machine, &parameters.setup);
-    let workshop = Workshop { machine, kinematics: &kinematics, parameters, source, parts, stop };
+    let workshop = Workshop { machine, parameters, source, parts, stop };
     let found = workshop.cut(samples, parameters.resolution, parameters.max_pieces)?;
     if found.motions.total() == 0 {
         let first = found.left_out.0.iter().min_by_key(|kind| kind.first_line);
@@ -86,7 +87,6 @@ pub fn verify_part(
 /// Everything that does not change from one cutting to the next.
 struct Workshop<'a> {
     machine: &'a Machine,
-    kinematics: &'a Kinematics,
     parameters: &'a VerificationParameters,
     source: &'a dyn ProgramSource,
     parts: &'a dyn SideBySide,
@@ -109,14 +109,11 @@ impl Workshop<'_> {
     fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
         let body = parameters.body().map_err(|fault| Fault::Verification(vec![fault.into()]))?;
-        let options = InterpreterOptions {
-            feed_mm_per_min: None,
-            interpolation_stated: parameters.interpolation.is_some(),
-        };
-        let mut passages = Passages::open(self.source, machine, parameters.dialect, options)?
-            .with_setup(machine, &parameters.setup);
+        let mut passages = Passages::open(self.source, machine, &parameters.program)?;
+        let mut faults = LineFaults::default();
         let mut mill = Mill {
             workshop: self,
+            set_ups: SetUps::new(machine, &parameters.program),
             body,
             resolution_mm: resolution.mm(),
             max_pieces,
@@ -139,7 +136,18 @@ impl Workshop<'_> {
                     continue;
                 }
                 match Course::of(parameters, mill.modes, &passage.batch, motion) {
-                    Ok(Some(course)) => mill.run(&course)?,
+                    Ok(Some(course)) => {
+                        mill.set_ups.enter(motion);
+                        let missing = mill.set_ups.now.missing_for_place();
+                        if let Some(kind) = missing.filter(|_| course.hangs_on_set_up()) {
+                            let block = passage.batch.blocks().get(motion.block as usize);
+                            let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
+                            faults.add(motion.line, text, kind);
+                        }
+                        if faults.total == 0 {
+                            mill.run(&course)?;
+                        }
+                    }
                     Ok(None) => {}
                     Err(reason) => mill.left_out.add(Some(reason), motion.line),
                 }
@@ -147,6 +155,9 @@ impl Workshop<'_> {
             mill.scan(&passage.batch, &mut seen, passage.batch.blocks().len());
             Ok(())
         })?;
+        if faults.total > 0 {
+            return Err(Fault::Lines(faults));
+        }
         mill.flush()?;
         passages.warn(&mut mill.warnings);
         let Mill { bed, motions, left_out, warnings, pieces, .. } = mill;
@@ -199,6 +210,7 @@ fn chosen(residuals: &[Option<Residual>]) -> Vec<usize> {
 /// The cutting in progress.
 struct Mill<'a> {
     workshop: &'a Workshop<'a>,
+    set_ups: SetUps,
     body: CutterBody,
     resolution_mm: f64,
     max_pieces: u64,
@@ -227,7 +239,8 @@ impl Mill<'_> {
 
     /// Cuts along one motion.
     fn run(&mut self, course: &Course) -> Result<(), Fault> {
-        let Workshop { machine, kinematics, .. } = *self.workshop;
+        let machine = self.workshop.machine;
+        let kinematics = &*Arc::clone(&self.set_ups.now.kinematics);
         let by_rapid = course.kind == MotionKind::Rapid;
         match course.kind {
             MotionKind::Rapid => self.motions.rapids += 1,

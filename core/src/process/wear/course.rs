@@ -1,16 +1,20 @@
 //! Where a motion of the source has to end for the worn cutter and the machine as it is, or why it cannot be moved there.
 
 use super::super::fault::LineFaultKind;
+use super::super::set_ups::{SetUps, turn_between, turns};
 use super::super::warnings::Warnings;
 use super::super::{ContactSource, WarningKind};
+use super::assumption::Assumption;
 use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
 use super::parameters::{Moves, WearParameters};
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
 use super::written::{Axes, Resolution};
-use crate::contact::{SurfaceContact, Touch, contact_on_surface, feed_plane_normal, rotary_rad};
-use crate::geometry::Vec3;
-use crate::kinematics::{InverseError, Kinematics, NearWords, ToolPose};
+use crate::contact::{
+    SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
+};
+use crate::geometry::{Vec3, angle_between};
+use crate::kinematics::{InverseError, NearWords, ToolPose};
 use crate::machine::{Machine, Side};
 use crate::motion::{ArcCourse, AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::units::Length;
@@ -18,8 +22,6 @@ use crate::wear::{FlatContact, ShiftFault};
 
 /// A chord shorter than this has no direction but that of rounding \[mm\].
 const RESTING_MM: f64 = 1e-6;
-/// An arc's plane is across the tool axis when its directions are to this (cosine, mm).
-const ACROSS: f64 = 1e-6;
 
 /// What becomes of a motion.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +57,8 @@ pub(super) struct Point {
     /// The contact, or the tip itself where none is known.
     pub(super) contact: WornContact,
     pub(super) has_contact: bool,
+    /// It is assumed from the feed.
+    pub(super) is_assumed: bool,
     /// What the control's length is too long by \[mm\].
     pub(super) behind_mm: f64,
     /// Inside the pole cone.
@@ -67,8 +71,7 @@ pub(super) struct Pilot<'a> {
     pub(super) moves: Moves<'a>,
     pub(super) parameters: &'a WearParameters,
     /// The machine under which the written program runs.
-    pub(super) written: &'a Kinematics,
-    pub(super) source: &'a Kinematics,
+    pub(super) written: SetUps,
     pub(super) contact: ContactSource,
     pub(super) points: Points<'a>,
     /// G90.1 is active: centres of arcs are points.
@@ -84,6 +87,8 @@ pub(super) struct Pilot<'a> {
     pub(super) warnings: Warnings,
     /// Of the part across the feed, at the contacts.
     pub(super) curvature: CurvatureAcross,
+    /// What the feed lets assume.
+    pub(super) assumption: Assumption,
 }
 
 impl Pilot<'_> {
@@ -98,6 +103,8 @@ impl Pilot<'_> {
         resolutions: [Resolution; 2],
     ) -> Result<Course, LineFaultKind> {
         let motion = &motions[index];
+        self.points.enter(motion);
+        self.written.enter(motion);
         if !self.is_its_tool {
             self.carried_mm = Vec3::zeros();
             if !self.moves.posts {
@@ -109,9 +116,10 @@ impl Pilot<'_> {
             return self.unfollowed(motion, reason, axes);
         }
         if motion.offset_changed {
-            if self.would_move(motion, axes) {
+            if motion.kind != MotionKind::Rapid && axes.is_off() {
                 return Err(LineFaultKind::OtherWorkOffset);
             }
+            self.carried_mm = Vec3::zeros();
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
             return Ok(Course::Leave);
         }
@@ -127,6 +135,9 @@ impl Pilot<'_> {
         if motion.tool_axis.is_some() && axes.rotary.is_off() {
             // Words before it were turned; from where the control turns to the vector cannot be said.
             return Err(LineFaultKind::NotMovable(Unfollowable::ToolVector));
+        }
+        if let Some(kind) = self.missing(motion) {
+            return Err(kind);
         }
         let pose = self.points.pose(motion, index, &end);
         let mut real = self.points.real_pose(motion, index, &end);
@@ -152,18 +163,35 @@ impl Pilot<'_> {
         if motion.kind == MotionKind::Arc {
             return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
         }
-        let contact = match stated {
-            Some(contact) => Some(contact),
-            None => self.feed_plane(motions, index, following, &pose)?,
-        };
-        if contact.is_none() && motion.kind == MotionKind::Linear && self.wears() {
+        let is_assumed = self.contact == ContactSource::FeedPlane && self.wears();
+        let contact = if is_assumed { self.feed_plane(motions, index, following, &pose)? } else { stated };
+        if contact.is_none() && motion.kind == MotionKind::Linear && self.wears() && !is_assumed {
             self.warnings.add(WarningKind::NoContactAtEnd, Some(motion.line));
         }
         if contact.is_some() {
             self.note_curvature(motion, &pose, touched);
         }
-        let point = self.point(motion, [pose, real], near, contact);
+        let mut point = self.point(motion, [pose, real], near, contact);
+        point.is_assumed = is_assumed && point.has_contact;
         Ok(Course::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
+    }
+
+    /// What has to be stated before it can be said where this motion has to end.
+    fn missing(&self, motion: &Motion) -> Option<LineFaultKind> {
+        let mode = self.points.mode(motion);
+        let set_up = &self.points.source.now;
+        if mode == Interpolation::Machine && (self.moves.posts || self.looks_at_part()) {
+            return set_up.missing_for_place();
+        }
+        if self.contact == ContactSource::FeedPlane && self.wears() {
+            return set_up.missing_for_turning(mode, motion);
+        }
+        None
+    }
+
+    /// Whether contacts are looked for on the part.
+    fn looks_at_part(&self) -> bool {
+        self.contact == ContactSource::Surface && self.wears()
     }
 
     /// Whether the tool in the spindle is worn.
@@ -189,17 +217,17 @@ impl Pilot<'_> {
         if !self.moves.posts || motion.tool_axis.is_some() {
             return Ok(as_they_are);
         }
-        let near =
-            self.written.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
-                |fault| match fault {
-                    InverseError::OutOfReach { tilt_deg, min_deg, max_deg, .. } => {
-                        LineFaultKind::OutOfReach { tilt_deg, min_deg, max_deg }
-                    }
-                    _ => LineFaultKind::PositionUnknown,
-                },
-            )?;
+        let near = self.written.now.kinematics.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
+            |fault| match fault {
+                InverseError::OutOfReach { tilt_deg, min_deg, max_deg, .. } => {
+                    LineFaultKind::OutOfReach { tilt_deg, min_deg, max_deg }
+                }
+                _ => LineFaultKind::PositionUnknown,
+            },
+        )?;
         if !near.held {
-            self.held_deg = self.written.turn_next_to_workpiece(end.rotary_deg, near.words_deg);
+            let kinematics = &self.written.now.kinematics;
+            self.held_deg = kinematics.turn_next_to_workpiece(end.rotary_deg, near.words_deg);
         }
         Ok(near)
     }
@@ -228,7 +256,7 @@ impl Pilot<'_> {
                 flat(self.parameters, &pose, 0.0)
             }
         });
-        Point { pose, real, contact, has_contact, behind_mm, held: near.held }
+        Point { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
     }
 
     /// The linear words that put the written program's tip at the place a point asks for, with rotary words as written.
@@ -238,13 +266,13 @@ impl Pilot<'_> {
         let mut tip_mm = pose.tip_mm + contact.shift_mm;
         if self.moves.posts {
             let by_vector = motion.tool_axis.is_some();
-            let axis = if by_vector { pose.axis } else { self.written.axis(rotary_rad) };
+            let axis = if by_vector { pose.axis } else { self.written.now.kinematics.axis(rotary_rad) };
             let tools = [&self.parameters.nominal, &self.parameters.cutter_wear().actual];
             tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
         }
         match self.points.mode(motion) {
             Interpolation::Tcp => tip_mm.into(),
-            Interpolation::Machine => self.written.linear_mm(tip_mm, rotary_rad).into(),
+            Interpolation::Machine => self.written.now.kinematics.linear_mm(tip_mm, rotary_rad).into(),
         }
     }
 
@@ -260,7 +288,8 @@ impl Pilot<'_> {
                 let contact_mm = match self.points.mode(motion) {
                     Interpolation::Tcp => Vec3::from(words),
                     Interpolation::Machine => {
-                        self.source.tip_mm(Vec3::from(words), rotary_rad(self.machine, end.rotary_deg))
+                        let rotary_rad = rotary_rad(self.machine, end.rotary_deg);
+                        self.points.source.now.kinematics.tip_mm(Vec3::from(words), rotary_rad)
                     }
                 };
                 by_point(self.parameters, pose, contact_mm).map(Some)
@@ -277,28 +306,45 @@ impl Pilot<'_> {
         contact_on_surface(self.parameters.part.as_ref()?, &self.parameters.nominal, pose)
     }
 
-    /// The contact by the feed-plane rule: at the ends of motions at feed, and where a rapid hands over to one. A tip
-    /// that rests or plunges along its axis touches with its lowest point.
+    /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid hands over to one. Nothing is
+    /// assumed at a point where no rotary axis turns on either side, nor where the feed leaves the contact open.
     fn feed_plane(
-        &self,
+        &mut self,
         motions: &[Motion],
         index: usize,
         following: Option<&Motion>,
         pose: &ToolPose,
     ) -> Result<Option<WornContact>, ShiftFault> {
-        if self.contact != ContactSource::FeedPlane || !self.is_its_tool {
-            return Ok(None);
-        }
         let motion = &motions[index];
-        let beyond_mm = self.points.beyond_mm(motions, index, following);
-        let from_mm = match (motion.kind, motion.start, beyond_mm) {
-            (MotionKind::Linear, Some(start), _) => self.points.tip_mm(self.points.mode(motion), start),
-            (MotionKind::Linear, None, _) | (_, _, Some(_)) => pose.tip_mm,
-            _ => return Ok(None),
-        };
-        let chord_mm = beyond_mm.unwrap_or(pose.tip_mm) - from_mm;
-        let normal = chord_mm.try_normalize(RESTING_MM).and_then(|feed| feed_plane_normal(pose.axis, feed));
-        by_normal(self.parameters, pose, normal.unwrap_or(pose.axis)).map(Some)
+        let next = self.points.goes_on(motions, index, following);
+        let is_cut = motion.kind == MotionKind::Linear;
+        let before = motion.start.filter(|_| is_cut).map(|start| self.points.pose_at(motion, start));
+        let after = next.and_then(|next| next.end).map(|end| self.points.pose_at(motion, end));
+        let turns = [is_cut && turns(motion), next.is_some_and(turns)];
+        let feed = if turns.contains(&true) { self.feed_at([before, after], pose, turns) } else { None };
+        let found = feed.and_then(|feed| feed_plane_normal(pose.axis, feed));
+        let path_mm = before.map_or(0.0, |before| (pose.tip_mm - before.tip_mm).norm());
+        if is_cut {
+            self.assumption.take(path_mm, turns.contains(&true), found.is_some());
+        }
+        found.map(|normal| by_normal(self.parameters, pose, normal)).transpose()
+    }
+
+    /// The feed at a point between the poses before and after it: along the chord of both where one pass goes through, else
+    /// along the side on which a rotary axis turns, the motion that ends here first.
+    fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
+        let tool = &self.parameters.nominal;
+        let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
+        let after = sides[1].and_then(|after| feed_direction(tool, [pose, &after]));
+        match (before, after) {
+            (Some(from), Some(to)) if angle_between(from, to) <= self.parameters.pass_break.rad() => {
+                let [Some(before), Some(after)] = sides else { return None };
+                (after.tip_mm - before.tip_mm).try_normalize(RESTING_MM)
+            }
+            (Some(from), _) if turns[0] => Some(from),
+            (_, Some(to)) if turns[1] => Some(to),
+            _ => None,
+        }
     }
 
     /// An arc stays one where both ends move alike.
@@ -313,21 +359,8 @@ impl Pilot<'_> {
         axes: &Axes,
         [linear, rotary]: [Resolution; 2],
     ) -> Result<Course, LineFaultKind> {
-        let pose = &poses[0];
-        let assumed = stated.is_none()
-            && self.contact == ContactSource::FeedPlane
-            && self.is_its_tool
-            && !self.parameters.has_nominal_shape();
-        let contact = if assumed {
-            if !self.runs_across_the_axis(motion, end, pose) {
-                let why = "it does not run across the tool axis, and where it touches between its ends is not known";
-                return Err(LineFaultKind::ArcShift { why });
-            }
-            Some(by_normal(self.parameters, pose, pose.axis)?)
-        } else {
-            stated
-        };
-        let point = self.point(motion, poses, near, contact);
+        // An arc does not turn the tool, and nothing is assumed of it.
+        let point = self.point(motion, poses, near, stated);
         let together = axes.standing(end);
         let far = |wanted: &[f64], kept: &[f64], half: f64| {
             wanted.iter().zip(kept).any(|(wanted, kept)| (wanted - kept).abs() > half)
@@ -342,7 +375,7 @@ impl Pilot<'_> {
         if axes.is_off() {
             let why = match motion.start {
                 None => Some("where it starts is not known"),
-                Some(start) if turns(&start, end) => Some("rotary axes turn along it"),
+                Some(start) if turn_between(&start, end) => Some("rotary axes turn along it"),
                 Some(_) if self.absolute_centres && axes.linear.is_off() => {
                     Some("its centre is an absolute point (G90.1)")
                 }
@@ -359,20 +392,6 @@ impl Pilot<'_> {
             }
         }
         Ok(Course::Move { goal: Goal::Words(together), point: Some(point) })
-    }
-
-    fn runs_across_the_axis(&self, motion: &Motion, end: &AxisWords, pose: &ToolPose) -> bool {
-        let (Some(start), Some(plane)) = (motion.start, motion.plane) else { return false };
-        let mode = self.points.mode(motion);
-        let is_across = |to_mm: Vec3| (to_mm - pose.tip_mm).dot(&pose.axis).abs() <= ACROSS;
-        let beside = |k: usize| {
-            let mut words = *end;
-            words.linear_mm[k] += 1.0;
-            self.points.tip_mm(mode, words)
-        };
-        !turns(&start, end)
-            && is_across(self.points.tip_mm(mode, start))
-            && (0..3).filter(|k| *k != usize::from(plane)).all(|k| is_across(beside(k)))
     }
 
     /// A motion that cannot be followed is left alone only where it would not have to move.
@@ -475,9 +494,4 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKin
 fn moves_across(motion: &Motion, end: &AxisWords, moved: &AxisWords) -> bool {
     let plane = motion.plane.filter(|_| motion.tool_axis.is_none()).map(usize::from);
     (0..3).any(|k| Some(k) != plane && (moved.linear_mm[k] - end.linear_mm[k]).abs() > RESTING_MM)
-}
-
-/// Whether rotary axes move between these words.
-fn turns(start: &AxisWords, end: &AxisWords) -> bool {
-    start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > 0.0)
 }

@@ -2,6 +2,7 @@
 //! Blocks are never divided. Tool axis and rotary words never change, but where the program is posted anew for the machine
 //! as it is: then every end keeps its tool pose in W, and rotary words change with the rest.
 
+mod assumption;
 mod contact;
 mod course;
 mod feed;
@@ -14,6 +15,7 @@ mod run;
 mod verify;
 mod written;
 
+pub use assumption::Assumption;
 pub(super) use move_program::{Moved, move_program};
 pub use move_program::{compensate_wear, compensate_wear_side_by_side};
 pub(super) use parameters::Moves;

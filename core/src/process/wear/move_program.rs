@@ -15,9 +15,7 @@ use super::posting::Posting;
 use super::report::WearReport;
 use super::run::Run;
 use super::verify::{Outgoing, WearVerifier};
-use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::InterpreterOptions;
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
@@ -81,24 +79,22 @@ pub(in crate::process) fn move_program(
     stop: &Stop<'_>,
 ) -> Result<Moved, Fault> {
     let parameters = moves.parameters;
-    let survey = Survey::of(machine, parameters.dialect, source, stop)?;
+    let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
-    if moves.has_wear && (contact == ContactSource::Tip || side_by_feed) {
+    // A cutter of nominal shape moves by its length alone, wherever it touches.
+    let needs_contact = moves.has_wear && !parameters.has_nominal_shape();
+    if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
+        return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
+    }
+    if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
     }
-    let kinematics = [moves.source_setup, moves.written_setup].map(|setup| Kinematics::new(machine, &setup));
-    let options = InterpreterOptions {
-        feed_mm_per_min: parameters.feed.map(crate::units::Feedrate::mm_per_min),
-        interpolation_stated: parameters.interpolation.is_some(),
-    };
-    let mut passages = Passages::open(source, machine, parameters.dialect, options)?
-        .with_setup(machine, &moves.source_setup)
-        .with_lines(lines);
+    let mut passages = Passages::open(source, machine, &moves.source_program)?.with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
     passages.fill(&mut present, stop)?;
-    let mut run = Run::new(machine, &kinematics, moves, survey, contact);
-    let mut verifier = WearVerifier::new(machine, moves, &kinematics[1], passages.dialect(), options);
+    let mut run = Run::new(machine, moves, survey, contact);
+    let mut verifier = WearVerifier::new(machine, moves, passages.dialect());
     let mut written = Outgoing::default();
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {

@@ -1,12 +1,10 @@
 //! What a wear compensation is asked to do.
 
-use super::super::ContactSource;
+use super::super::set_ups::SetUps;
+use super::super::{CcParameters, ContactSource, ProgramSetup};
 use crate::contact::PartSurface;
-use crate::kinematics::Setup;
 use crate::machine::{Machine, Side, Tool};
-use crate::motion::Interpolation;
-use crate::program::Dialect;
-use crate::units::{Feedrate, Length};
+use crate::units::{Angle, Length};
 use crate::wear::{CutterWear, WearTable};
 
 /// Which part of the cutter makes the surface.
@@ -64,29 +62,25 @@ pub struct WearParameters {
     pub length_in_control: LengthInControl,
     /// Where contacts come from; the tip is none.
     pub contact: ContactSource,
-    /// Who interpolates; `None` takes it from the program's own switches.
-    pub interpolation: Option<Interpolation>,
+    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    pub pass_break: Angle,
     /// The T number of the cutter, in a program of several; the others' motions stay as they are.
     pub tool_number: Option<u32>,
-    /// Work offset, nominal tool length, location errors.
-    pub setup: Setup,
-    /// Feedrate where the program has none.
-    pub feed: Option<Feedrate>,
-    /// The dialect; `None` detects it.
-    pub dialect: Option<Dialect>,
+    /// What the text does not say, with the nominal tool length.
+    pub program: ProgramSetup,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
 
 /// Everything that decides where ends of motions go: a wear compensation, posting for another machine, or both.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(in crate::process) struct Moves<'a> {
     /// The worn cutter; without wear a cutter of nominal shape, whose tip is kept.
     pub(in crate::process) parameters: &'a WearParameters,
-    /// The machine that the program was made for.
-    pub(in crate::process) source_setup: Setup,
-    /// The machine that runs it.
-    pub(in crate::process) written_setup: Setup,
+    /// The program and the machine that it was made for.
+    pub(in crate::process) source_program: ProgramSetup,
+    /// The machine that runs it, with the nominal tool length.
+    pub(in crate::process) written_program: ProgramSetup,
     /// The two differ in more than the tool's length: every end is posted anew, rotary words too.
     pub(in crate::process) posts: bool,
     /// A worn cutter was named.
@@ -98,11 +92,27 @@ impl<'a> Moves<'a> {
     pub(super) fn of_wear(parameters: &'a WearParameters) -> Self {
         Self {
             parameters,
-            source_setup: parameters.setup,
-            written_setup: parameters.written_setup(),
+            source_program: parameters.program.clone(),
+            written_program: parameters.program.clone(),
             posts: false,
             has_wear: true,
         }
+    }
+
+    /// What holds for the written program.
+    pub(in crate::process) fn program_behind(&self) -> ProgramSetup {
+        let shorter_by = self.parameters.known_to_control();
+        let tool_length = self.written_program.tool_length.map(|length| length - shorter_by);
+        ProgramSetup { tool_length, ..self.written_program.clone() }
+    }
+
+    /// The machine as it is set up for the source's motions, and for those of the written program.
+    pub(super) fn set_ups(&self, machine: &Machine) -> [SetUps; 2] {
+        let shorter_by = self.parameters.known_to_control();
+        [
+            SetUps::new(machine, &self.source_program),
+            SetUps::with_shorter_tool(machine, &self.written_program, shorter_by),
+        ]
     }
 
     /// Whether the words of every point mean another place, rapids too.
@@ -128,11 +138,9 @@ impl WearParameters {
             shorter_by: Length::ZERO,
             length_in_control: LengthInControl::Nominal,
             contact: ContactSource::Auto,
-            interpolation: None,
+            pass_break: Angle::from_deg(CcParameters::PASS_BREAK_DEG),
             tool_number: None,
-            setup: Setup::default(),
-            feed: None,
-            dialect: None,
+            program: ProgramSetup::default(),
             part: None,
         }
     }
@@ -145,10 +153,9 @@ impl WearParameters {
         }
     }
 
-    /// The set-up under which the written program runs.
-    pub(in crate::process) fn written_setup(&self) -> Setup {
-        let shorter_mm = (self.shorter_by - self.unknown_to_control()).mm();
-        Setup { tool_length_mm: self.setup.tool_length_mm - shorter_mm, ..self.setup }
+    /// ΔL as far as the control knows of it.
+    pub(super) fn known_to_control(&self) -> Length {
+        self.shorter_by - self.unknown_to_control()
     }
 
     /// Whether the length alone moves the words of every point, rapids too.

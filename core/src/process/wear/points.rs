@@ -1,46 +1,73 @@
 //! The poses of a batch's ends, many at a time: as meant, and as the machine would take them.
 
+use super::super::set_ups::SetUps;
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::Vec3;
-use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
+use crate::kinematics::{JointLanes, PoseLanes, ToolPose};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
 
 /// The source's poses at the ends of a batch's motions.
 pub(super) struct Points<'a> {
     machine: &'a Machine,
-    kinematics: &'a Kinematics,
+    /// The machine that the program was made for.
+    pub(super) source: SetUps,
     /// Who interpolates, where the parameter says so.
     interpolation: Option<Interpolation>,
     joints: JointLanes,
     ends: PoseLanes,
     /// The machine as it is, where the program was not made for it.
-    real: Option<&'a Kinematics>,
+    real: Option<SetUps>,
     real_ends: PoseLanes,
+    lanes: PoseLanes,
 }
 
 impl<'a> Points<'a> {
     pub(super) fn new(
         machine: &'a Machine,
-        kinematics: &'a Kinematics,
+        source: SetUps,
         interpolation: Option<Interpolation>,
-        real: Option<&'a Kinematics>,
+        real: Option<SetUps>,
     ) -> Self {
         let (joints, ends, real_ends) = (JointLanes::default(), PoseLanes::default(), PoseLanes::default());
-        Self { machine, kinematics, interpolation, joints, ends, real, real_ends }
+        Self { machine, source, interpolation, joints, ends, real, real_ends, lanes: PoseLanes::default() }
     }
 
     /// Computes the poses at the ends of these motions.
     pub(super) fn prepare(&mut self, motions: &[Motion]) {
+        self.ends.clear();
+        self.real_ends.clear();
+        let mut rest = motions;
+        while let Some(first) = rest.first() {
+            self.enter(first);
+            let alike = rest.iter().take_while(|motion| self.source.is_entered(motion)).count();
+            let (now, later) = rest.split_at(alike);
+            self.prepare_alike(now);
+            rest = later;
+        }
+    }
+
+    /// Goes over to the set-up of a motion.
+    pub(super) fn enter(&mut self, motion: &Motion) {
+        self.source.enter(motion);
+        if let Some(real) = &mut self.real {
+            real.enter(motion);
+        }
+    }
+
+    /// Of motions with the set-up entered last.
+    fn prepare_alike(&mut self, motions: &[Motion]) {
         let machine = self.machine;
         self.joints.fill(motions.iter().map(|motion| {
             // A motion without a known end keeps its lane; nobody looks at it.
             let words = motion.end.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
             (words.linear_mm, rotary_rad(machine, words.rotary_deg))
         }));
-        self.kinematics.forward_lanes(&self.joints, &mut self.ends);
-        if let Some(real) = self.real {
-            real.forward_lanes(&self.joints, &mut self.real_ends);
+        self.source.now.kinematics.forward_lanes(&self.joints, &mut self.lanes);
+        self.ends.extend(&self.lanes);
+        if let Some(real) = &self.real {
+            real.now.kinematics.forward_lanes(&self.joints, &mut self.lanes);
+            self.real_ends.extend(&self.lanes);
         }
     }
 
@@ -60,25 +87,37 @@ impl<'a> Points<'a> {
         lane(lanes, self.mode(motion), index, words)
     }
 
-    /// The tip at these words in this mode \[mm\].
-    pub(super) fn tip_mm(&self, mode: Interpolation, words: AxisWords) -> Vec3 {
-        Station::new(self.machine, self.kinematics, mode, words).pose.tip_mm
+    /// The source's station at these words in this mode.
+    pub(super) fn station(&self, mode: Interpolation, words: AxisWords) -> Station {
+        Station::new(self.machine, &self.source.now.kinematics, mode, words)
     }
 
-    /// Where the next motion at feed leads from the end of the motion of this index \[mm\]; rests are passed over.
-    /// `following` is the first motion behind the batch.
-    pub(super) fn beyond_mm(
+    /// The source's pose at these words, in the mode and the set-up of a motion.
+    pub(super) fn pose_at(&self, motion: &Motion, words: AxisWords) -> ToolPose {
+        self.station(self.mode(motion), words).pose
+    }
+
+    /// The tip at these words in this mode \[mm\].
+    pub(super) fn tip_mm(&self, mode: Interpolation, words: AxisWords) -> Vec3 {
+        self.station(mode, words).pose.tip_mm
+    }
+
+    /// The motion at feed that goes on from the end of the motion of this index; rests are passed over. `following` is the
+    /// first motion after the batch.
+    pub(super) fn goes_on<'m>(
         &self,
-        motions: &[Motion],
+        motions: &'m [Motion],
         index: usize,
-        following: Option<&Motion>,
-    ) -> Option<Vec3> {
+        following: Option<&'m Motion>,
+    ) -> Option<&'m Motion> {
         let motion = motions.get(index)?;
-        let mode = self.mode(motion);
         let later = motions.get(index + 1..).unwrap_or_default().iter().chain(following);
         let next = later.into_iter().find(|next| !rests(next))?;
-        let goes_on = is_cutting(next) && next.start == motion.end && self.mode(next) == mode;
-        next.end.filter(|_| goes_on).map(|words| self.tip_mm(mode, words))
+        let goes_on = is_cutting(next)
+            && next.start == motion.end
+            && self.mode(next) == self.mode(motion)
+            && self.source.is_entered(next);
+        goes_on.then_some(next)
     }
 }
 

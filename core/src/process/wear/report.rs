@@ -1,6 +1,7 @@
 //! The report that goes with a program for a worn cutter.
 
 use super::super::{ContactSource, DeviationSummary, Series, Warning};
+use super::assumption::Assumption;
 use crate::motion::Interpolation;
 use crate::program::Dialect;
 use crate::units::{Angle, Length};
@@ -46,8 +47,14 @@ pub struct WearReport {
     pub blocks_out: u64,
     /// Blocks whose bytes changed.
     pub blocks_changed: u64,
-    /// Motions at whose end a contact was found, and kept.
+    /// Motions at whose end a contact is stated or found on the part, and kept.
     pub contacts_kept: u64,
+    /// Motions at whose end a contact is assumed from the feed, and kept if it is the right one.
+    pub contacts_assumed: u64,
+    /// How much of the program could be compensated by assumed contacts; `None` where none are assumed.
+    pub assumption: Option<Assumption>,
+    /// What is left at assumed contacts if they are the right ones.
+    pub after_if_assumed: Option<DeviationSummary>,
     /// Motions whose end stands elsewhere in the written program.
     pub motions_shifted: u64,
     /// Blocks whose F was lowered so that they do not run faster than the source's.
@@ -64,7 +71,8 @@ pub struct WearReport {
     pub curvature: Option<CurvatureAcross>,
     /// Offset that the worn cutter leaves along the normal with the program as it was.
     pub before: DeviationSummary,
-    /// Distance of the worn cutter's contact from the nominal one's, from the written text.
+    /// Distance of the worn cutter's contact from the nominal one's, from the written text. Where a contact is assumed nothing is
+    /// proven, and what was there before counts.
     pub after: DeviationSummary,
     /// Σ chords between the contacts kept \[mm\].
     pub cc_path_length_mm: f64,

@@ -9,6 +9,7 @@ use super::super::stream::{Passage, Stretch};
 use super::super::survey::Survey;
 use super::super::warnings::Warnings;
 use super::super::{ContactSource, Fault, Stop, WarningKind};
+use super::assumption::Assumption;
 use super::contact::contact_angle;
 use super::course::{Course, Goal, Pilot, Point};
 use super::feed::lowered_feed;
@@ -21,7 +22,7 @@ use super::verify::{Expected, Outgoing, WearVerifier};
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
-use crate::kinematics::{Kinematics, TRAVEL_SLACK};
+use crate::kinematics::TRAVEL_SLACK;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Batch, Dialect, Keyword, NewWord, print_changed};
@@ -56,6 +57,7 @@ pub(super) struct Run<'a> {
     uses_tcp: bool,
     blocks_changed: u64,
     contacts_kept: u64,
+    contacts_assumed: u64,
     motions_shifted: u64,
     /// Motions that are looked at: all, or those of the tool asked for.
     pub(super) motions_of_its_tool: u64,
@@ -71,22 +73,20 @@ pub(super) struct Run<'a> {
 impl<'a> Run<'a> {
     pub(super) fn new(
         machine: &'a Machine,
-        kinematics: &'a [Kinematics; 2],
         moves: &Moves<'a>,
         survey: Survey,
         contact: ContactSource,
     ) -> Self {
-        let [source, written] = kinematics;
+        let [source, written] = moves.set_ups(machine);
         let parameters = moves.parameters;
-        let real = Some(written).filter(|_| moves.posts);
+        let real = moves.posts.then(|| written.clone());
         let pilot = Pilot {
             machine,
-            moves: *moves,
+            moves: moves.clone(),
             parameters,
             written,
-            source,
             contact,
-            points: Points::new(machine, source, parameters.interpolation, real),
+            points: Points::new(machine, source, parameters.program.interpolation, real),
             absolute_centres: false,
             is_its_tool: true,
             carried_mm: Vec3::zeros(),
@@ -94,6 +94,7 @@ impl<'a> Run<'a> {
             moves_everything: moves.moves_everything(machine),
             warnings: Warnings::default(),
             curvature: CurvatureAcross::default(),
+            assumption: Assumption::default(),
         };
         Self {
             survey,
@@ -110,6 +111,7 @@ impl<'a> Run<'a> {
             uses_tcp: false,
             blocks_changed: 0,
             contacts_kept: 0,
+            contacts_assumed: 0,
             motions_shifted: 0,
             motions_of_its_tool: 0,
             motions_followed: 0,
@@ -359,10 +361,11 @@ impl<'a> Run<'a> {
             return motion.contact;
         }
         let machine = self.pilot.machine;
+        let (source, written) = (&self.pilot.points.source.now, &self.pilot.written.now);
         let place_mm =
-            self.pilot.source.tip_mm(Vec3::from(point_mm), rotary_rad(machine, source_end.rotary_deg));
+            source.kinematics.tip_mm(Vec3::from(point_mm), rotary_rad(machine, source_end.rotary_deg));
         let target_mm: [f64; 3] =
-            self.pilot.written.linear_mm(place_mm, rotary_rad(machine, end.rotary_deg)).into();
+            written.kinematics.linear_mm(place_mm, rotary_rad(machine, end.rotary_deg)).into();
         let stated = self.points.stated(batch, motion);
         let standing = [&point_mm, &point_mm];
         let plan = self.points.plan(motion.incremental, &stated, standing, &target_mm, resolution);
@@ -384,7 +387,11 @@ impl<'a> Run<'a> {
         if !point.has_contact {
             return;
         }
-        self.contacts_kept += 1;
+        if point.is_assumed {
+            self.contacts_assumed += 1;
+        } else {
+            self.contacts_kept += 1;
+        }
         let angle = contact_angle(&point.contact, point.pose.axis);
         let [least, most] = self.contact_angles.unwrap_or([angle, angle]);
         self.contact_angles =
@@ -428,7 +435,11 @@ impl<'a> Run<'a> {
             Interpolation::Machine => end.linear_mm,
             Interpolation::Tcp => {
                 let rotary_rad = rotary_rad(machine, end.rotary_deg);
-                self.pilot.written.linear_mm(Vec3::from(end.linear_mm), rotary_rad).into()
+                if !self.pilot.written.now.is_stated() {
+                    return Ok(());
+                }
+                let kinematics = &self.pilot.written.now.kinematics;
+                kinematics.linear_mm(Vec3::from(end.linear_mm), rotary_rad).into()
             }
         };
         for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(linear_mm).zip(travel) {
@@ -438,18 +449,22 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn moved(mut self, verifier: WearVerifier<'_>, dialect: Dialect, blocks_in: u64) -> Moved {
-        let moves = self.pilot.moves;
+        let moves = self.pilot.moves.clone();
         let is_larger = self.pilot.parameters.is_larger();
         let warnings = &mut self.pilot.warnings;
-        if is_larger && self.contacts_kept > 0 {
+        let contacts = self.contacts_kept + self.contacts_assumed;
+        let needs_contact = moves.has_wear && !self.pilot.parameters.has_nominal_shape();
+        if is_larger && contacts > 0 {
             warnings.add(WarningKind::LargerCutter, None);
         }
-        if !moves.has_wear {
-            // No contact was looked for.
-        } else if self.contacts_kept == 0 {
+        if needs_contact && contacts == 0 {
             warnings.add(WarningKind::NoContactKept, None);
-        } else if self.pilot.contact == ContactSource::FeedPlane {
-            warnings.add(WarningKind::ContactAssumed, None).count = self.contacts_kept;
+        }
+        if self.contacts_assumed > 0 {
+            warnings.add(WarningKind::ContactAssumed, None).count = self.contacts_assumed;
+        }
+        if moves.has_wear && self.pilot.assumption.open > 0 {
+            warnings.add(WarningKind::ContactOpen, None).count = self.pilot.assumption.open;
         }
         if moves.posts && self.uses_tcp {
             warnings.add(WarningKind::ControlCalibrated, None);
@@ -457,6 +472,7 @@ impl<'a> Run<'a> {
         self.posting.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
         self.posting.left = verifier.axis_left;
+        let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;
         let wear = WearReport {
             dialect,
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
@@ -465,6 +481,9 @@ impl<'a> Run<'a> {
             blocks_out: verifier.blocks(),
             blocks_changed: self.blocks_changed,
             contacts_kept: self.contacts_kept,
+            contacts_assumed: self.contacts_assumed,
+            assumption: is_assumed.then_some(self.pilot.assumption),
+            after_if_assumed: is_assumed.then(|| verifier.if_assumed.summary()),
             motions_shifted: self.motions_shifted,
             feeds_lowered: self.feeds_lowered,
             feeds_restored: self.emitter.feeds_restored,

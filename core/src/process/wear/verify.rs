@@ -6,6 +6,8 @@ use std::collections::VecDeque;
 use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
 use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
+use super::super::report::DeviationTotals;
+use super::super::set_ups::SetUps;
 use super::super::verify::Meaning;
 use super::super::{Fault, Stop};
 use super::course::Point;
@@ -15,9 +17,8 @@ use super::run::ASK_EVERY;
 use super::written::Resolution;
 use crate::contact::{Sampled, Station};
 use crate::geometry::{Vec3, angle_between};
-use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
-use crate::motion::{InterpreterOptions, Motion, MotionKind};
+use crate::motion::{Motion, MotionKind};
 use crate::program::Dialect;
 use crate::units::Angle;
 
@@ -67,7 +68,7 @@ impl Awaited for Expected {
 pub(super) struct WearVerifier<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
-    written: &'a Kinematics,
+    written: SetUps,
     posts: bool,
     has_wear: bool,
     actual: Tool,
@@ -75,6 +76,8 @@ pub(super) struct WearVerifier<'a> {
     /// The last contact of the source, where a motion at feed may go on from it.
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
+    /// What is left at assumed contacts if they are the right ones.
+    pub(super) if_assumed: DeviationTotals,
     /// Angle between the tool axis read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
     /// What became of the motions read back, to be taken away.
@@ -82,14 +85,9 @@ pub(super) struct WearVerifier<'a> {
 }
 
 impl<'a> WearVerifier<'a> {
-    pub(super) fn new(
-        machine: &'a Machine,
-        moves: &Moves<'a>,
-        written: &'a Kinematics,
-        dialect: Dialect,
-        options: InterpreterOptions,
-    ) -> Self {
+    pub(super) fn new(machine: &'a Machine, moves: &Moves<'a>, dialect: Dialect) -> Self {
         let parameters = moves.parameters;
+        let [_, written] = moves.set_ups(machine);
         Self {
             machine,
             parameters,
@@ -97,9 +95,10 @@ impl<'a> WearVerifier<'a> {
             posts: moves.posts,
             has_wear: moves.has_wear,
             actual: parameters.cutter_wear().actual,
-            read_back: ReadBack::new(machine, dialect, options).with_setup(machine, &moves.source_setup),
+            read_back: ReadBack::new(machine, dialect, &moves.source_program),
             contact_mm: None,
             found: BeforeAfter::default(),
+            if_assumed: DeviationTotals::default(),
             axis_left: Largest::default(),
             changes: Vec::new(),
         }
@@ -151,8 +150,10 @@ impl<'a> WearVerifier<'a> {
             self.contact_mm = self.contact_mm.filter(|_| read.end.is_some());
             return Ok(());
         };
-        let mode = self.parameters.interpolation.unwrap_or(read.interpolation);
-        let mut pose = Station::new(self.machine, self.written, mode, words).pose;
+        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
+        self.written.enter(read);
+        let written = &self.written.now.kinematics;
+        let mut pose = Station::new(self.machine, written, mode, words).pose;
         if read.tool_axis.is_some() {
             pose.axis = point.pose.axis;
         }
@@ -168,7 +169,7 @@ impl<'a> WearVerifier<'a> {
         }
         let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
         // Near the pole the axis is not reached, by no more than the cone.
-        let cone_rad = if point.held { self.written.pole_cone_rad() } else { self.written.tilt_rad() };
+        let cone_rad = if point.held { written.pole_cone_rad() } else { written.tilt_rad() };
         if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
             return Err(failed(line, "the tool axis is elsewhere"));
         }
@@ -184,12 +185,11 @@ impl<'a> WearVerifier<'a> {
         let left_mm = -point.contact.shift_mm.dot(&normal);
         let path_mm = (contact_mm - from_mm).norm();
         self.contact_mm = Some(contact_mm);
-        self.found.record(
-            line,
-            path_mm,
-            &sampled(left_mm.abs(), left_mm),
-            &sampled(off_mm.norm(), off_mm.dot(&normal)),
-        );
+        let (before, after) = (sampled(left_mm.abs(), left_mm), sampled(off_mm.norm(), off_mm.dot(&normal)));
+        if point.is_assumed {
+            self.if_assumed.add(line, path_mm, &after);
+        }
+        self.found.record(line, path_mm, &before, if point.is_assumed { &before } else { &after });
         Ok(())
     }
 
@@ -202,6 +202,9 @@ impl<'a> WearVerifier<'a> {
             change.wear_mm = contact.shift_mm.norm();
             if point.has_contact {
                 before.wear_mm = contact.shift_mm.dot(&contact.hold.normal(point.pose.axis)).abs();
+                if point.is_assumed {
+                    after.wear_mm = before.wear_mm;
+                }
             }
         }
         let mut axis_before_rad = 0.0;

@@ -1,0 +1,79 @@
+//! Where the cutter touches at a program point: by the point's own words, by the part's surface, or by the feed.
+
+use super::{CcParameters, ContactSource};
+use crate::contact::{ContactFault, Station, Touch, contact_on_surface, rotary_rad};
+use crate::geometry::Vec3;
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, Tool};
+use crate::motion::{ContactWords, Interpolation};
+
+/// A contact looked for on a surface takes as long as so many evaluations.
+pub(super) const SURFACE_EVALUATIONS: u64 = 512;
+
+/// Finds contacts from one source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactFinder<'a> {
+    pub(super) machine: &'a Machine,
+    pub(super) parameters: &'a CcParameters,
+    /// Where contacts come from, `auto` resolved.
+    pub(super) source: ContactSource,
+}
+
+impl ContactFinder<'_> {
+    /// Whether contacts are assumed from the feed, motion by motion.
+    #[inline]
+    pub(super) fn assumes(&self) -> bool {
+        self.source == ContactSource::FeedPlane
+    }
+
+    /// What looking for one contact takes, in evaluations of the deviation.
+    pub(super) fn evaluations(&self) -> u64 {
+        if self.source == ContactSource::Surface { SURFACE_EVALUATIONS } else { 1 }
+    }
+
+    /// The contact of `tool` at a point that states `words`; `None` where the source has none for this point. What the feed lets
+    /// assume belongs to a motion, not to a point.
+    ///
+    /// # Errors
+    /// A contact is stated that cannot be one.
+    pub(super) fn find(
+        &self,
+        kinematics: &Kinematics,
+        tool: &Tool,
+        station: &Station,
+        mode: Interpolation,
+        words: ContactWords,
+    ) -> Result<Option<Touch>, ContactFault> {
+        let pose = &station.pose;
+        match (self.source, words) {
+            (ContactSource::Tip, _) => Ok(Some(Touch::TIP)),
+            (ContactSource::Program, ContactWords::Point(point)) => {
+                let contact_mm = match mode {
+                    Interpolation::Tcp => Vec3::from(point),
+                    Interpolation::Machine => {
+                        let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
+                        kinematics.tip_mm(Vec3::from(point), rotary_rad)
+                    }
+                };
+                Touch::from_point(tool, pose, contact_mm).map(Some)
+            }
+            (ContactSource::Normals, ContactWords::Normal(normal)) => {
+                Touch::from_normal(tool, pose, Vec3::from(normal)).map(Some)
+            }
+            (ContactSource::Surface, _) => {
+                let part = self.parameters.part.as_ref();
+                let found = part.and_then(|part| contact_on_surface(part, tool, pose));
+                found.map(|found| Touch::from_normal(tool, pose, found.normal)).transpose()
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// The contacts that the feed lets assume at both ends of a motion. The tip stands for both where it leaves one of them
+    /// open, or where there is no feed.
+    pub(super) fn assumed(&self, stations: [&Station; 2], feed: Option<Vec3>) -> Option<[Touch; 2]> {
+        let feed = feed?;
+        let [start, end] = stations.map(|station| Touch::from_feed(&station.pose, feed));
+        Some([start?, end?])
+    }
+}
