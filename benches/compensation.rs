@@ -101,7 +101,7 @@ fn main() -> io::Result<()> {
         }
         let path = folder.path().join("program.nc");
         let bytes = write_program(&path, contact_words)?;
-        let parameters = CcParameters { contact, ..CcParameters::new(tool) };
+        let parameters = CcParameters { contact, ..CcParameters::new(tool, zero()) };
         for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
             let mut seconds = Vec::new();
             let mut report = None;
@@ -202,7 +202,7 @@ fn write_in_form(path: &Path, form: Form) -> io::Result<u64> {
 /// The whole pipeline in another dialect.
 fn in_form(machine: &trunnion::machine::Machine, tool: Tool, form: Form, path: &Path) -> io::Result<()> {
     let bytes = write_in_form(path, form)?;
-    let parameters = CcParameters::new(tool);
+    let parameters = CcParameters::new(tool, zero());
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();
         let mut report = None;
@@ -234,7 +234,8 @@ fn in_form(machine: &trunnion::machine::Machine, tool: Tool, form: Form, path: &
 fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Result<()> {
     let actual = Tool::new(Length::from_mm(4.75), Length::from_mm(4.75)).expect("a ball");
     let contact = ContactSource::FeedPlane;
-    let parameters = WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual)) };
+    let parameters =
+        WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual), zero()) };
     let bytes = write_program(path, false)?;
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();

@@ -97,7 +97,7 @@ fn main() {
             continue;
         }
         let text = program(&machine, &tool, blocks, five_axis, tcp).into_bytes();
-        let parameters = VerificationParameters::new(tool);
+        let parameters = VerificationParameters::new(tool, zero());
         let several = Threads(2);
         let ways: [(&str, &dyn SideBySide); 2] =
             [("one thread", &OneAfterAnother), ("two threads", &several)];

@@ -163,7 +163,7 @@ fn program() {
         writeln!(text, "G1 X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4} F2000").expect("a string takes it");
     }
     let source = text.into_bytes();
-    let parameters = SimulationParameters::new(drives);
+    let parameters = SimulationParameters::new(drives, zero());
     let mut found = None;
     let seconds = best_seconds(3, || {
         found = Some(simulate(&machine, &parameters, &source, GO_ON).expect("a program"));

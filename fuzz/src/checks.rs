@@ -123,10 +123,10 @@ pub fn pipeline(data: &[u8]) {
     let budget = Budget { max_evaluations: 50_000, max_blocks_out: 5_000 };
     let cc = CcParameters {
         tolerance: mm([0.01, 0.1, 1.0, 0.001][usize::from(detail & 3)]),
-        setup,
-        interpolation,
+        program: in_mm(&setup),
+        program: ProgramSetup { interpolation, ..zero() },
         budget,
-        ..CcParameters::new(tool)
+        ..CcParameters::new(tool, zero())
     };
     match choice >> 5 {
         0 | 1 => {
@@ -143,19 +143,19 @@ pub fn pipeline(data: &[u8]) {
         }
         3 => {
             let worn = Tool::new(tool.radius() - mm(0.1), tool.corner_radius() - mm(0.1)).expect("a tool");
-            let wear = WearParameters { setup, interpolation, ..WearParameters::new(tool, WornCutter::Tool(worn)) };
+            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), zero()) };
             let mut out = Vec::new();
             no_defect("wear", compensate_wear(&machine, &wear, &source, &mut out, &go_on));
         }
         4 => {
             let worn = Tool::new(tool.radius() - mm(0.05), tool.corner_radius()).ok().map(WornCutter::Tool);
             let parameters = CompensationParameters {
-                setup,
-                interpolation,
+                program: in_mm(&setup),
+                program: ProgramSetup { interpolation, ..zero() },
                 wear: worn.filter(|_| detail & 4 != 0).map(|worn| WearStep::new(tool, worn)),
                 location_errors: detail & 8 != 0,
                 cc: (detail & 16 != 0).then(|| CcStep { budget, ..CcStep::new(tool) }),
-                ..CompensationParameters::new()
+                ..CompensationParameters::new(zero())
             };
             let mut out = Vec::new();
             let spool = MemorySpool::default();

@@ -70,9 +70,9 @@ fn the_impeller_keeps_its_tolerance_with_tcp() {
     let mut blocks = Vec::new();
     for tolerance_um in [10.0, 1.0, 0.2] {
         let parameters = CcParameters {
-            interpolation: Some(Interpolation::Tcp),
+            program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(ball(3.0))
+            ..CcParameters::new(ball(3.0), zero())
         };
         let result = run(&ac(), &parameters, &program);
         if tolerance_um < 0.5 {
@@ -98,8 +98,11 @@ fn the_impeller_keeps_its_tolerance_with_tcp() {
 fn the_printed_layers_keep_their_tolerance_in_machine_coordinates() {
     let Some(program) = read("programs/5axis/zhangty_simple_curve_bc_machine.gcode") else { return };
     for contact in [ContactSource::FeedPlane, ContactSource::Tip] {
-        let parameters =
-            CcParameters { contact, tolerance: Length::from_um(10.0), ..CcParameters::new(ball(0.4)) };
+        let parameters = CcParameters {
+            contact,
+            tolerance: Length::from_um(10.0),
+            ..CcParameters::new(ball(0.4), zero())
+        };
         let (_, report) = run(&printer(), &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
         say("printed layers", &report);
         assert!(report.motions_checked > 41_000);
@@ -142,7 +145,7 @@ fn the_printed_layers_keep_their_tolerance_with_the_way_points_normals() {
         writeln!(table, "{words},{:.7},{:.7},{:.7},1500", normal.x, normal.y, normal.z).expect("text");
     }
     println!("{turned_over} normals turned over");
-    let parameters = CcParameters::new(ball(3.0));
+    let parameters = CcParameters::new(ball(3.0), zero());
     let (_, report) =
         run(&machine, &parameters, table.as_bytes()).unwrap_or_else(|fault| panic!("{fault:?}"));
     say("printed layers, normals", &report);
@@ -159,7 +162,8 @@ fn every_iso_program_is_compensated_or_refused_by_line_and_never_miswritten() {
     for path in every_file(&folder) {
         let program = fs::read(&path).expect("a file");
         for machine in &machines {
-            let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0)) };
+            let parameters =
+                CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0), zero()) };
             match run(machine, &parameters, &program) {
                 Ok((output, report)) => {
                     assert!(report.after.max_mm <= 0.010);

@@ -109,7 +109,7 @@ fn the_dmc_program_keeps_its_tolerance() {
     for tolerance_um in [10.0, 5.0] {
         let parameters = CcParameters {
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(Tool::new(radius, radius).unwrap())
+            ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
         };
         let mut output = Vec::new();
         let machine = tables([RotaryLetter::B, RotaryLetter::C], false);

@@ -111,7 +111,7 @@ fn the_printed_layers_meet_their_way_points_on_a_machine_with_errors() {
     };
     let program = fs::read(path).expect("a file");
     let machine = with_errors(&tables([RotaryLetter::B, RotaryLetter::C], true), errors());
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
+    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
     let (output, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
     say(name, &report);
     let lines: [Line; 2] = displaced([(Vec3::y(), Vec3::zeros()), (Vec3::z(), Vec3::zeros())], errors());
@@ -163,8 +163,8 @@ fn the_impeller_gets_all_steps_at_once() {
         wear: Some(WearStep::new(ball(3.0), WornCutter::Tool(ball(2.85)))),
         location_errors: true,
         cc: Some(CcStep { tolerance: Length::from_um(5.0), ..CcStep::new(ball(3.0)) }),
-        interpolation: Some(Interpolation::Tcp),
-        ..CompensationParameters::new()
+        program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
+        ..CompensationParameters::new(zero())
     };
     let (_, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
     say("impeller", &report);
@@ -180,7 +180,7 @@ fn the_impeller_gets_all_steps_at_once() {
 fn every_program_is_compensated_or_refused_and_comes_back_where_nothing_is_wrong() {
     let Some(folder) = shared_file("programs") else { return };
     let perfect = [RotaryLetter::A, RotaryLetter::B].map(|first| tables([first, RotaryLetter::C], false));
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
     let wear = |worn_mm| Some(WearStep::new(ball(5.0), WornCutter::Tool(ball(worn_mm))));
     let cc =
         |tolerance_um| Some(CcStep { tolerance: Length::from_um(tolerance_um), ..CcStep::new(ball(5.0)) });

@@ -50,7 +50,7 @@ fn published_cutter_location_data_is_posted_up_to_the_first_line_that_is_refused
     ] {
         let Some(path) = shared_file(&format!("programs/cl/{name}")) else { return };
         let text = std::fs::read_to_string(path).unwrap();
-        let Err(Fault::Lines(faults)) = run(&machine, &PostParameters::default(), text.as_bytes()) else {
+        let Err(Fault::Lines(faults)) = run(&machine, &PostParameters::new(zero()), text.as_bytes()) else {
             panic!("{name} is not refused by line");
         };
         assert_eq!((faults.kept[0].line, faults.total), (first as u64, refused), "{name}");
@@ -60,7 +60,7 @@ fn published_cutter_location_data_is_posted_up_to_the_first_line_that_is_refused
             continue;
         }
         for form in [PostForm::Tcp, PostForm::Machine] {
-            let parameters = PostParameters { form, ..PostParameters::default() };
+            let parameters = PostParameters { form, ..PostParameters::new(zero()) };
             let (program, report) = run(&machine, &parameters, sound.as_bytes()).unwrap();
             println!("{name} {form:?}: {report:?}");
             assert!(report.largest_tip_error_mm <= ROUNDING_MM && report.rewinds == 0);

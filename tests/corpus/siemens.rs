@@ -391,7 +391,7 @@ fn compensated(program: &[u8], contact: ContactSource, tolerance_um: f64) -> (u6
     let parameters = CcParameters {
         contact,
         tolerance: Length::from_um(tolerance_um),
-        ..CcParameters::new(Tool::new(radius, radius).unwrap())
+        ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
     };
     let mut output = Vec::new();
     let report =
@@ -446,9 +446,9 @@ fn every_program_is_compensated_or_refused_by_line_and_never_miswritten() {
         for machine in &machines {
             let radius = Length::from_mm(5.0);
             let parameters = CcParameters {
-                dialect: Some(Dialect::Siemens),
+                program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
                 contact: ContactSource::FeedPlane,
-                ..CcParameters::new(Tool::new(radius, radius).unwrap())
+                ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
             };
             let mut output = Vec::new();
             match compensate(machine, &parameters, &program, &mut output, &|| ControlFlow::Continue(())) {

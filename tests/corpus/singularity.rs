@@ -29,7 +29,10 @@ fn run(
 ) -> (Vec<u8>, SingularityReport) {
     let radius = Length::from_mm(3.0);
     let tool = Tool::new(radius, radius).expect("a ball");
-    let parameters = CcParameters { interpolation: Some(mode), ..CcParameters::new(tool) };
+    let parameters = CcParameters {
+        program: ProgramSetup { interpolation: Some(mode), ..zero() },
+        ..CcParameters::new(tool, zero())
+    };
     let mut output = Vec::new();
     let go_on = || ControlFlow::Continue(());
     let singularity = SingularityParameters::new(action);

@@ -51,8 +51,10 @@ fn the_impeller_and_the_printed_layers_are_moved_whole() {
         let Some(path) = shared_file(name) else { return };
         let program = fs::read(path).expect("a file");
         let nominal = tool(radius_mm, radius_mm);
-        let parameters =
-            WearParameters { interpolation, ..WearParameters::new(nominal, ball(0.95 * radius_mm)) };
+        let parameters = WearParameters {
+            program: ProgramSetup { interpolation, ..zero() },
+            ..WearParameters::new(nominal, ball(0.95 * radius_mm), zero())
+        };
         let (output, report) = run(&tables(letters, reversed), &parameters, &program)
             .unwrap_or_else(|fault| panic!("{name}: {fault:?}"));
         println!(
@@ -88,13 +90,13 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
     let nominal = tool(5.0, 5.0);
     let shorter = WearParameters {
         shorter_by: Length::from_mm(0.2),
-        ..WearParameters::new(nominal, WornCutter::Tool(nominal))
+        ..WearParameters::new(nominal, WornCutter::Tool(nominal), zero())
     };
     let asked = [
-        WearParameters::new(nominal, WornCutter::Tool(tool(4.75, 4.75))),
-        WearParameters::new(nominal, WornCutter::Tool(tool(5.2, 1.0))),
+        WearParameters::new(nominal, WornCutter::Tool(tool(4.75, 4.75)), zero()),
+        WearParameters::new(nominal, WornCutter::Tool(tool(5.2, 1.0)), zero()),
         shorter,
-        WearParameters::new(nominal, WornCutter::Tool(nominal)),
+        WearParameters::new(nominal, WornCutter::Tool(nominal), zero()),
     ];
     let (mut moved, mut refused) = ([0; 4], [0; 4]);
     for path in every_file(&folder) {

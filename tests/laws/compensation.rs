@@ -22,7 +22,7 @@ const BLOCK_SHARE: f64 = 1.05;
 const TIME_SHARE: f64 = 0.005;
 
 pub(crate) fn parameters(part: &Finishing) -> CcParameters {
-    CcParameters { setup: part.setup, ..CcParameters::new(part.tool) }
+    CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, zero()) }
 }
 
 pub(crate) fn run(

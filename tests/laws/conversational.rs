@@ -279,8 +279,8 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
         {
             let run = |cutter| {
                 let parameters = WearParameters {
-                    setup: part.setup,
-                    ..WearParameters::new(part.tool, WornCutter::Tool(cutter))
+                    program: in_mm(&part.setup),
+                    ..WearParameters::new(part.tool, WornCutter::Tool(cutter), zero())
                 };
                 let mut output = Vec::new();
                 let source = text.as_bytes().to_vec();
@@ -317,10 +317,10 @@ fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
     let cuts = |text: &str, tool_number: Option<u32>| {
         let part = &parts()[0];
         let parameters = WearParameters {
-            setup: part.setup,
+            program: in_mm(&part.setup),
             contact: ContactSource::FeedPlane,
             tool_number,
-            ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)))
+            ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)), zero())
         };
         let mut output = Vec::new();
         let source = text.as_bytes().to_vec();

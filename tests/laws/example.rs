@@ -61,7 +61,8 @@ fn the_example_dome_leaves_the_scallops_it_was_made_for() {
     let text = program("dome", &passes, 80.0);
     assert_is_the_example("dome.nc", &text);
     let tool = tool(5.0, 5.0);
-    let parameters = VerificationParameters { setup, ..VerificationParameters::new(tool) };
+    let parameters =
+        VerificationParameters { program: in_mm(&setup), ..VerificationParameters::new(tool, zero()) };
     let samples = Sphere::new(Vec3::zeros(), 20.0, half_rad, Bulge::Convex).expect("a sphere").samples(4000);
     let stop = || ControlFlow::Continue(());
     let found =

@@ -56,7 +56,7 @@ fn parts(tool: Tool) -> [Finishing; 3] {
 }
 
 pub(crate) fn with_setup(setup: Setup) -> CompensationParameters {
-    CompensationParameters { setup, ..CompensationParameters::new() }
+    CompensationParameters { program: in_mm(&setup), ..CompensationParameters::new(zero()) }
 }
 
 fn wear_step(part: &Finishing, worn: Tool) -> WearStep {
@@ -221,8 +221,8 @@ fn all_steps_at_once_are_the_steps_one_after_the_other() {
             let location = CompensationParameters { location_errors: true, ..with_setup(part.setup) };
             let (posted, _, _) = done(&machine, &location, &text);
             let worn = WearParameters {
-                setup: part.setup,
-                ..WearParameters::new(nominal, WornCutter::Tool(actual))
+                program: in_mm(&part.setup),
+                ..WearParameters::new(nominal, WornCutter::Tool(actual), zero())
             };
             let mut apart = Vec::new();
             let go_on = || ControlFlow::Continue(());
@@ -245,8 +245,8 @@ fn all_steps_at_once_are_the_steps_one_after_the_other() {
             let (output, report, changes) = done(&machine, &all, &text);
             let cc = CcParameters {
                 tolerance: Length::from_um(4.0),
-                setup: part.setup,
-                ..CcParameters::new(actual)
+                program: in_mm(&part.setup),
+                ..CcParameters::new(actual, zero())
             };
             let mut behind = Vec::new();
             let own = compensate(&machine, &cc, &moved.clone().into_bytes(), &mut behind, &go_on)
@@ -354,7 +354,8 @@ fn servo_lag_is_that_of_the_written_program_by_lines_of_the_upload() {
     let (output, report, changes) = done(&machine, &with_drives, &text);
     assert_eq!(plain, output);
     assert!(report.blocks_out > report.blocks_in);
-    let parameters = SimulationParameters { setup: part.setup, ..SimulationParameters::new(drives()) };
+    let parameters =
+        SimulationParameters { program: in_mm(&part.setup), ..SimulationParameters::new(drives(), zero()) };
     let simulated =
         simulate(&machine, &parameters, &output.clone().into_bytes(), &|| ControlFlow::Continue(()))
             .expect("a run");
@@ -405,7 +406,7 @@ fn lines_are_the_uploads_where_a_block_with_f_alone_came_in_between_the_steps() 
     let parameters = CompensationParameters {
         wear: Some(WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)))),
         cc: Some(CcStep::new(tool(5.0, 5.0))),
-        ..CompensationParameters::new()
+        ..CompensationParameters::new(zero())
     };
     let (output, report, changes) = done(&machine, &parameters, text);
     assert!(output.contains("\nF720.\nG91 G28 Z0\n"), "{output}");
@@ -431,7 +432,7 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
         )
     };
     let text = format!("G90 G21 G94\nT1 M6\n{}T2 M6\n{}M30\n", pass(20.0), pass(30.0));
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
     let (posted, _, _) = done(&machine, &location, &text);
     let step =
         WearStep { tool_number: Some(1), ..WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5))) };

@@ -22,7 +22,7 @@ fn run(id: &str, tolerance_um: f64, text: &str) -> (String, CcReport) {
     let parameters = CcParameters {
         contact: ContactSource::FeedPlane,
         tolerance: Length::from_um(tolerance_um),
-        ..CcParameters::new(tool)
+        ..CcParameters::new(tool, zero())
     };
     let mut output = Vec::new();
     let report = compensate(&machine(id), &parameters, &text.as_bytes().to_vec(), &mut output, &|| {
@@ -142,7 +142,7 @@ fn every_form_of_a_word_means_what_plain_words_mean_and_is_compensated_alike() {
         let parameters = CcParameters {
             contact: ContactSource::FeedPlane,
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(tool(6.0, 1.5))
+            ..CcParameters::new(tool(6.0, 1.5), zero())
         };
         let go_on = || ControlFlow::Continue(());
         let mut over = 0;
@@ -155,7 +155,7 @@ fn every_form_of_a_word_means_what_plain_words_mean_and_is_compensated_alike() {
         });
         assert!(over > 0, "{}", texts[0]);
         assert_same("contact path", [&outputs[0], &outputs[1]]);
-        let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)));
+        let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), zero());
         let outputs = texts.map(|text| {
             let mut output = Vec::new();
             compensate_wear(&machine, &parameters, &text.as_bytes().to_vec(), &mut output, &go_on)

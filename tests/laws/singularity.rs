@@ -37,7 +37,7 @@ const TIME_SHARE: f64 = 0.006;
 const SAMPLES: usize = 20;
 
 fn treat(pass: &PolePass, singularity: &SingularityParameters) -> Result<(String, SingularityReport), Fault> {
-    let parameters = CcParameters { setup: pass.setup, ..CcParameters::new(pass.tool) };
+    let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, zero()) };
     let mut output = Vec::new();
     let source = pass.text.clone().into_bytes();
     let go_on = || ControlFlow::Continue(());
@@ -284,7 +284,8 @@ fn contacts_stay_where_the_words_put_them_when_the_tool_leans_otherwise() {
             let tool = finishing::tool(radius_mm, corner_mm);
             let part = dome_near_pole(ac_machine(), tool, 41, 3);
             let text = part.program(form, FeedForm::PerMinute);
-            let parameters = CcParameters { setup: part.setup, ..CcParameters::new(part.tool) };
+            let parameters =
+                CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, zero()) };
             let singularity = SingularityParameters {
                 axis_tolerance: Angle::from_deg(0.3),
                 ..SingularityParameters::new(SingularityAction::Smooth)
@@ -378,7 +379,7 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
         );
         let singularity = SingularityParameters::new(action);
         let (between, treated) = treat(&pass, &singularity).expect("treated");
-        let parameters = CcParameters { setup: pass.setup, ..CcParameters::new(pass.tool) };
+        let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, zero()) };
         let go_on = || ControlFlow::Continue(());
         let mut apart = Vec::new();
         let source = between.clone().into_bytes();
@@ -470,7 +471,7 @@ fn beside_a_point_without_a_normal_none_is_made_up() {
     // Found by fuzzing: what lay between was not a number.
     let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
-    let parameters = CcParameters::new(tool);
+    let parameters = CcParameters::new(tool, zero());
     let densify = SingularityParameters::new(SingularityAction::Densify);
     let go_on = || ControlFlow::Continue(());
     for [from, to] in [["0,0,0", "0,0.1,0.99"], ["0,0.1,0.99", "0,0,0"], ["0,0,0", "0,0,0"]] {

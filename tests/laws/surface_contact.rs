@@ -117,8 +117,9 @@ fn a_worn_cutter_moves_by_the_surface_as_by_its_normals() {
             assert!(own < case.normal_error, "{}: {own:e}", case.name);
             let text = part.program(Form::NormalTable, FeedForm::PerMinute);
             let by = |contact, given: Option<&PartSurface>| {
-                let setup = WearParameters::new(nominal, WornCutter::Tool(actual));
-                let parameters = WearParameters { contact, setup: part.setup, part: given.cloned(), ..setup };
+                let setup = WearParameters::new(nominal, WornCutter::Tool(actual), zero());
+                let parameters =
+                    WearParameters { contact, program: in_mm(&part.setup), part: given.cloned(), ..setup };
                 worn(&part, &parameters, &text).unwrap_or_else(|fault| panic!("{}: {fault:?}", case.name))
             };
             let (normals, _) = by(ContactSource::Normals, None);
@@ -155,10 +156,10 @@ fn a_compensated_path_keeps_its_contacts_by_the_surface_as_by_its_normals() {
             let by = |contact, given: Option<&PartSurface>| {
                 let parameters = CcParameters {
                     contact,
-                    setup: part.setup,
+                    program: in_mm(&part.setup),
                     part: given.cloned(),
                     tolerance: Length::from_um(3.0),
-                    ..CcParameters::new(nominal)
+                    ..CcParameters::new(nominal, zero())
                 };
                 let mut output = Vec::new();
                 let source = text.as_bytes().to_vec();
@@ -207,7 +208,7 @@ fn a_roof_has_no_curvature_along_its_ridge() {
     let parameters = WearParameters {
         contact: ContactSource::Surface,
         part: Some(surface),
-        ..WearParameters::new(part.tool, WornCutter::Tool(tool(1.9, 1.9)))
+        ..WearParameters::new(part.tool, WornCutter::Tool(tool(1.9, 1.9)), zero())
     };
     let text = "G90 G21 G94\nG0 X0 Y-20 Z30 A0 C0\nG1 Z0 F500\nG1 Y0\nG1 Y20\nG0 Z30\nM30\n";
     let (_, report) = worn(&part, &parameters, text).unwrap();
@@ -228,9 +229,9 @@ fn where_nothing_touches_only_the_length_moves_a_point() {
     let text = format!("{}N5000 G1 Z300.\n{}{tail}", &head[..number], &head[number..]);
     let worn_ball = WornCutter::Tool(tool(1.9, 1.9));
     let parameters = WearParameters {
-        setup: part.setup,
+        program: in_mm(&part.setup),
         part: Some(surface),
-        ..WearParameters::new(part.tool, worn_ball)
+        ..WearParameters::new(part.tool, worn_ball, zero())
     };
     let (output, report) = worn(&part, &parameters, &text).unwrap();
     // by itself: no contact words, no normals, but a surface

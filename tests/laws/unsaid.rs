@@ -27,7 +27,7 @@ fn compensated(text: &str) -> String {
     let mut output = Vec::new();
     let source = text.as_bytes().to_vec();
     let go_on = || ControlFlow::Continue(());
-    compensate(&ac_machine(), &CcParameters::new(tool(5.0, 5.0)), &source, &mut output, &go_on)
+    compensate(&ac_machine(), &CcParameters::new(tool(5.0, 5.0), zero()), &source, &mut output, &go_on)
         .unwrap_or_else(|fault| panic!("{text}{fault:?}"));
     String::from_utf8(output).expect("text")
 }
@@ -133,7 +133,7 @@ fn treated_regions_give_the_feed_back_before_its_meaning_changes() {
 }
 
 fn tip_parameters() -> CcParameters {
-    CcParameters::new(tool(5.0, 5.0))
+    CcParameters::new(tool(5.0, 5.0), zero())
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn lines_that_were_put_in_twice_lead_to_those_of_the_upload() {
         location_errors: true,
         singularity: Some(regions(SingularityAction::Densify)),
         cc: Some(CcStep { contact: ContactSource::Tip, ..CcStep::new(tool(5.0, 5.0)) }),
-        ..CompensationParameters::new()
+        ..CompensationParameters::new(zero())
     };
     let (output, report, changes) = one_pass::done(&machine, &parameters, &text);
     assert!(report.singularity.as_ref().is_some_and(|found| found.blocks_inserted > 10), "{report:?}");
@@ -173,7 +173,7 @@ fn moved_table(offset_mm: Vec3) -> Machine {
 
 #[test]
 fn an_arc_whose_centre_stays_is_not_moved_away_from_it() {
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new() };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
     let head = "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\nL X+8.000 Y+0.000 Z+0.000 A+0.000 C+90.000 R0 F500\n";
     let program = |arc: &str| format!("{head}{arc}END PGM T MM\n");
     let sideways = moved_table(Vec3::new(0.04, 0.0, 0.0));
@@ -196,7 +196,7 @@ fn an_arc_whose_centre_stays_is_not_moved_away_from_it() {
     let shorter = WearParameters {
         contact: ContactSource::FeedPlane,
         shorter_by: Length::from_mm(0.25),
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 4.5)))
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 4.5)), zero())
     };
     let moved = worn(&shorter, text);
     assert!(matches!(moved, Err(Fault::Lines(_))), "{moved:?}");
@@ -213,8 +213,8 @@ fn worn(parameters: &WearParameters, text: &str) -> Result<String, Fault> {
 fn a_tool_that_only_t_puts_in_and_another_edge_are_another_cutter() {
     let by_feed = WearParameters {
         contact: ContactSource::FeedPlane,
-        dialect: Some(Dialect::Siemens),
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)))
+        program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero())
     };
     let pass =
         |x: u32| format!("G0 X{x}.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n");
@@ -249,7 +249,10 @@ fn the_end_of_a_subprogram_stays_at_the_end_of_its_last_block() {
     for end in ["M17", "RET"] {
         let text =
             format!("G1 G90 X0.000 Y0.000 Z5.000 A10.000 C0.000 F1000\nN40 X20.000 A25.000 C60.000 {end}\n");
-        let parameters = CcParameters { dialect: Some(Dialect::Siemens), ..tip_parameters() };
+        let parameters = CcParameters {
+            program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+            ..tip_parameters()
+        };
         let mut output = Vec::new();
         let go_on = || ControlFlow::Continue(());
         compensate(&ac_machine(), &parameters, &text.clone().into_bytes(), &mut output, &go_on)
@@ -271,7 +274,7 @@ fn an_arc_between_two_points_that_are_one_but_for_the_last_decimal_is_refused() 
         let mut output = Vec::new();
         let go_on = || ControlFlow::Continue(());
         let source = text.into_bytes();
-        post(&ac_machine(), &PostParameters::default(), &source, &mut output, &go_on)
+        post(&ac_machine(), &PostParameters::new(zero()), &source, &mut output, &go_on)
             .map(|report| report.points)
     };
     for y in ["0.0001", "-0.0001", "0.0002"] {

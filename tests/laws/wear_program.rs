@@ -39,7 +39,10 @@ const THERE_AND_BACK_MM: f64 = 2.0e-4 + 1e-9;
 const TIME_SHARE: f64 = 0.006;
 
 fn worn(part: &Finishing, actual: Tool) -> WearParameters {
-    WearParameters { setup: part.setup, ..WearParameters::new(part.tool, WornCutter::Tool(actual)) }
+    WearParameters {
+        program: in_mm(&part.setup),
+        ..WearParameters::new(part.tool, WornCutter::Tool(actual), zero())
+    }
 }
 
 fn run(part: &Finishing, parameters: &WearParameters, text: &str) -> Result<(String, WearReport), Fault> {
@@ -277,7 +280,10 @@ fn word(line: &str, letter: char) -> Option<f64> {
 fn ball_by_feed(shape: (f64, f64)) -> WearParameters {
     let (nominal, actual) = shape;
     let worn = WornCutter::Tool(tool(actual, actual));
-    WearParameters { contact: ContactSource::FeedPlane, ..WearParameters::new(tool(nominal, nominal), worn) }
+    WearParameters {
+        contact: ContactSource::FeedPlane,
+        ..WearParameters::new(tool(nominal, nominal), worn, zero())
+    }
 }
 
 #[test]
@@ -287,7 +293,7 @@ fn a_block_that_only_turned_keeps_its_time_when_it_gains_a_path() {
                 C15.000 U9.000 V-4.330 W22.500\nX12.000 C16.000 U11.000 V-4.330 W22.500\n\
                 G65 P9010\nM30\n";
     let nominal = tool(5.0, 5.0);
-    let parameters = WearParameters::new(nominal, WornCutter::Tool(tool(4.5, 4.5)));
+    let parameters = WearParameters::new(nominal, WornCutter::Tool(tool(4.5, 4.5)), zero());
     let (output, report) = plain(&parameters, &text.replace("G65 P9010\n", "")).expect("a program");
     let lines: Vec<&str> = output.lines().collect();
     assert_eq!(report.feeds_lowered, 1, "{output}");
@@ -324,7 +330,7 @@ fn a_block_that_only_turned_keeps_its_time_when_it_gains_a_path() {
 fn a_feed_lowered_at_the_end_is_given_back_to_a_call() {
     let text = "G90 G21 G94\nG1 X10.000 Y0.000 Z20.000 A-30.000 C0.000 U10.000 V-4.330 W22.500 F720.\n\
                 C15.000 U9.000 V-4.330 W22.500\nG0 Z100.000\nX10.000 Y0.000\nG65 P9010\nM30\n";
-    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
     let (output, report) = plain(&parameters, text).expect("a program");
     assert!(output.contains("\nF720.\nG65 P9010\n"), "{output}");
     assert_eq!((report.blocks_out, report.feeds_restored), (report.blocks_in + 1, 1));
@@ -334,7 +340,7 @@ fn a_feed_lowered_at_the_end_is_given_back_to_a_call() {
 fn an_f_between_two_lowered_blocks_changes_neither() {
     let text = "G90 G21 G94\nG1 X10.000 Y0.000 Z20.000 A-30.000 C0.000 U10.000 V-4.330 W22.500 F720.\n\
                 C15.000 U9.000 V-4.330 W22.500\nF720.\nC0.000 U10.000 V-4.330 W22.500\nF720.\nX11.000 U11.000 V-4.330 W22.500\nM30\n";
-    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
     let (output, report) = plain(&parameters, text).expect("a program");
     let feeds: Vec<f64> =
         output.lines().filter(|line| line.contains('U')).map(|line| word(line, 'F').expect("F")).collect();
@@ -369,7 +375,10 @@ fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
 #[test]
 fn a_program_of_which_nothing_can_be_followed_is_refused_where_it_should_move() {
     // Read as conversational text, blocks of G words have no motion that could be followed.
-    let forced = |step: WearParameters| WearParameters { dialect: Some(Dialect::Heidenhain), ..step };
+    let forced = |step: WearParameters| WearParameters {
+        program: ProgramSetup { dialect: Some(Dialect::Heidenhain), ..zero() },
+        ..step
+    };
     let text = pass_from("0");
     match plain(&forced(ball_by_feed((5.0, 4.5))), &text) {
         Err(Fault::NothingFollowed { .. } | Fault::NoMotion | Fault::Lines(_)) => {}
@@ -419,7 +428,10 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
 #[test]
 fn increments_inches_and_absent_words_end_where_absolute_millimetres_do() {
     let parameters = ball_by_feed((5.0, 4.5));
-    let machine = WearParameters { interpolation: Some(Interpolation::Machine), ..parameters };
+    let machine = WearParameters {
+        program: ProgramSetup { interpolation: Some(Interpolation::Machine), ..zero() },
+        ..parameters
+    };
     let absolute = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y2.0000 Z21.0000 A-30.0000 C0.0000 F800\nX20.0000 A-35.0000 C5.0000\nX30.0000 Y5.0000 Z19.0000\nM30\n";
     let increments = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG91 G1 X10.0000 Y2.0000 Z1.0000 F800\nX10.0000 A-5.0000 C5.0000\nX10.0000 Y3.0000 Z-2.0000\nM30\n";
     let (by_words, report) = plain(&machine, absolute).expect("a program");
@@ -556,7 +568,7 @@ fn what_cannot_be_moved_and_would_have_to_is_refused_by_line() {
 
 #[test]
 fn a_block_in_machine_coordinates_brings_back_only_the_axes_that_it_places() {
-    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
     // The first contact moves X, the second one wants it where the source has it, and does not state it.
     let iso = "G90 G21 G94\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\n\
                G1 X10.000 Y6.000 Z24.000 U13.000 V6.000 W25.000 F800\n\
@@ -663,10 +675,10 @@ proptest! {
             wanted.push((contact, normal, rotary_rad));
         }
         let parameters = WearParameters {
-            setup,
+            program: in_mm(&setup),
             shorter_by: Length::from_mm(shorter_mm),
             length_in_control,
-            ..WearParameters::new(nominal, WornCutter::Tool(actual))
+            ..WearParameters::new(nominal, WornCutter::Tool(actual), zero())
         };
         let mut output = Vec::new();
         let bytes = text.clone().into_bytes();
@@ -702,7 +714,7 @@ fn the_way_goes_on_from_where_a_program_says_that_the_tool_stands() {
     text.push_str("FINI\n");
     let parameters = WearParameters {
         contact: ContactSource::FeedPlane,
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)))
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), zero())
     };
     let mut output = Vec::new();
     let machine = ac_machine();
@@ -721,7 +733,7 @@ fn a_larger_cutter_leaves_a_wall_as_it_stood_there() {
     let side = |actual: f64| WearParameters {
         milling: Milling::Side,
         contact: ContactSource::Program,
-        ..WearParameters::new(tool(5.0, 0.0), WornCutter::Tool(tool(actual, 0.0)))
+        ..WearParameters::new(tool(5.0, 0.0), WornCutter::Tool(tool(actual, 0.0)), zero())
     };
     let (output, report) = plain(&side(5.2), wall).expect("a program");
     let stands: Vec<f64> = output.lines().filter_map(|line| word(line, 'Y')).collect();

@@ -63,7 +63,10 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
         .collect();
     let stop = || ControlFlow::Continue(());
     let cut = |diameter_mm: f64, program: &Vec<u8>| -> Row {
-        let parameters = VerificationParameters { setup, ..VerificationParameters::new(ball(diameter_mm)) };
+        let parameters = VerificationParameters {
+            program: in_mm(&setup),
+            ..VerificationParameters::new(ball(diameter_mm), zero())
+        };
         let found = verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop)
             .expect("cut")
             .summary;
@@ -76,7 +79,11 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
     let compensated = |diameter_mm: f64| {
         let worn = WornCutter::Tool(ball(diameter_mm));
         let contact = ContactSource::Normals;
-        let parameters = WearParameters { setup, contact, ..WearParameters::new(ball(10.0), worn) };
+        let parameters = WearParameters {
+            program: in_mm(&setup),
+            contact,
+            ..WearParameters::new(ball(10.0), worn, zero())
+        };
         let mut output = Vec::new();
         compensate_wear(&machine, &parameters, &nominal, &mut output, &stop).expect("compensated");
         output

@@ -104,7 +104,7 @@ impl CcParameters {
 
     /// The defaults of the contract for a tool: 10 µm, contact found by itself, even correction, fewest blocks.
     #[must_use]
-    pub fn new(tool: Tool) -> Self {
+    pub fn new(tool: Tool, program: ProgramSetup) -> Self {
         Self {
             tool,
             tolerance: Length::from_mm(0.01),
@@ -112,7 +112,7 @@ impl CcParameters {
             pass_break: Angle::from_deg(Self::PASS_BREAK_DEG),
             correction: Correction::Even,
             output: OutputForm::Minimal,
-            program: ProgramSetup::default(),
+            program,
             max_feed: None,
             block_time_s: None,
             budget: Budget::default(),

@@ -36,10 +36,10 @@ pub struct SimulationParameters {
 impl SimulationParameters {
     /// The defaults of the contract: 1 ms, no profile.
     #[must_use]
-    pub fn new(drives: DriveSet) -> Self {
+    pub fn new(drives: DriveSet, program: ProgramSetup) -> Self {
         Self {
             drives,
-            program: ProgramSetup::default(),
+            program,
             period_s: 0.001,
             profile: None,
             stop_at_corners_above_rad: 10_f64.to_radians(),

@@ -308,7 +308,7 @@ mod tests {
         let machine = tables();
         let program = in_mm(dialect);
         let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap();
-        let parameters = CcParameters { program: program.clone(), ..CcParameters::new(tool) };
+        let parameters = CcParameters::new(tool, program.clone());
         let source = source.as_bytes().to_vec();
         let mut passages = Passages::open(&source, &machine, &program)?;
         let mut stretch = Stretch::default();

@@ -14,6 +14,7 @@ mod keyword;
 mod line;
 mod number;
 mod reader;
+mod stamp;
 mod writer;
 
 pub use address::Address;
@@ -26,6 +27,7 @@ pub use fault::{ReadFault, WriteFault};
 pub use keyword::Keyword;
 pub use number::MAX_MAGNITUDE;
 pub use reader::{ReadLimits, Reader};
+pub use stamp::{Stamp, StampFinder, StampPlace, Step, Steps, borne_by, place_stamp};
 pub use writer::{
     NewWord, print_changed, print_changed_without, print_feed_only, print_inserted, print_inserted_without,
 };

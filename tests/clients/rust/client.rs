@@ -33,7 +33,7 @@ async fn posted(client: &Configuration, program: &PathBuf) -> Job {
     let parameters = CcParameters {
         tool_radius_mm: Some(Some(5.0)),
         work_offset_mm: Some(vec![12.0, -7.0, 35.0]),
-        ..CcParameters::new()
+        ..CcParameters::new(zero())
     };
     let mut job = CcCompensationJob::new(MACHINE.to_owned(), Default::default(), parameters);
     job.external_id = Some(Some("WO-4711/20".to_owned()));

@@ -87,14 +87,14 @@ pub struct ServoStep {
 impl CompensationParameters {
     /// No step, and the defaults of the contract.
     #[must_use]
-    pub fn new() -> Self {
+    pub fn new(program: ProgramSetup) -> Self {
         Self {
             wear: None,
             location_errors: false,
             cc: None,
             singularity: None,
             servo: None,
-            program: ProgramSetup::default(),
+            program,
             max_feed: None,
             block_time_s: None,
             part: None,
@@ -114,11 +114,7 @@ impl CompensationParameters {
 
     /// The moving step as that of a wear compensation; `fallback` is a cutter that nothing depends on.
     pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
-        let shared = |parameters: WearParameters| WearParameters {
-            program: self.real_program(),
-            part: self.part.clone(),
-            ..parameters
-        };
+        let shared = |parameters: WearParameters| WearParameters { part: self.part.clone(), ..parameters };
         match &self.wear {
             Some(step) => shared(WearParameters {
                 milling: step.milling,
@@ -126,12 +122,12 @@ impl CompensationParameters {
                 length_in_control: step.length_in_control,
                 contact: step.contact,
                 tool_number: step.tool_number,
-                ..WearParameters::new(step.nominal, step.worn.clone())
+                ..WearParameters::new(step.nominal, step.worn.clone(), self.real_program())
             }),
             None => shared(WearParameters {
                 contact: ContactSource::Tip,
                 part: None,
-                ..WearParameters::new(fallback, WornCutter::Tool(fallback))
+                ..WearParameters::new(fallback, WornCutter::Tool(fallback), self.real_program())
             }),
         }
     }
@@ -161,19 +157,12 @@ impl CompensationParameters {
             pass_break: step.pass_break,
             correction: step.correction,
             output: step.output,
-            program,
             max_feed: self.max_feed,
             block_time_s: self.block_time_s,
             budget: step.budget,
             part: self.part.clone(),
-            ..CcParameters::new(tool)
+            ..CcParameters::new(tool, program)
         }
-    }
-}
-
-impl Default for CompensationParameters {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -182,7 +171,7 @@ impl WearStep {
     #[must_use]
     pub fn new(nominal: Tool, worn: WornCutter) -> Self {
         let WearParameters { milling, shorter_by, length_in_control, contact, tool_number, .. } =
-            WearParameters::new(nominal, worn.clone());
+            WearParameters::new(nominal, worn.clone(), ProgramSetup::default());
         Self { nominal, worn, milling, shorter_by, length_in_control, contact, tool_number }
     }
 }
@@ -192,7 +181,7 @@ impl CcStep {
     #[must_use]
     pub fn new(tool: Tool) -> Self {
         let CcParameters { tolerance, contact, pass_break, correction, output, budget, .. } =
-            CcParameters::new(tool);
+            CcParameters::new(tool, ProgramSetup::default());
         Self { tool, tolerance, contact, pass_break, correction, output, budget }
     }
 }

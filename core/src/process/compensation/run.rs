@@ -231,11 +231,10 @@ impl Course<'_> {
     /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
     fn lags(&self, done: &Done, servo: &ServoStep) -> Result<Lags, Fault> {
         let parameters = SimulationParameters {
-            program: done.program.clone(),
             period_s: servo.period_s,
             profile: servo.profile,
             max_samples: servo.max_samples,
-            ..SimulationParameters::new(servo.drives)
+            ..SimulationParameters::new(servo.drives, done.program.clone())
         };
         let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);

@@ -37,10 +37,12 @@ pub struct PostParameters {
     pub max_blocks_out: u64,
 }
 
-impl Default for PostParameters {
-    fn default() -> Self {
+impl PostParameters {
+    /// The defaults of the contract: tool tips under G43.4, four decimals.
+    #[must_use]
+    pub fn new(program: ProgramSetup) -> Self {
         Self {
-            program: ProgramSetup::default(),
+            program,
             form: PostForm::Tcp,
             length_number: 1,
             start_words_deg: None,

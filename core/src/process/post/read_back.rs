@@ -148,7 +148,8 @@ mod tests {
 
     /// Two points with words between and behind them, read back as `text`.
     fn read_back(text: &str) -> Result<(), Fault> {
-        let (machine, parameters) = (tables(), PostParameters::default());
+        let (machine, parameters) =
+            (tables(), PostParameters::new(ProgramSetup::in_mm(&crate::kinematics::Setup::default())));
         let kinematics = Kinematics::new(&machine, &Setup::default());
         let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
         again.await_words("S1200 M3");

@@ -88,14 +88,14 @@ impl VerificationParameters {
 
     /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
     #[must_use]
-    pub fn new(tool: Tool) -> Self {
+    pub fn new(tool: Tool, program: ProgramSetup) -> Self {
         Self {
             tool,
             cutting_length: None,
             stock: Length::from_mm(1.0),
             resolution: Length::from_mm(5e-4),
             limit: Length::from_mm(0.03),
-            program: ProgramSetup::default(),
+            program,
             tool_number: None,
             max_pairs: 5_000_000_000,
             max_pieces: 50_000_000,

@@ -130,7 +130,7 @@ impl<'a> Moves<'a> {
 impl WearParameters {
     /// End milling with the worn cutter's own length in the control, contact found by itself.
     #[must_use]
-    pub fn new(nominal: Tool, worn: WornCutter) -> Self {
+    pub fn new(nominal: Tool, worn: WornCutter, program: ProgramSetup) -> Self {
         Self {
             nominal,
             worn,
@@ -140,7 +140,7 @@ impl WearParameters {
             contact: ContactSource::Auto,
             pass_break: Angle::from_deg(CcParameters::PASS_BREAK_DEG),
             tool_number: None,
-            program: ProgramSetup::default(),
+            program,
             part: None,
         }
     }
