@@ -1,7 +1,7 @@
 //! Parameters and report of the compensation of the CC path.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::{Fault, FaultList, Fixed, SurfaceReading};
 use super::{SingularRegions, SingularityAction, SingularityFindings};
@@ -129,14 +129,12 @@ impl Dialect {
 }
 
 /// What the compensation of the CC path needs to know.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
 pub struct CcParameters {
     /// Cutter radius R. Only `contact=tip` can do without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
-    #[param(example = 5.0)]
     pub tool_radius_mm: Option<f64>,
     /// Corner radius r; as the cutter radius (a ball) when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,11 +142,9 @@ pub struct CcParameters {
     /// Largest distance of the CC path from its line.
     #[serde(default = "CcParameters::default_tolerance_um")]
     #[schema(default = 10.0)]
-    #[param(default = 10.0)]
     pub tolerance_um: f64,
     /// Where the cutter contact comes from.
     #[serde(default)]
-    #[param(inline)]
     pub contact: Contact,
     /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -161,19 +157,15 @@ pub struct CcParameters {
     pub contact_gap_um: Option<f64>,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[param(inline)]
     pub interpolation: Option<Interpolation>,
     /// How a deviating block is corrected.
     #[serde(default)]
-    #[param(inline)]
     pub correction: Correction,
     /// Which blocks the answer has.
     #[serde(default)]
-    #[param(inline)]
     pub output: Output,
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[serde(default)]
-    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     pub work_offset_mm: Fixed<3>,
     /// Tool length; matters to head axes only.
     #[serde(default)]
@@ -183,15 +175,12 @@ pub struct CcParameters {
     pub feed_mm_per_min: Option<f64>,
     /// What is done about singular regions, before everything else.
     #[serde(default)]
-    #[param(inline)]
     pub singularity: SingularityAction,
     /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
     #[serde(default)]
-    #[param(inline)]
     pub singular_regions: SingularRegions,
     /// The form of the program text.
     #[serde(default)]
-    #[param(inline)]
     pub dialect: Dialect,
 }
 

@@ -1,7 +1,7 @@
 //! Parameters of a compensation in one pass.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::{
     CcParameters, Contact, Correction, Dialect, Fault, FaultList, Fixed, Interpolation, LengthInControl,
@@ -121,95 +121,6 @@ pub const fn looks_at(contact: Contact, has_part: bool) -> bool {
 
 const fn yes() -> bool {
     true
-}
-
-/// The same parameters as a query names them. Those of a step have its name before a dot; the step is taken where one
-/// of them is given.
-#[derive(Debug, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[expect(dead_code, reason = "describes the query")]
-pub struct CompensationQuery {
-    /// Radius of the cutter the program was made for.
-    #[param(rename = "wear.nominal_tool.radius_mm")]
-    nominal_radius: Option<f64>,
-    /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
-    #[param(rename = "wear.nominal_tool.corner_radius_mm")]
-    nominal_corner_radius: Option<f64>,
-    /// Its length.
-    #[param(rename = "wear.nominal_tool.length_mm")]
-    nominal_length: Option<f64>,
-    /// Radius of the cutter as measured; this or a wear table.
-    #[param(rename = "wear.actual_tool.radius_mm")]
-    actual_radius: Option<f64>,
-    /// Its corner radius; its radius (a ball) when absent.
-    #[param(rename = "wear.actual_tool.corner_radius_mm")]
-    actual_corner_radius: Option<f64>,
-    /// Its length.
-    #[param(rename = "wear.actual_tool.length_mm")]
-    actual_length: Option<f64>,
-    /// Angles between surface normal and tool axis, rising from 0 to at most 90.
-    #[param(rename = "wear.wear_table.contact_angle_deg", style = Form, explode = false)]
-    table_angles: Option<Vec<f64>>,
-    /// How much farther out the cutter's surface lies there; negative where worn.
-    #[param(rename = "wear.wear_table.deviation_um", style = Form, explode = false)]
-    table_deviations: Option<Vec<f64>>,
-    /// Which part of the cutter makes the surface.
-    #[param(rename = "wear.milling", inline)]
-    milling: Option<Milling>,
-    /// Which length the control has; `nominal` where both lengths are given.
-    #[param(rename = "wear.length_in_control", inline)]
-    length_in_control: Option<LengthInControl>,
-    /// Where the contact comes from for the worn cutter; the tip is none here.
-    #[param(rename = "wear.contact", inline)]
-    wear_contact: Option<Contact>,
-    /// T number of the cutter, in a program of several.
-    #[param(rename = "wear.tool_number")]
-    tool: Option<u32>,
-    /// Post the program anew for the calibrated machine.
-    #[param(rename = "location_errors", example = true)]
-    location_errors: Option<bool>,
-    /// Cutter radius R the program was made for.
-    #[param(rename = "cc.tool_radius_mm", example = 5.0)]
-    radius: Option<f64>,
-    /// Corner radius r; as the cutter radius (a ball) when absent.
-    #[param(rename = "cc.corner_radius_mm")]
-    corner_radius: Option<f64>,
-    /// Largest distance of the CC path from its line; 10 unless said.
-    #[param(rename = "cc.tolerance_um")]
-    tolerance: Option<f64>,
-    /// Where the contact comes from for the CC path.
-    #[param(rename = "cc.contact", inline)]
-    cc_contact: Option<Contact>,
-    /// How a deviating block is corrected.
-    #[param(rename = "cc.correction", inline)]
-    correction: Option<Correction>,
-    /// Which blocks the answer has.
-    #[param(rename = "cc.output", inline)]
-    output: Option<Output>,
-    /// Whether the written program is run through the drives for the error budget; true unless said.
-    #[param(rename = "servo_lag")]
-    servo_lag: Option<bool>,
-    /// What the control interpolates; as the program switches it when absent.
-    #[param(rename = "interpolation", inline)]
-    interpolation: Option<Interpolation>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[param(rename = "work_offset_mm", value_type = Option<[f64]>, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
-    work_offset: Option<Fixed<3>>,
-    /// Tool length the program was made for; matters to head axes only.
-    #[param(rename = "tool_length_mm")]
-    tool_length: Option<f64>,
-    /// Feed where the program has none.
-    #[param(rename = "feed_mm_per_min")]
-    feed: Option<f64>,
-    /// What is done about singular regions, before every other step.
-    #[param(rename = "singularity", inline)]
-    singularity: Option<SingularityAction>,
-    /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
-    #[param(rename = "singular_regions", inline)]
-    singular_regions: Option<SingularRegions>,
-    /// The form of the program text.
-    #[param(rename = "dialect", inline)]
-    dialect: Option<Dialect>,
 }
 
 impl CompensationParameters {

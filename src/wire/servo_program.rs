@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::servo::{check_feed, check_period, scale_gains};
 use super::{
@@ -15,49 +15,40 @@ use crate::servo::DriveSet;
 use crate::units::Feedrate;
 
 /// What the simulation of a program needs to know.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
 pub struct ServoProgramParameters {
     /// Sample period of the command.
     #[serde(default = "one_millisecond")]
     #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
-    #[param(default = 0.001, minimum = 0.00001, maximum = 0.1)]
     pub sample_period_s: f64,
     /// What the control interpolates; as the program switches it when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[param(inline)]
     pub interpolation: Option<Interpolation>,
     /// Feed where the program has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed_mm_per_min: Option<f64>,
     /// Factors of the position gains, one parameter for each: `position_gain_scale.C`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    #[param(value_type = Option<BTreeMap<String, f64>>)]
     pub position_gain_scale: GainScales,
     /// Jerk-limited feed, one parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without it every
     /// block runs at its own feed and no corner is a stop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[param(inline)]
     pub feed_profile: Option<FeedProfileDoc>,
     /// Plane in which the contour error gets a sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[param(inline)]
     pub plane: Option<Plane>,
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[serde(default)]
-    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     pub work_offset_mm: Fixed<3>,
     /// Tool length; matters to head axes only.
     #[serde(default)]
     pub tool_length_mm: f64,
     /// Whether measured errors of the machine count.
     #[serde(default)]
-    #[param(inline)]
     pub location_errors: LocationErrors,
     /// The form of the program text.
     #[serde(default)]
-    #[param(inline)]
     pub dialect: Dialect,
 }
 

@@ -1,7 +1,7 @@
 //! Virtual cutting of a part: parameters and report.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::{
     AnySurface, Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
@@ -80,61 +80,6 @@ fn thirty_um() -> f64 {
 
 fn fifty_thousand() -> usize {
     50_000
-}
-
-/// The same parameters as a query names them; those of the surface as `surface.radius_mm` and so on.
-#[derive(Debug, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[expect(dead_code, reason = "describes the query")]
-pub struct VerificationQuery {
-    /// Radius of the cutter; needed.
-    #[param(rename = "tool.radius_mm", example = 5.0)]
-    radius: Option<f64>,
-    /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
-    #[param(rename = "tool.corner_radius_mm")]
-    corner_radius: Option<f64>,
-    /// How far above the tip the cutter cuts; four times its radius unless said, and at least 30.
-    #[param(rename = "cutting_length_mm")]
-    cutting_length: Option<f64>,
-    /// The nominal surface; its sizes likewise, as `surface.length_mm`.
-    #[param(rename = "surface.kind", inline, example = "plane")]
-    surface: Option<FormulaKind>,
-    /// Length of a plane, cylinder or saddle.
-    #[param(rename = "surface.length_mm", example = 40.0)]
-    surface_length: Option<f64>,
-    /// Width of a plane or saddle.
-    #[param(rename = "surface.width_mm", example = 30.0)]
-    surface_width: Option<f64>,
-    /// How many points of the surface are looked at: 50 000 unless said.
-    #[param(rename = "samples", minimum = 1, maximum = 2_000_000, example = 2000)]
-    samples: Option<usize>,
-    /// Height of the stock above the surface; 1 unless said.
-    #[param(rename = "stock_mm")]
-    stock: Option<f64>,
-    /// More than this, above the surface or below it, is counted; 30 unless said.
-    #[param(rename = "limit_um")]
-    limit: Option<f64>,
-    /// Largest distance between a motion and the straight pieces that stand for it; 0.5 unless said.
-    #[param(rename = "resolution_um")]
-    resolution: Option<f64>,
-    /// T number of the cutter, in a program of several: motions of other tools are left out.
-    #[param(rename = "tool_number")]
-    tool_number: Option<u32>,
-    /// What the control interpolates; as the program switches it when absent.
-    #[param(rename = "interpolation", inline)]
-    interpolation: Option<Interpolation>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[param(rename = "work_offset_mm", value_type = Option<[f64]>, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
-    work_offset: Option<Fixed<3>>,
-    /// Tool length; matters to head axes only.
-    #[param(rename = "tool_length_mm")]
-    tool_length: Option<f64>,
-    /// Whether measured errors of the machine count.
-    #[param(rename = "location_errors", inline)]
-    location_errors: Option<LocationErrors>,
-    /// The form of the program text.
-    #[param(rename = "dialect", inline)]
-    dialect: Option<Dialect>,
 }
 
 impl VerificationParameters {

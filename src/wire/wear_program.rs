@@ -1,7 +1,7 @@
 //! Parameters and report of the compensation of a program for a worn cutter.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::{
     CcParameters, Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Fixed,
@@ -112,79 +112,6 @@ pub struct WearParameters {
     /// The form of the program text.
     #[serde(default)]
     pub dialect: Dialect,
-}
-
-/// The same parameters as a query names them.
-#[derive(Debug, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[expect(dead_code, reason = "describes the query")]
-pub struct WearQuery {
-    /// Radius of the cutter the program was made for; needed.
-    #[param(rename = "nominal_tool.radius_mm", example = 5.0)]
-    nominal_radius: Option<f64>,
-    /// Its corner radius; its radius (a ball) when absent, 0 for a flat cutter.
-    #[param(rename = "nominal_tool.corner_radius_mm")]
-    nominal_corner_radius: Option<f64>,
-    /// Its length.
-    #[param(rename = "nominal_tool.length_mm")]
-    nominal_length: Option<f64>,
-    /// Radius of the cutter as measured; this or a wear table.
-    #[param(rename = "actual_tool.radius_mm", example = 4.75)]
-    actual_radius: Option<f64>,
-    /// Its corner radius; its radius (a ball) when absent.
-    #[param(rename = "actual_tool.corner_radius_mm")]
-    actual_corner_radius: Option<f64>,
-    /// Its length.
-    #[param(rename = "actual_tool.length_mm")]
-    actual_length: Option<f64>,
-    /// Angles between surface normal and tool axis, rising from 0 to at most 90.
-    #[param(rename = "wear_table.contact_angle_deg", style = Form, explode = false)]
-    table_angles: Option<Vec<f64>>,
-    /// How much farther out the cutter's surface lies there; negative where worn.
-    #[param(rename = "wear_table.deviation_um", style = Form, explode = false)]
-    table_deviations: Option<Vec<f64>>,
-    /// Which part of the cutter makes the surface.
-    #[param(rename = "milling", inline)]
-    milling: Option<Milling>,
-    /// Which length the control has; `nominal` where both lengths are given.
-    #[param(rename = "length_in_control", inline)]
-    length_in_control: Option<LengthInControl>,
-    /// Where the cutter contact comes from; the tip is none here.
-    #[param(rename = "contact", inline)]
-    contact: Option<Contact>,
-    /// What the control interpolates; as the program switches it when absent.
-    #[param(rename = "interpolation", inline)]
-    interpolation: Option<Interpolation>,
-    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
-    #[param(rename = "tool_number")]
-    tool: Option<u32>,
-    /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
-    #[param(rename = "allowed_scallop_um")]
-    allowed_scallop: Option<f64>,
-    /// For the advice: the program's step-over.
-    #[param(rename = "stepover_mm")]
-    stepover: Option<f64>,
-    /// For the advice: form of the surface across the feed; flat unless said.
-    #[param(rename = "surface", inline)]
-    surface: Option<SurfaceKind>,
-    /// For the advice: radius of the surface across the feed.
-    #[param(rename = "surface_radius_mm")]
-    surface_radius: Option<f64>,
-    /// For the advice: inclination of the tool axis in the feed direction, where a cutter is no ball.
-    #[param(rename = "lead_deg")]
-    lead: Option<f64>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[param(rename = "work_offset_mm", value_type = Option<[f64]>, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
-    work_offset: Option<Fixed<3>>,
-    /// Tool length the program was made for; matters to head axes only.
-    #[param(rename = "tool_length_mm")]
-    tool_length: Option<f64>,
-    /// Feed where the program has none.
-    #[param(rename = "feed_mm_per_min")]
-    feed: Option<f64>,
-    /// The form of the program text.
-    #[param(rename = "dialect", inline)]
-    dialect: Option<Dialect>,
 }
 
 /// Most entries of a wear table.

@@ -14,6 +14,7 @@ use super::fault::go_on;
 use super::judge::{Checked, Judge, Verdict};
 use super::plan::{Division, Plan, plan};
 use super::prepare::Preparation;
+use super::reading::ProgramReading;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
 use super::untouched::Outgoing;
@@ -22,7 +23,7 @@ use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, W
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
-use crate::program::{Batch, Dialect};
+use crate::program::{Batch, Dialect, Step, Steps};
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
@@ -83,6 +84,7 @@ pub(super) fn compensate_from(
     stop: &Stop<'_>,
 ) -> Result<(CcReport, LineMap), Fault> {
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+    survey.refuse_repeated(Steps::of(&[Step::Cc]), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let mut passages =
         Passages::open(source, machine, &parameters.program)?.leaving_vectors().with_lines(lines);
@@ -170,7 +172,7 @@ pub(super) fn compensate_from(
     output.flush()?;
     passages.warn(&mut work.judge.warnings);
     let lines = std::mem::take(&mut work.lines);
-    Ok((work.report(verifier, dialect, passages.blocks), lines))
+    Ok((work.report(verifier, dialect, passages.blocks, passages.reading()), lines))
 }
 
 /// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
@@ -216,6 +218,7 @@ struct Work<'a> {
     largest_after_mm: f64,
     checked: u64,
     over: u64,
+    divided: u64,
     fit: DialectFit,
     /// Blocks that were read so far, and those that divisions add.
     counted: u64,
@@ -245,6 +248,7 @@ impl<'a> Work<'a> {
             largest_after_mm: 0.0,
             checked: 0,
             over: 0,
+            divided: 0,
             fit: DialectFit::default(),
             counted: 0,
             inserted: 0,
@@ -380,6 +384,7 @@ impl<'a> Work<'a> {
             .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
         self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
         self.inserted += division.nodes.len() as u64 - 1;
+        self.divided += 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
         let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
         if !self.faults() {
@@ -466,7 +471,13 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    fn report(mut self, verifier: Verifier<'_>, dialect: Dialect, blocks_in: u64) -> CcReport {
+    fn report(
+        mut self,
+        verifier: Verifier<'_>,
+        dialect: Dialect,
+        blocks_in: u64,
+        reading: ProgramReading,
+    ) -> CcReport {
         let warnings = &mut self.judge.warnings;
         if self.checked == 0 {
             warnings.add(WarningKind::NothingChecked, None);
@@ -490,10 +501,13 @@ impl<'a> Work<'a> {
             dialect,
             interpolation,
             contact: self.contact,
+            steps: if self.divided > 0 { Steps::of(&[Step::Cc]) } else { Steps::NONE },
+            reading,
             blocks_in,
             blocks_out: verifier.blocks(),
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
+            motions_left_over: self.over - self.divided,
             feeds_restored: self.emitter.feeds_restored,
             before: verifier.found.before.summary(),
             after,

@@ -8,7 +8,7 @@ use super::{LeftOutReason, NotPosted, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::{Unfollowable, WorkOffset};
-use crate::program::{Diagnostics, Dialect, ReadFault, WriteFault};
+use crate::program::{Diagnostics, Dialect, ReadFault, Step, WriteFault};
 use crate::servo::ServoFault;
 use crate::wear::ShiftFault;
 
@@ -356,6 +356,15 @@ pub enum Fault {
     /// The drives cannot run it.
     #[error(transparent)]
     Servo(#[from] ServoFault),
+    /// The program bears the stamp of a step that is asked for.
+    #[error(
+        "the program bears the stamp of the step `{step}`: it was done to it before{}",
+        if step.may_be_repeated() { "; allow_repeated=true does it again" } else { ", and a second time would move every end twice; take the program as it was before" }
+    )]
+    AlreadyCompensated {
+        /// The step.
+        step: Step,
+    },
     /// A contact source was asked for that the program does not have.
     #[error("contact `{contact}` was asked for, but the program has no {missing}")]
     NoContactInProgram {

@@ -128,13 +128,21 @@ fn has_fraction<const N: usize>(text: &[u8]) -> bool {
 mod tests {
     use super::super::numbering::Numbering;
     use super::*;
+    use crate::program::Steps;
     use crate::program::{ReadLimits, Reader};
 
     const ROTARY: [char; 2] = ['A', 'C'];
 
     fn survey(linear_decimals: u8, rotary_decimals: u8) -> Survey {
         let numbering = Numbering::default();
-        Survey { stated: None, linear_decimals, rotary_decimals, has_feed_column: true, numbering }
+        Survey {
+            stated: None,
+            linear_decimals,
+            rotary_decimals,
+            has_feed_column: true,
+            numbering,
+            borne: Steps::NONE,
+        }
     }
 
     /// The survey when these lines were read, behind a head that has no part in it.

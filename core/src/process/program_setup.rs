@@ -27,6 +27,8 @@ pub struct ProgramSetup {
     pub start: StartPosition,
     /// Whether the location errors and the squareness of the machine count.
     pub apply_errors: bool,
+    /// Whether steps may be done again to a program that bears their stamp, where doing them again is sound.
+    pub allow_repeated: bool,
 }
 
 /// Where the axes stand before the first block, as words in the program's first work offset; `None` is not known.
@@ -49,6 +51,7 @@ impl Default for ProgramSetup {
             tool_length: None,
             start: StartPosition::default(),
             apply_errors: true,
+            allow_repeated: false,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The report that goes with a compensated program.
 
+use super::reading::ProgramReading;
 use super::{ContactSource, Series};
 use crate::contact::Sampled;
 use crate::motion::{Interpolation, Unfollowable};
-use crate::program::Dialect;
+use crate::program::{Dialect, Steps};
 
 /// Deviation over a whole program.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -293,6 +294,10 @@ pub struct CcReport {
     pub interpolation: Interpolation,
     /// Where contacts came from.
     pub contact: ContactSource,
+    /// The steps that changed something.
+    pub steps: Steps,
+    /// How the program was read.
+    pub reading: ProgramReading,
     /// Blocks of the upload.
     pub blocks_in: u64,
     /// Blocks written.
@@ -301,6 +306,8 @@ pub struct CcReport {
     pub motions_checked: u64,
     /// Motions over tolerance before.
     pub motions_over_tolerance: u64,
+    /// Those of them that stay as they are, because their parts would run too fast.
+    pub motions_left_over: u64,
     /// Blocks that only got their F word back after divided blocks.
     pub feeds_restored: u64,
     /// Deviation of the upload.

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use super::compensation::LineCursor;
 use super::prepare::MotionPoses;
+use super::reading::ProgramReading;
 use super::tool_vectors::ToolVectors;
 use super::warnings::Warnings;
 use super::{Fault, ProgramSetup, WarningKind};
@@ -100,6 +101,7 @@ pub(super) struct Passages<'a> {
     pub(super) diagnostics: Diagnostics,
     pub(super) blocks: u64,
     pub(super) motions: u64,
+    reading: ProgramReading,
     /// From the lines read to those of the upload, where what is read was written from it.
     lines: Vec<LineCursor<'a>>,
     /// The same from the first line on, for what is said when all is read.
@@ -124,6 +126,7 @@ impl<'a> Passages<'a> {
             diagnostics: Diagnostics::new(),
             blocks: 0,
             motions: 0,
+            reading: ProgramReading::default(),
             lines: Vec::new(),
             first_lines: Vec::new(),
         })
@@ -223,7 +226,14 @@ impl<'a> Passages<'a> {
         }
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
+        self.reading.see(&passage.motions);
         Ok(Some(passage))
+    }
+
+    /// How the program was read so far.
+    pub(super) fn reading(&self) -> ProgramReading {
+        let (unit, unit_is_stated) = (self.interpreter.unit(), self.interpreter.states_unit());
+        ProgramReading { unit, unit_is_stated, ..self.reading.clone() }
     }
 
     /// Gives back a stretch that was worked off.

@@ -8,7 +8,7 @@ use super::plain_lines::PlainLines;
 use super::stream::{CHUNK_BYTES, read_some};
 use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
-use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, Word, WordForm};
+use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm};
 
 /// What one pass over the text tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +23,8 @@ pub(super) struct Survey {
     pub(super) has_feed_column: bool,
     /// Of its blocks.
     pub(super) numbering: Numbering,
+    /// Steps that were done to it before, by its stamps.
+    pub(super) borne: Steps,
 }
 
 /// Decimals beyond these are arithmetic of the post, not resolution of the control.
@@ -46,7 +48,9 @@ impl Survey {
             rotary_decimals: 0,
             has_feed_column: true,
             numbering: Numbering::default(),
+            borne: Steps::NONE,
         };
+        let mut stamps = StampFinder::default();
         let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let mut reader = Reader::new(dialect, ReadLimits::default());
         let mut input = source.open()?;
@@ -62,6 +66,7 @@ impl Survey {
             }
             let count = read_some(&mut *input, &mut chunk)?;
             ended = count == 0;
+            stamps.see(&chunk[..count]);
             pending.extend_from_slice(&chunk[..count]);
             let mut taken = 0;
             while let Some(length) = whole_lines(&pending[taken..], ended) {
@@ -106,7 +111,14 @@ impl Survey {
         while reader.next_batch(&mut batch)? {
             survey.see(&batch, rotary);
         }
+        survey.borne = stamps.steps();
         Ok(survey)
+    }
+
+    /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it.
+    pub(super) fn refuse_repeated(self, asked: Steps, allow_repeated: bool) -> Result<(), Fault> {
+        let is_refused = |step: &Step| self.borne.has(*step) && !(allow_repeated && step.may_be_repeated());
+        asked.iter().find(is_refused).map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 
     pub(super) fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
@@ -180,8 +192,14 @@ mod tests {
     /// What all of the text tells where every word is read.
     fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
         let numbering = Numbering::default();
-        let mut survey =
-            Survey { stated: None, linear_decimals: 0, rotary_decimals: 0, has_feed_column: true, numbering };
+        let mut survey = Survey {
+            stated: None,
+            linear_decimals: 0,
+            rotary_decimals: 0,
+            has_feed_column: true,
+            numbering,
+            borne: Steps::NONE,
+        };
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let mut batch = Batch::new();
         reader.feed(text);

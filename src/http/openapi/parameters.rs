@@ -15,8 +15,13 @@ const HEADERS: &[(&str, &str)] =
 /// `*`, or entity tags (RFC 9110 §8.8.3).
 const TAGS: &str = r#"^(\*|(W/)?"[!#-~]*"(, (W/)?"[!#-~]*")*)$"#;
 
-/// Mends the parameters of an operation.
+/// Puts the parameters of an operation into the form in which they are sent.
 pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Value>) {
+    let named = of_the_form(operation, schemas);
+    if !named.is_empty() {
+        let parameters = operation.entry("parameters").or_insert_with(|| json!([]));
+        parameters.as_array_mut().into_iter().for_each(|parameters| parameters.extend(named.clone()));
+    }
     let Some(parameters) = operation.get_mut("parameters").and_then(Value::as_array_mut) else { return };
     let words = schemas_by_words(schemas);
     let mut mended = Vec::new();
@@ -44,6 +49,25 @@ pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Val
     if operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data")).is_some() {
         tell_defaults(operation);
     }
+}
+
+/// The query of an operation on a program: each parameter that the field `parameters` of its form has. None is required: a form
+/// has them all.
+fn of_the_form(operation: &Map<String, Value>, schemas: &Map<String, Value>) -> Vec<Value> {
+    let form = operation
+        .get("requestBody")
+        .and_then(|body| body.pointer("/content/multipart~1form-data/schema"))
+        .map(|schema| joined(schema, schemas));
+    let field = form.as_ref().and_then(|form| form.pointer("/properties/parameters"));
+    let document = field.map(|field| joined(field, schemas)).unwrap_or_default();
+    let members = document.get("properties").and_then(Value::as_object);
+    let parameter = |(name, schema): (&String, &Value)| {
+        let mut schema = schema.clone();
+        let description = schema.as_object_mut().and_then(|schema| schema.remove("description"));
+        let description = description.unwrap_or_default();
+        json!({ "name": name, "in": "query", "required": false, "description": description, "schema": schema })
+    };
+    members.into_iter().flatten().map(parameter).collect()
 }
 
 /// Defaults in words: parameters come in the query or in a field of the form, not in both, and there are clients that

@@ -1,10 +1,11 @@
 //! The report that goes with a program compensated in one pass.
 
+use super::super::reading::ProgramReading;
 use super::super::{CcReport, SingularityReport, Warning, WearReport};
 use super::budget::ErrorBudget;
 use super::changes::ChangeTotals;
 use crate::motion::Interpolation;
-use crate::program::Dialect;
+use crate::program::{Dialect, Steps};
 use crate::units::{Angle, Length};
 
 /// What posting anew for the calibrated machine did.
@@ -43,6 +44,10 @@ pub struct CompensationReport {
     pub dialect: Dialect,
     /// Who interpolates: with TCP where the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
+    /// The steps that changed something.
+    pub steps: Steps,
+    /// How the program was read.
+    pub reading: ProgramReading,
     /// Blocks of the upload.
     pub blocks_in: u64,
     /// Blocks written.

@@ -3,6 +3,7 @@
 use std::io::{BufReader, BufWriter, Read, Write};
 
 use super::super::compensate::{Upstream, compensate_from};
+use super::super::reading::ProgramReading;
 use super::super::simulate::simulate_lines;
 use super::super::singularity::treat_from;
 use super::super::stream::{CHUNK_BYTES, read_some};
@@ -21,6 +22,7 @@ use super::spool::{Place, Resting, Spool};
 use super::unmodelled::Unmodelled;
 use super::{LineCursor, LineMap};
 use crate::machine::{LocationError, Machine, Squareness, Tool};
+use crate::program::Steps;
 use crate::wear::SideBySide;
 
 /// Compensates a program for everything its parameters name, in one pass over the upload and one more over each step's
@@ -370,9 +372,19 @@ impl Done {
             (Some(moving), None) => moving.blocks_out,
             (None, None) => 0,
         };
+        let steps = singularity.as_ref().map_or(Steps::NONE, SingularityReport::steps);
+        let steps = steps.and(moving.as_ref().map_or(Steps::NONE, |moving| moving.steps));
+        let steps = steps.and(cc.as_ref().map_or(Steps::NONE, |cc| cc.steps));
+        let reading = match (&moving, &cc) {
+            (Some(moving), _) => moving.reading.clone(),
+            (None, Some(cc)) => cc.reading.clone(),
+            (None, None) => ProgramReading::default(),
+        };
         CompensationReport {
             dialect,
             interpolation,
+            steps,
+            reading,
             blocks_in,
             blocks_out,
             singularity,

@@ -3,7 +3,7 @@
 use super::super::Warning;
 use super::SingularityAction;
 use crate::kinematics::SingularityKind;
-use crate::program::Dialect;
+use crate::program::{Dialect, Step, Steps};
 use crate::units::{Angle, Length};
 
 /// Why a region, or a motion of it, is left as it is.
@@ -29,6 +29,8 @@ pub enum LeftReason {
     FeedTooHigh,
     /// Some blocks of the region state a contact and others do not.
     MixedContacts,
+    /// The program was smoothed before.
+    SmoothedBefore,
     /// The program states the tool axis as a vector: its control chooses the rotary words.
     ToolVectors,
 }
@@ -48,6 +50,7 @@ impl LeftReason {
             Self::FeedTooSmall => "feed_too_small",
             Self::FeedTooHigh => "feed_too_high",
             Self::MixedContacts => "mixed_contacts",
+            Self::SmoothedBefore => "smoothed_before",
             Self::ToolVectors => "tool_vectors",
         }
     }
@@ -71,11 +74,23 @@ impl LeftReason {
             Self::FeedTooHigh => {
                 "a block would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated"
             }
+            Self::SmoothedBefore => {
+                "the program bears the stamp of this step: the tolerance of the tool axis was spent when it was smoothed"
+            }
             Self::MixedContacts => "some blocks state a contact and others do not",
             Self::ToolVectors => {
                 "the tool axis is programmed as a vector; the control chooses the rotary words"
             }
         }
+    }
+}
+
+impl SingularityReport {
+    /// The steps that changed something: this one, or none.
+    #[must_use]
+    pub fn steps(&self) -> Steps {
+        let is_changed = self.blocks_changed > 0 || self.blocks_inserted > 0;
+        if is_changed { Steps::of(&[Step::Singularity]) } else { Steps::NONE }
     }
 }
 

@@ -27,7 +27,7 @@ use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
 use crate::process::{CcParameters, Fault, ProgramSource, Stop};
-use crate::program::{Batch, Dialect, print_changed};
+use crate::program::{Batch, Dialect, Step, Steps, print_changed};
 use crate::units::Angle;
 
 /// So many batches wait for the end of a region at most; then it ends there.
@@ -69,6 +69,9 @@ pub(in crate::process) fn treat_from(
     stop: &Stop<'_>,
 ) -> Result<(SingularityReport, LineMap), Fault> {
     let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
+    if singularity.action != SingularityAction::Report {
+        survey.refuse_repeated(Steps::of(&[Step::Singularity]), cc.program.allow_repeated)?;
+    }
     let contact = survey.contact(cc.contact, cc.part.is_some())?;
     let kinematics = Arc::clone(&SetUps::new(machine, &cc.program).now.kinematics);
     let cutting = Cutting { machine, kinematics, parameters: cc, contact };
@@ -212,6 +215,10 @@ impl<'a> Run<'a> {
         let treatment = match planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&planner, &region, &mut courses, stop)?,
+            // The tolerance of the tool axis was spent the first time.
+            SingularityAction::Smooth if planner.survey.borne.has(Step::Singularity) => {
+                RegionTreatment::Left(LeftReason::SmoothedBefore)
+            }
             SingularityAction::Smooth => self.smooth(&planner, &region, &mut courses)?,
         };
         let number = self.verifier.regions.add(SingularRegion {

@@ -80,6 +80,7 @@ pub(in crate::process) fn move_program(
 ) -> Result<Moved, Fault> {
     let parameters = moves.parameters;
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+    survey.refuse_repeated(moves.steps(), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
     // A cutter of nominal shape moves by its length alone, wherever it touches.
@@ -143,5 +144,5 @@ pub(in crate::process) fn move_program(
     verifier.changes.drain(..).try_for_each(|change| note(&change))?;
     output.flush()?;
     passages.warn(&mut run.pilot.warnings);
-    Ok(run.moved(verifier, passages.dialect(), passages.blocks))
+    Ok(run.moved(verifier, passages.dialect(), passages.blocks, passages.reading()))
 }

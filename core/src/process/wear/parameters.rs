@@ -4,6 +4,7 @@ use super::super::set_ups::SetUps;
 use super::super::{CcParameters, ContactSource, ProgramSetup};
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
+use crate::program::{Step, Steps};
 use crate::units::{Angle, Length};
 use crate::wear::{CutterWear, WearTable};
 
@@ -97,6 +98,12 @@ impl<'a> Moves<'a> {
             posts: false,
             has_wear: true,
         }
+    }
+
+    /// The steps that are asked for.
+    pub(super) fn steps(&self) -> Steps {
+        let wear = if self.has_wear { Steps::of(&[Step::Wear]) } else { Steps::NONE };
+        if self.posts { wear.with(Step::LocationErrors) } else { wear }
     }
 
     /// What holds for the written program.

@@ -70,6 +70,11 @@ impl Posting {
         self.first_held = self.first_held.or(Some(line).filter(|_| point.held));
     }
 
+    /// Whether any tip or tool axis of the machine as it is stands elsewhere than meant.
+    pub(super) fn did_something(&self) -> bool {
+        self.tip.line.is_some() || self.axis.line.is_some()
+    }
+
     pub(super) fn warn(&self, warnings: &mut Warnings) {
         if self.held > 0 {
             warnings.add(WarningKind::HeldAtPole, self.first_held).count = self.held;

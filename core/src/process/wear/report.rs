@@ -1,9 +1,10 @@
 //! The report that goes with a program for a worn cutter.
 
+use super::super::reading::ProgramReading;
 use super::super::{ContactSource, DeviationSummary, Series, Warning};
 use super::assumption::Assumption;
 use crate::motion::Interpolation;
-use crate::program::Dialect;
+use crate::program::{Dialect, Steps};
 use crate::units::{Angle, Length};
 
 /// The tightest curvature of the part across the feed, over the contacts of a program.
@@ -41,6 +42,10 @@ pub struct WearReport {
     pub interpolation: Interpolation,
     /// Where contacts came from.
     pub contact: ContactSource,
+    /// The steps that changed something.
+    pub steps: Steps,
+    /// How the program was read.
+    pub reading: ProgramReading,
     /// Blocks of the upload.
     pub blocks_in: u64,
     /// Blocks written: more only by blocks with F alone before calls.

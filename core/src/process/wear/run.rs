@@ -4,6 +4,7 @@ use super::super::compensation::{LineMap, line_ends};
 use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults};
 use super::super::inventory::Inventory;
+use super::super::reading::ProgramReading;
 use super::super::spindle::Spindle;
 use super::super::stream::{Passage, Stretch};
 use super::super::survey::Survey;
@@ -25,7 +26,7 @@ use crate::geometry::Vec3;
 use crate::kinematics::TRAVEL_SLACK;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, print_changed};
+use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Step, Steps, print_changed};
 use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
@@ -448,7 +449,13 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    pub(super) fn moved(mut self, verifier: WearVerifier<'_>, dialect: Dialect, blocks_in: u64) -> Moved {
+    pub(super) fn moved(
+        mut self,
+        verifier: WearVerifier<'_>,
+        dialect: Dialect,
+        blocks_in: u64,
+        reading: ProgramReading,
+    ) -> Moved {
         let moves = self.pilot.moves.clone();
         let is_larger = self.pilot.parameters.is_larger();
         let warnings = &mut self.pilot.warnings;
@@ -472,11 +479,22 @@ impl<'a> Run<'a> {
         self.posting.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
         self.posting.left = verifier.axis_left;
+        // Bytes that change only by rounding, or by a feed, are those of all steps asked for.
+        let did_wear = moves.has_wear && max_shift_mm > 0.0;
+        let did_post = moves.posts && self.posting.did_something();
+        let steps = match (self.blocks_changed > 0, did_wear, did_post) {
+            (false, ..) => Steps::NONE,
+            (true, true, false) => Steps::of(&[Step::Wear]),
+            (true, false, true) => Steps::of(&[Step::LocationErrors]),
+            _ => moves.steps(),
+        };
         let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;
         let wear = WearReport {
             dialect,
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
             contact: self.pilot.contact,
+            steps,
+            reading,
             blocks_in,
             blocks_out: verifier.blocks(),
             blocks_changed: self.blocks_changed,
