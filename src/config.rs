@@ -80,6 +80,8 @@ settings! {
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
     /// Jobs that may wait in the queue before the service answers 503
     max_queued_jobs: usize = 1000, "TRUNNION_MAX_QUEUED_JOBS";
+    /// Most tools in the table of one machine; every job keeps the whole table that it was accepted with
+    max_tools_per_machine: u32 = 2000, "TRUNNION_MAX_TOOLS_PER_MACHINE";
     /// Clients that may follow the events of jobs at the same time
     max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
     /// How long a job is kept after it has ended (s); 0 keeps it for ever
@@ -306,6 +308,7 @@ impl Settings {
         in_range("max_computations", self.max_computations as f64, 0.0, 1024.0)?;
         in_range("max_waiting_computations", self.max_waiting_computations as f64, 0.0, 1e6)?;
         in_range("max_queued_jobs", self.max_queued_jobs as f64, 0.0, 100_000.0)?;
+        in_range("max_tools_per_machine", f64::from(self.max_tools_per_machine), 0.0, 100_000.0)?;
         in_range("max_event_streams", self.max_event_streams as f64, 0.0, 1e6)?;
         in_range("job_retention_s", self.job_retention_s, 0.0, 1e10)?;
         in_range("webhook_timeout_s", self.webhook_timeout_s, 0.001, 3600.0)?;

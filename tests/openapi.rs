@@ -129,6 +129,8 @@ const UNITS: &[&str] = &[
     "_deg",
     "_urad",
     "_s",
+    "_ms",
+    "_days",
     "_hz",
     "_h",
     "_ohm",

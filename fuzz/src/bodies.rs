@@ -18,7 +18,7 @@ use crate::wire::{
     CompensationParameters, CorePath, Drives, FaultList, ForwardRequest, InverseRequest, JobOperation,
     JobRequest, JointColumns, JointRows, JointWords, KinematicsOptions, MachineProfile, MatchingRequest, Pose, PoseRows,
     PostingParameters, ScallopRequest, ServoOptions, ServoProgramParameters, SimulationAnswer, SimulationRequest,
-    SolvedPoses, SweepRequest, VerificationParameters, WearAdviceRequest, WearEntriesRequest,
+    SolvedPoses, SweepRequest, TableTool, VerificationParameters, WearAdviceRequest, WearEntriesRequest,
     WearParameters, WithdrawalRequest, example_machine, read_json, read_query,
 };
 
@@ -97,6 +97,7 @@ pub fn json(data: &[u8]) {
             if let Some(withdrawal) = read::<WithdrawalRequest>(text) {
                 withdrawal.check(&mut FaultList::default());
             }
+            tool(text);
         }
         12 => cc(text),
         13 => wear(text),
@@ -105,6 +106,19 @@ pub fn json(data: &[u8]) {
         16 => posting(text),
         _ => servo_program(text),
     }
+}
+
+fn tool(text: &[u8]) {
+    let Some(posted) = kept::<TableTool>(text) else { return };
+    let mut faults = FaultList::default();
+    let tool = posted.normalised(&mut faults);
+    if !faults.is_empty() {
+        return;
+    }
+    // What is stored is the same tool again, and the cutter that it states is one.
+    let again = tool.clone().normalised(&mut faults);
+    assert!(faults.is_empty() && again == tool, "a stored tool changes: {tool:?}");
+    assert_eq!(tool.cutter().is_some(), tool.corner_radius_mm.is_some(), "{tool:?}");
 }
 
 fn profile(text: &[u8]) {

@@ -21,7 +21,9 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
         (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit" | "/v1/webhooks/secret") => Scope::Admin,
         ("GET" | "HEAD", _) => Scope::Read,
 
-        ("PUT" | "DELETE", "/v1/machines/{machine_id}") => Scope::Machines,
+        ("PUT" | "DELETE", "/v1/machines/{machine_id}" | "/v1/machines/{machine_id}/tools/{tool_id}") => {
+            Scope::Machines
+        }
 
         (
             "POST",

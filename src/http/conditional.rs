@@ -7,15 +7,23 @@ use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use super::extract::Json;
 use super::idempotency::key_reused;
 use super::problem::{Problem, ProblemType};
-use crate::store::{Expected, Revision, Stale};
+use crate::store::{Expected, Revision, Stale, ToolRevision};
 
-/// Digits of the digest in a machine's tag.
+/// Digits of the digest in a revision's tag.
 const DIGEST_DIGITS: usize = 16;
 
 /// The tag of a machine revision, without quotes.
 pub(super) fn machine_tag(revision: &Revision) -> String {
-    let digest = revision.sha256.get(..DIGEST_DIGITS).unwrap_or(&revision.sha256);
-    format!("r{}-{digest}", revision.document.revision)
+    revision_tag(revision.document.revision, &revision.sha256)
+}
+
+/// The tag of a tool revision, without quotes.
+pub(super) fn tool_tag(revision: &ToolRevision) -> String {
+    revision_tag(revision.document.revision, &revision.sha256)
+}
+
+fn revision_tag(revision: i64, sha256: &str) -> String {
+    format!("r{revision}-{}", sha256.get(..DIGEST_DIGITS).unwrap_or(sha256))
 }
 
 /// Puts the tag on a response.
@@ -53,7 +61,7 @@ pub(super) fn unless_known<R: IntoResponse>(
     Ok(if known { tagged(tag, StatusCode::NOT_MODIFIED) } else { tagged(tag, respond()) })
 }
 
-/// What the caller believes of a machine before it is replaced or deleted: both conditions, where there are two.
+/// What the caller believes of a machine or a tool before it is replaced or deleted: both conditions, where there are two.
 pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem> {
     // Both are read before either counts: what cannot be read is said whatever stands beside it.
     let (matching, absent) = (tags(headers, &IF_MATCH)?, tags(headers, &IF_NONE_MATCH)?);
@@ -73,34 +81,43 @@ pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem>
                 }
             }))
         }
-        // To be there and not to be there: no machine is so.
+        // To be there and not to be there: nothing is so.
         (Some(Tags::Any), Some(Tags::Any)) => Some(Expected::OneOf(Vec::new())),
         (None, Some(Tags::Any)) => Some(Expected::Nothing),
         (None, Some(Tags::List(_)) | None) => None,
     })
 }
 
-/// Revision and digest of a tag, where it is one of a machine.
+/// Revision and digest of a tag, where it is one of a revision.
 fn ours(tag: &Tag) -> Option<(i64, String)> {
     let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
     let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
     Some((revision.parse().ok()?, digest))
 }
 
-/// The refusal of a belief that does not fit.
-pub(super) fn stale(stale: Stale, machine_id: &str) -> Problem {
+/// The refusal of a belief about a machine that does not fit.
+pub(super) fn stale(reason: Stale, machine_id: &str) -> Problem {
+    stale_thing(reason, "machine", machine_id)
+}
+
+/// The refusal of a belief about a tool that does not fit.
+pub(super) fn stale_tool(reason: Stale, tool_id: &str) -> Problem {
+    stale_thing(reason, "tool", tool_id)
+}
+
+fn stale_thing(stale: Stale, what: &str, id: &str) -> Problem {
     match stale {
         Stale::Unconditional => Problem::new(
             ProblemType::PreconditionRequired,
-            format!("machine {machine_id:?} exists; name the revision you mean by If-Match"),
+            format!("{what} {id:?} exists; name the revision you mean by If-Match"),
         ),
         Stale::Changed => Problem::new(
             ProblemType::PreconditionFailed,
-            format!("machine {machine_id:?} is at another revision than the condition allows"),
+            format!("{what} {id:?} is at another revision than the condition allows"),
         ),
         Stale::Missing => Problem::new(
             ProblemType::PreconditionFailed,
-            format!("machine {machine_id:?} does not exist, so no If-Match can fit"),
+            format!("{what} {id:?} does not exist, so no If-Match can fit"),
         ),
         Stale::KeyTaken => key_reused(),
     }

@@ -35,6 +35,7 @@ mod service;
 mod servo;
 mod state;
 mod streams;
+mod tools;
 mod wear;
 mod webhooks;
 

@@ -60,7 +60,9 @@ catalogue! {
     MachineNotFound = NOT_FOUND, "machine-not-found", "There is no such machine",
         "No machine has this id, or it was deleted. GET /v1/machines lists them.";
     RevisionNotFound = NOT_FOUND, "revision-not-found", "There is no such revision",
-        "The machine never had this revision. GET /v1/machines/{machine_id}/revisions lists them.";
+        "The machine or the tool never had this revision. GET /v1/machines/{machine_id}/revisions lists them; those of a tool stand under its own address.";
+    ToolNotFound = NOT_FOUND, "tool-not-found", "There is no such tool in the machine's table",
+        "The machine's table has no tool with this id, or it was deleted. GET /v1/machines/{machine_id}/tools lists them. Wear entries need no tool in the table.";
     CalibrationNotFound = NOT_FOUND, "calibration-not-found", "There is no such calibration run",
         "The machine has no run with this id. GET /v1/machines/{machine_id}/calibrations lists them.";
     WearEntryNotFound = NOT_FOUND, "wear-entry-not-found", "There is no such wear entry",
@@ -89,12 +91,16 @@ catalogue! {
         "Applying the run would change a location error by more than 0.2 mm or 1000 µrad, or the run leaves errors open. Each entry of errors names one. Look at them; if they are meant, send {\"confirm\": true}.";
     AxesChanged = CONFLICT, "axes-changed", "The run measured other axes",
         "The machine's nominal rotary axes have changed since the run, or the location error of an axis that carries the measured one, so that its errors mean something else. Measure again, or put the profile back to the axes that were measured.";
+    ToolNameTaken = CONFLICT, "tool-name-taken", "Another tool of the machine has this number or this name",
+        "A program's call has to mean one tool, so no two tools of a machine share a number, or a name whatever its capitals. Each entry of errors names the tool that has it. Change one of the two, or delete the other tool.";
+    ToolTableFull = CONFLICT, "tool-table-full", "The machine has as many tools as it may have",
+        "The detail gives the limit (max_tools_per_machine). Delete tools that are no longer used, or raise the limit.";
     AlreadyWithdrawn = CONFLICT, "already-withdrawn", "The entry was withdrawn for another reason",
         "The detail says when and why. What was withdrawn stays as it is; post the right numbers as a new entry.";
     PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the state you believe",
-        "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine. Read it again, decide again.";
+        "If-Match names a revision that is not the current one, or If-None-Match: * met an existing machine or tool. Read it again, decide again.";
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
-        "Replacing or deleting a machine needs the If-Match header with the ETag of the revision that was read.";
+        "Replacing or deleting a machine or a tool needs the If-Match header with the ETag of the revision that was read.";
     BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
         "The detail names the limit. It counts bytes after decompression.";
     UrlTooLong = URI_TOO_LONG, "url-too-long", "The address is too long",
@@ -273,6 +279,13 @@ impl Problem {
     pub fn calibration_not_found(machine_id: &str, id: &str) -> Self {
         let detail = format!("machine {machine_id:?} has no calibration {id:?}");
         Self::new(ProblemType::CalibrationNotFound, detail)
+    }
+
+    /// No tool in the machine's table with this id.
+    #[must_use]
+    pub fn tool_not_found(machine_id: &str, tool_id: &str) -> Self {
+        let detail = format!("the table of machine {machine_id:?} has no tool {tool_id:?}");
+        Self::new(ProblemType::ToolNotFound, detail)
     }
 
     /// No wear entry of the tool with this id.

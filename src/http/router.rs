@@ -17,13 +17,14 @@ use super::observation::Operations;
 use super::problem::Problem;
 use super::{
     AppState, audit, calibrations, edge, jobs, keys, kinematics, machines, openapi, programs, service, servo,
-    wear, webhooks,
+    tools, wear, webhooks,
 };
 
 /// Every described route, and the description as far as the routes say it: a start needs no more of it.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
     OpenApiRouter::with_openapi(openapi::Base::openapi())
         .merge(machines::router())
+        .merge(tools::router())
         .merge(kinematics::router())
         .merge(programs::router())
         .merge(servo::router())

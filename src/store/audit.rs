@@ -40,7 +40,7 @@ pub(super) struct Change<'a> {
     pub(super) machine_id: Option<&'a str>,
     /// Address of what was changed.
     pub(super) resource: String,
-    /// Revisions of the machine before and after, where it has any.
+    /// Revisions of the machine or the tool before and after, where the change makes or ends any.
     pub(super) revisions: (Option<i64>, Option<i64>),
 }
 

@@ -7,7 +7,8 @@ use sqlx::error::ErrorKind;
 use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key};
-use super::{Cursor, KeyUse, Page, Store, StoreError};
+use super::tools::delete_tools_of;
+use super::{Cursor, Expected, KeyUse, Page, RevisionHead, Stale, Store, StoreError};
 use crate::wire::{AuditAction, MachineDocument, MachineProfile};
 
 /// One stored revision of a machine.
@@ -25,60 +26,8 @@ impl Revision {
     /// Whether the caller's belief fits.
     #[must_use]
     pub fn fits(&self, expected: &Expected) -> bool {
-        MachineHead { revision: self.document.revision, sha256: self.sha256.clone() }.fits(expected)
+        RevisionHead { revision: self.document.revision, sha256: self.sha256.clone() }.fits(expected)
     }
-}
-
-/// What the caller believes is stored.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Expected {
-    /// Nothing; the machine is new.
-    Nothing,
-    /// Any revision.
-    Any,
-    /// One of these entity tags' `(revision, sha256 prefix)`.
-    OneOf(Vec<(i64, String)>),
-    /// Any revision but these.
-    AnyBut(Vec<(i64, String)>),
-}
-
-/// Number and digest of a machine's current revision.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MachineHead {
-    /// Current revision.
-    pub revision: i64,
-    /// Its digest.
-    pub sha256: String,
-}
-
-impl MachineHead {
-    /// Whether the caller's belief fits.
-    fn fits(&self, expected: &Expected) -> bool {
-        let is_of = |tags: &[(i64, String)]| {
-            tags.iter().any(|(revision, prefix)| {
-                *revision == self.revision && self.sha256.starts_with(prefix.as_str())
-            })
-        };
-        match expected {
-            Expected::Nothing => false,
-            Expected::Any => true,
-            Expected::OneOf(tags) => is_of(tags),
-            Expected::AnyBut(tags) => !is_of(tags),
-        }
-    }
-}
-
-/// Why nothing was changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stale {
-    /// The machine exists and the caller did not say which revision is meant.
-    Unconditional,
-    /// The machine is at another revision.
-    Changed,
-    /// The machine does not exist.
-    Missing,
-    /// The idempotency key was used in the meantime.
-    KeyTaken,
 }
 
 /// A profile about to be stored.
@@ -287,17 +236,15 @@ impl Store {
                         live = current.deleted == 0;
                         revision = current.last_revision + 1;
                         if live {
-                            let head = MachineHead { revision: current.last_revision, sha256: current.sha256 };
-                            match &expected {
-                                None => return Ok(Err(Stale::Unconditional)),
-                                Some(expected) if !head.fits(expected) => return Ok(Err(Stale::Changed)),
-                                Some(_) if head.sha256 == digest => {
-                                    let answer = Answer::Revision(&id, head.revision);
-                                    keep_key(connection, used.as_ref(), answer, &created_at).await?;
-                                    let stored = (current.created_at, current.calibration_id);
-                                    return Ok(Ok((false, head.revision, stored)));
-                                }
-                                Some(_) => {}
+                            let head = RevisionHead { revision: current.last_revision, sha256: current.sha256 };
+                            if let Err(stale) = head.admits(expected.as_ref()) {
+                                return Ok(Err(stale));
+                            }
+                            if head.sha256 == digest {
+                                let answer = Answer::Revision(&id, head.revision);
+                                keep_key(connection, used.as_ref(), answer, &created_at).await?;
+                                let stored = (current.created_at, current.calibration_id);
+                                return Ok(Ok((false, head.revision, stored)));
                             }
                         }
                         sqlx::query!(
@@ -355,7 +302,7 @@ impl Store {
         }))
     }
 
-    /// Takes a machine out of the list. Its revisions stay, for the jobs that name them.
+    /// Takes a machine out of the list, and its tools out of theirs. Their revisions stay, for the jobs that name them.
     ///
     /// # Errors
     /// The database failed; inside, the reason why the caller's belief does not fit.
@@ -378,11 +325,11 @@ impl Store {
                 .fetch_optional(&mut *connection)
                 .await?;
                 let Some(current) = current else { return Ok(Err(Stale::Missing)) };
-                let Some(expected) = expected else { return Ok(Err(Stale::Unconditional)) };
-                if !(MachineHead { revision: current.last_revision, sha256: current.sha256 }).fits(&expected)
-                {
-                    return Ok(Err(Stale::Changed));
+                let head = RevisionHead { revision: current.last_revision, sha256: current.sha256 };
+                if let Err(stale) = head.admits(expected.as_ref()) {
+                    return Ok(Err(stale));
                 }
+                delete_tools_of(connection, &id, &at, &actor).await?;
                 sqlx::query!("UPDATE machines SET deleted = 1 WHERE machine_id = ?", id)
                     .execute(&mut *connection)
                     .await?;

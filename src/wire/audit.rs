@@ -32,6 +32,9 @@ actions! {
     MachineCreated = "machine-created", "A machine was stored that was not there.";
     MachineReplaced = "machine-replaced", "A machine got a new revision.";
     MachineDeleted = "machine-deleted", "A machine was taken out of the list.";
+    ToolCreated = "tool-created", "A tool was stored that was not in its machine's table.";
+    ToolReplaced = "tool-replaced", "A tool got a new revision.";
+    ToolDeleted = "tool-deleted", "A tool was taken out of its machine's table, or its machine was deleted.";
     CalibrationCreated = "calibration-created", "A calibration run was stored.";
     CalibrationApplied = "calibration-applied", "A run's errors became those of the machine.";
     WearEntriesCreated = "wear-entries-created", "Measured wear was stored.";
@@ -100,10 +103,11 @@ pub struct AuditEntry {
     /// Address of what was changed.
     #[schema(example = "/v1/machines/example-ac-table")]
     pub resource: String,
-    /// Revision of the machine before; null where there was none, or where the change has no revisions.
+    /// Revision of the machine before, or of the tool that `resource` names; null where there was none, or where the change has
+    /// no revisions.
     #[schema(example = 3)]
     pub revision_before: Option<i64>,
-    /// Revision of the machine after.
+    /// Revision of the machine, or of the tool, after.
     #[schema(example = 4)]
     pub revision_after: Option<i64>,
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Drives, Fault, FaultList, Fixed};
+use super::{Drives, Fault, FaultList, Fixed, PlaneSolution, ProgramUnit, WorkOffsets};
 use crate::geometry::Vec3;
 use crate::machine::{
     AxisField, LocationError, Machine, MachineFault, MachineParts, Motion, ProfileField, RotaryAxis,
@@ -25,6 +25,35 @@ pub struct MachineProfile {
     #[serde(default = "default_period_s")]
     #[schema(default = 0.002, minimum = 0.00001, maximum = 1.0)]
     pub interpolation_period_s: f64,
+    /// Unit of the lengths in this machine's programs, where neither the text nor the request says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_unit: Option<ProgramUnit>,
+    /// Work offsets by the names that programs call them by, such as `G54`, `G54.1 P3` and `G505`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work_offsets_mm: Option<WorkOffsets>,
+    /// Fastest feed that a written F may ask for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 15_000.0, minimum = 0.000_001, maximum = 1_000_000)]
+    pub max_feed_mm_per_min: Option<f64>,
+    /// Shortest time that the control takes for one block.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 1.0, minimum = 0.01, maximum = 1000)]
+    pub block_time_ms: Option<f64>,
+    /// Which of both solutions of a tilted plane the control takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane_solution: Option<PlaneSolution>,
+    /// The builder's serial number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "1138-5519", min_length = 1, max_length = 200)]
+    pub serial_number: Option<String>,
+    /// What the shop's own lists call the machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "EQ-004711", min_length = 1, max_length = 200)]
+    pub asset_id: Option<String>,
+    /// After so many days a calibration is due again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 90.0, exclusive_minimum = 0, maximum = 36_500)]
+    pub calibration_due_days: Option<f64>,
     /// Drive constants by axis letter, for the servo simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drives: Option<Drives>,
@@ -154,13 +183,8 @@ impl MachineProfile {
     /// Every fault found, with its JSON pointer.
     pub fn into_machine(mut self) -> Result<(Self, Machine), Vec<Fault>> {
         let mut faults = FaultList::default();
-        let length = self.name.chars().count();
-        if !(1..=200).contains(&length) || self.name.chars().any(char::is_control) {
-            faults.push(|| {
-                Fault::new("/name", "a name has 1 to 200 characters, none of them a control character")
-            });
-        }
         let letters = self.letters(&mut faults);
+        self.check_programs(&mut faults);
         if let Some(drives) = &self.drives {
             for (letter, drive) in drives.iter() {
                 let pointer = format!("/drives/{letter}");
@@ -185,6 +209,7 @@ impl MachineProfile {
         for axis in &mut self.kinematics.rotary_axes {
             axis.direction = unit(axis.direction);
         }
+        self.work_offsets_mm = self.work_offsets_mm.map(WorkOffsets::without_negative_zeros);
         machine.map(|machine| (self, machine)).ok_or_else(Vec::new)
     }
 
@@ -275,6 +300,14 @@ impl From<&MachineParts> for MachineProfile {
                 },
             },
             interpolation_period_s: parts.interpolation_period_s,
+            program_unit: None,
+            work_offsets_mm: None,
+            max_feed_mm_per_min: None,
+            block_time_ms: None,
+            plane_solution: None,
+            serial_number: None,
+            asset_id: None,
+            calibration_due_days: None,
             drives: None,
         }
     }

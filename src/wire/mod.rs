@@ -14,6 +14,7 @@ mod fault;
 mod job;
 mod kinematics;
 mod machine;
+mod machine_programs;
 mod nominal_surface;
 mod numbers;
 mod objects;
@@ -22,6 +23,7 @@ mod one_pass_answer;
 mod path_segment;
 mod posting;
 mod presets;
+mod printable;
 mod query;
 mod reading;
 mod residuals;
@@ -34,6 +36,7 @@ mod singularity;
 mod solved_poses;
 mod sphere_answer;
 mod surface_mesh;
+mod tool_table;
 mod verification;
 mod wear_advice;
 mod wear_history;
@@ -44,6 +47,7 @@ mod wear_scallop_curves;
 mod wear_tool;
 mod wear_trend;
 mod webhook;
+mod work_offsets;
 
 pub use api_key::{ApiKeyDocument, ApiKeyRequest, NewApiKeyDocument, NoScope, Scope, is_slug};
 pub use audit::{AuditAction, AuditEntry, AuditOrigin};
@@ -76,6 +80,7 @@ pub use machine::{
     Kinematics, LinearLimits, LocationErrorDoc, MachineDocument, MachineProfile, RotaryAxisDoc, SideDoc,
     SquarenessDoc,
 };
+pub use machine_programs::{PlaneRule, PlaneSolution, ProgramUnit};
 pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;
 pub use objects::Objects;
@@ -109,6 +114,7 @@ pub use singularity::{
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};
+pub use tool_table::{TableTool, ToolDocument, ToolKind, tool_name_key};
 pub use verification::{
     VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
 };
@@ -132,3 +138,4 @@ pub use webhook::{
     Deliveries, DeliveryAttempt, DeliveryDocument, DeliveryOutcome, DeliveryState, PreviousSecret,
     WebhookSecret, WebhookSecretDocument, event_type, job_event, webhook_id,
 };
+pub use work_offsets::{WorkOffsets, check_work_offset_name, work_offset_key};

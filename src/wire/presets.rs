@@ -3,7 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::{Drive, Drives, MachineProfile};
+use super::{Drive, Drives, MachineProfile, ProgramUnit};
 use crate::machine::{EXAMPLE_ID, PRESETS, Preset as Layout};
 use crate::servo::{AxisLetter, DRIVE_PRESETS, DrivePreset};
 
@@ -74,6 +74,8 @@ pub fn presets() -> Vec<Preset> {
 pub fn example_machine() -> Option<(&'static str, MachineProfile)> {
     let preset = Layout::by_id(EXAMPLE_ID)?;
     let mut profile = MachineProfile::from(&preset.parts());
+    // The documentation's programs are in millimetres. A preset is somebody's machine, of whose programs nothing is known.
+    profile.program_unit = Some(ProgramUnit::Mm);
     profile.drives = Some(reference_drives());
     Some((preset.id, profile))
 }

@@ -90,7 +90,8 @@ fn pointer(path: &Path) -> String {
     pointer
 }
 
-fn escape(token: &str) -> String {
+/// A name as a part of a JSON pointer (RFC 6901 §3).
+pub(super) fn escape(token: &str) -> String {
     token.replace('~', "~0").replace('/', "~1")
 }
 

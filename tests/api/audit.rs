@@ -62,6 +62,47 @@ async fn the_life_of_a_machine_is_in_the_log_and_what_changed_nothing_is_not() {
 }
 
 #[tokio::test]
+async fn the_life_of_a_tool_is_in_the_log_and_what_changed_nothing_is_not() {
+    let app = spawn().await;
+    let address = "/v1/machines/example-ac-table/tools/T%2012";
+    let put = async |tool: &Value, condition: Option<&str>| {
+        let request = app.client.put(app.url(address)).json(tool);
+        let request = if let Some(tag) = condition { request.header("if-match", tag) } else { request };
+        request.send().await.unwrap()
+    };
+    let ball = |number: u32| json!({"number": number, "kind": "ball", "radius_mm": 5});
+    assert_eq!(put(&ball(12), None).await.status(), 201);
+    // The same tool is the same revision.
+    assert_eq!(put(&ball(12), Some("*")).await.status(), 200);
+    assert_eq!(put(&ball(13), Some("*")).await.status(), 200);
+    // Refused: without a condition, with a stale one, with a tool that is none, on a machine that is not there.
+    problem(put(&ball(14), None).await, "precondition-required").await;
+    problem(put(&ball(14), Some("\"r1-0000000000000000\"")).await, "precondition-failed").await;
+    problem(put(&json!({"kind": "ball", "radius_mm": 5}), Some("*")).await, "invalid-request").await;
+    let nowhere =
+        app.client.put(app.url("/v1/machines/nobody/tools/T1")).json(&ball(1)).send().await.unwrap();
+    problem(nowhere, "machine-not-found").await;
+    let taken = app.client.put(app.url("/v1/machines/example-ac-table/tools/T13")).json(&ball(13));
+    problem(taken.send().await.unwrap(), "tool-name-taken").await;
+    let gone = app.client.delete(app.url(address)).header("if-match", "*").send().await.unwrap();
+    assert_eq!(gone.status(), 204);
+    assert_eq!(put(&ball(12), None).await.status(), 201);
+    let expected = [
+        row("machine-created", None, Some(1)),
+        row("tool-created", None, Some(1)),
+        row("tool-replaced", Some(1), Some(2)),
+        row("tool-deleted", Some(2), None),
+        row("tool-created", None, Some(3)),
+    ];
+    assert_eq!(log(&app, "&machine_id=example-ac-table").await, expected);
+    let page: Value = app.get("/v1/audit?action=tool-created").await.json().await.unwrap();
+    assert_eq!(page["items"].as_array().unwrap().len(), 2);
+    assert_eq!(page["items"][0]["resource"], address);
+    assert_eq!(page["items"][0]["route"], "/v1/machines/{machine_id}/tools/{tool_id}");
+    assert_eq!(app.get(page["items"][0]["resource"].as_str().unwrap()).await.status(), 200);
+}
+
+#[tokio::test]
 async fn measurements_are_in_the_log() {
     let app = spawn().await;
     let run = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/examples/ballbar.json"));

@@ -21,6 +21,8 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/webhooks/secret/rotation", "admin"),
     ("put /v1/machines/{machine_id}", "machines"),
     ("delete /v1/machines/{machine_id}", "machines"),
+    ("put /v1/machines/{machine_id}/tools/{tool_id}", "machines"),
+    ("delete /v1/machines/{machine_id}/tools/{tool_id}", "machines"),
     ("post /v1/machines/{machine_id}/calibrations", "calibrations"),
     ("post /v1/machines/{machine_id}/calibrations/{id}/apply", "calibrations"),
     ("post /v1/machines/{machine_id}/tools/{tool_id}/wear-entries", "calibrations"),
@@ -452,7 +454,9 @@ async fn does_not_see_the_others(app: &App, key: &str, scopes: &[&str], [my_job,
         if operation.path.contains("{machine_id}") {
             let theirs = ask(app, operation.verb(), &operation.address("theirs"), key).await;
             let none = ask(app, operation.verb(), &operation.address("nowhere"), key).await;
-            let code = if operation.method == "put" { "machine-not-allowed" } else { "machine-not-found" };
+            // Only a machine itself may be one that is still to be made.
+            let makes_machines = operation.method == "put" && operation.path == "/v1/machines/{machine_id}";
+            let code = if makes_machines { "machine-not-allowed" } else { "machine-not-found" };
             assert_eq!(theirs.status(), none.status(), "{name}");
             let theirs = said(theirs, "theirs").await;
             assert_eq!(theirs["type"], format!("/problems/{}", or_missing(code)), "{name}");
@@ -503,6 +507,17 @@ async fn lists_hold_what_the_key_reaches() {
     assert_eq!(put.send().await.unwrap().status(), 201);
     let put = stranger().put(app.url("/v1/machines/other")).bearer_auth(&key).json(&ac_table());
     problem(put.send().await.unwrap(), "machine-not-allowed").await;
+    // Its tools are those of the machines that it reaches.
+    let tool = json!({"number": 1, "kind": "ball", "radius_mm": 5});
+    let put = async |path: &str, key: Option<&str>| {
+        let request = stranger().put(app.url(path)).json(&tool);
+        let request = if let Some(key) = key { request.bearer_auth(key) } else { request };
+        request.send().await.unwrap()
+    };
+    assert_eq!(put("/v1/machines/mine/tools/T1", Some(&key)).await.status(), 201);
+    problem(put("/v1/machines/theirs/tools/T1", Some(&key)).await, "machine-not-found").await;
+    problem(put("/v1/machines/mine/tools/T1", None).await, "unauthenticated").await;
+    assert_eq!(app.get("/v1/machines/theirs/tools").await.json::<Value>().await.unwrap()["items"], json!([]));
 }
 
 #[tokio::test]

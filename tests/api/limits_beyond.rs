@@ -88,6 +88,13 @@ const HELD_BY: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "max_tools_per_machine",
+        &[
+            "tools::a_table_takes_as_many_tools_as_it_may_and_not_one_more",
+            "tools::of_many_tools_put_at_once_as_many_are_stored_as_have_room",
+        ],
+    ),
+    (
         "max_event_streams",
         &[
             "queue::events_tell_every_state_and_end_with_the_job",
@@ -171,6 +178,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("observation", include_str!("observation.rs")),
     ("queue", include_str!("queue.rs")),
     ("service", include_str!("service.rs")),
+    ("tools", include_str!("tools.rs")),
     ("webhooks", include_str!("webhooks.rs")),
 ];
 

@@ -309,6 +309,154 @@ async fn presets_can_be_put_as_they_are() {
     }
 }
 
+/// A profile that says everything about programs that a profile can say.
+fn with_programs() -> Value {
+    let mut profile = ac_table();
+    for (name, value) in [
+        ("program_unit", json!("inch")),
+        (
+            "work_offsets_mm",
+            json!({"G55": [0, 0, 1.5], "G54": [-70, 40, 95], "G54.1 P3": [1, 2, 3], "Palette 2": [0, 0, 0]}),
+        ),
+        ("max_feed_mm_per_min", json!(15_000)),
+        ("block_time_ms", json!(0.4)),
+        ("plane_solution", json!({"rule": "positive-first", "axis": "C"})),
+        ("serial_number", json!("1138-5519")),
+        ("asset_id", json!("EQ 4711 Ä")),
+        ("calibration_due_days", json!(0.5)),
+    ] {
+        profile[name] = value;
+    }
+    profile
+}
+
+const OF_PROGRAMS: [&str; 8] = [
+    "program_unit",
+    "work_offsets_mm",
+    "max_feed_mm_per_min",
+    "block_time_ms",
+    "plane_solution",
+    "serial_number",
+    "asset_id",
+    "calibration_due_days",
+];
+
+#[tokio::test]
+async fn what_a_profile_says_of_programs_is_kept_and_what_it_does_not_say_is_not_there() {
+    let app = spawn().await;
+    let first = etag(&app.put_machine("m", &ac_table()).await);
+    let bare: Value = app.get("/v1/machines/m").await.json().await.unwrap();
+    // Null says nothing either: the same revision.
+    let mut nulls = ac_table();
+    for name in OF_PROGRAMS {
+        assert_eq!(bare.get(name), None, "{name}");
+        nulls[name] = Value::Null;
+    }
+    assert_eq!(etag(&put_if(&app, "m", &nulls, "if-match", "*").await), first);
+
+    let put = put_if(&app, "m", &with_programs(), "if-match", "*").await;
+    assert_eq!(put.status(), StatusCode::OK);
+    let second = etag(&put);
+    let document: Value = put.json().await.unwrap();
+    assert_eq!(document["revision"], 2);
+    for name in OF_PROGRAMS {
+        // Whole numbers come back as numbers with a point.
+        let said = with_programs()[name].to_string().replace(".0", "");
+        assert_eq!(document[name].to_string().replace(".0", ""), said, "{name}");
+    }
+    // In whatever order offsets are named, and zero whatever its sign.
+    let mut turned = with_programs();
+    turned["work_offsets_mm"] = serde_json::from_str(
+        r#"{"Palette 2": [-0.0, 0, 0], "G54.1 P3": [1, 2, 3], "G54": [-70, 40, 95], "G55": [0, -0.0, 1.5]}"#,
+    )
+    .unwrap();
+    assert_eq!(etag(&put_if(&app, "m", &turned, "if-match", "*").await), second);
+    // Without an axis the rule has none.
+    turned["plane_solution"] = json!({"rule": "shortest"});
+    let document: Value = put_if(&app, "m", &turned, "if-match", "*").await.json().await.unwrap();
+    assert_eq!(document["plane_solution"], json!({"rule": "shortest", "axis": null}));
+}
+
+#[tokio::test]
+async fn only_the_example_says_in_which_unit_its_programs_are() {
+    let app = spawn().await;
+    let example: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
+    assert_eq!(example["program_unit"], "mm");
+    let presets: Value = app.get("/v1/machine-presets").await.json().await.unwrap();
+    for preset in presets["items"].as_array().unwrap() {
+        for name in OF_PROGRAMS {
+            assert_eq!(preset["profile"].get(name), None, "{preset}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
+    let app = spawn().await;
+    let cases: [(&str, Value, &[&str]); 20] = [
+        ("max_feed_mm_per_min", json!(0), &["/max_feed_mm_per_min"]),
+        ("max_feed_mm_per_min", json!(1_000_001), &["/max_feed_mm_per_min"]),
+        ("block_time_ms", json!(0), &["/block_time_ms"]),
+        ("block_time_ms", json!(1001), &["/block_time_ms"]),
+        ("calibration_due_days", json!(0), &["/calibration_due_days"]),
+        ("calibration_due_days", json!(-1), &["/calibration_due_days"]),
+        ("calibration_due_days", json!(36_501), &["/calibration_due_days"]),
+        ("serial_number", json!(""), &["/serial_number"]),
+        ("serial_number", json!("a".repeat(201)), &["/serial_number"]),
+        ("asset_id", json!("a\nb"), &["/asset_id"]),
+        ("plane_solution", json!({"rule": "shortest", "axis": "B"}), &["/plane_solution/axis"]),
+        ("plane_solution", json!({"rule": "shortest", "axis": "X"}), &["/plane_solution/axis"]),
+        (
+            "work_offsets_mm",
+            json!({"G54": [0, 1e5, 1e6], "": [0, 0, 0]}),
+            &["/work_offsets_mm/", "/work_offsets_mm/G54/2"],
+        ),
+        ("work_offsets_mm", json!({"G54": [0, 0, 0], "g54": [1, 0, 0]}), &["/work_offsets_mm/g54"]),
+        (
+            "work_offsets_mm",
+            json!({"G54.1P03": [0, 0, 0], "G54.1 P3": [1, 0, 0]}),
+            &["/work_offsets_mm/G54.1P03"],
+        ),
+        ("work_offsets_mm", json!({"a/b~c ": [0, 0, 0]}), &["/work_offsets_mm/a~1b~0c "]),
+        (
+            "work_offsets_mm",
+            json!({"a".repeat(33): [0, 0, 0]}),
+            &[&format!("/work_offsets_mm/{}", "a".repeat(33))],
+        ),
+        ("name", json!("a\tb"), &["/name"]),
+        ("block_time_ms", json!(1e300), &["/block_time_ms"]),
+        ("work_offsets_mm", json!({"G54": [-1e308, 0, 0]}), &["/work_offsets_mm/G54/0"]),
+    ];
+    for (name, value, expected) in cases {
+        let mut profile = with_programs();
+        profile[name] = value;
+        let body = problem(app.put_machine("m", &profile).await, "invalid-machine").await;
+        assert_eq!(pointers(&body), expected, "{name}: {body}");
+    }
+    let many: serde_json::Map<_, _> = (0..401).map(|k| (format!("G{k}"), json!([0, 0, 0]))).collect();
+    let cases: [(&str, Value, &str); 9] = [
+        ("program_unit", json!("cm"), "/program_unit"),
+        ("work_offsets_mm", json!([0, 0, 0]), "/work_offsets_mm"),
+        ("work_offsets_mm", json!({"G54": [0, 0]}), "/work_offsets_mm/G54"),
+        ("work_offsets_mm", json!({"G54": null}), "/work_offsets_mm/G54"),
+        ("work_offsets_mm", json!({"G54": {"x": 0}}), "/work_offsets_mm/G54"),
+        ("work_offsets_mm", Value::Object(many), "/work_offsets_mm"),
+        ("plane_solution", json!({"rule": "first"}), "/plane_solution/rule"),
+        ("plane_solution", json!({"axis": "A"}), "/plane_solution/rule"),
+        ("plane_solution", json!({"rule": "shortest", "axes": "A"}), "/plane_solution/axes"),
+    ];
+    for (name, value, pointer) in cases {
+        let mut profile = with_programs();
+        profile[name] = value;
+        let body = problem(app.put_machine("m", &profile).await, "invalid-request").await;
+        assert_eq!(pointers(&body), [pointer], "{name}: {body}");
+    }
+    let twice = with_programs().to_string().replace("\"G54.1 P3\"", "\"G55\"");
+    let request = app.client.put(app.url("/v1/machines/m")).header("content-type", "application/json");
+    let body = problem(request.body(twice).send().await.unwrap(), "invalid-request").await;
+    assert_eq!(pointers(&body), ["/work_offsets_mm/G55"]);
+}
+
 #[tokio::test]
 async fn only_json_is_offered() {
     let app = spawn().await;

@@ -404,7 +404,16 @@ async fn no_body_breaks_the_service() {
             String::from_utf8_lossy(&seed.body)
         );
         let mut requests = vec![(seed.method, seed.path, seed.kind, seed.body)];
-        if requests[0].0 == reqwest::Method::PUT {
+        if requests[0].0 == reqwest::Method::PUT && requests[0].1.contains("/tools/") {
+            // A tool of its own; when it is taken, the table has to be read.
+            requests[0].1 = format!("/v1/machines/example-ac-table/tools/m{attempt}");
+            requests.push((
+                reqwest::Method::GET,
+                "/v1/machines/example-ac-table/tools".to_owned(),
+                String::new(),
+                Vec::new(),
+            ));
+        } else if requests[0].0 == reqwest::Method::PUT {
             // A profile of a machine of its own; when it is taken, the machine has to work.
             let machine = format!("/v1/machines/m{attempt}");
             requests[0].1.clone_from(&machine);

@@ -19,6 +19,7 @@ const CALIBRATIONS: i64 = 20_261_121_020_000;
 const WEAR_HISTORY: i64 = 20_261_121_030_000;
 const KEYS: i64 = 20_261_121_060_000;
 const WEBHOOKS: i64 = 20_261_122_000_000;
+const TOOLS: i64 = 20_261_123_120_000;
 
 /// Every schema of which a database is kept, oldest first.
 fn schemas() -> Vec<(i64, PathBuf)> {
@@ -79,6 +80,9 @@ async fn a_database_of_every_schema_kept_opens_with_what_it_holds() {
             let entries = get("/v1/machines/old/tools/T12/wear-entries").await;
             assert_eq!(entries["items"][0]["radius_wear_um"], 24.5, "{schema}: {entries}");
         }
+        let tools = get("/v1/machines/old/tools").await;
+        let numbers: Vec<_> = tools["items"].as_array().unwrap().iter().map(|tool| &tool["number"]).collect();
+        assert_eq!(numbers, [&json!(12)][..usize::from(schema >= TOOLS)], "{schema}: {tools}");
         if schema >= WEBHOOKS {
             let deliveries = get(&format!("/v1/jobs/{JOB}/deliveries")).await;
             assert_eq!(deliveries["delivery"]["state"], "delivered", "{schema}: {deliveries}");

@@ -23,7 +23,9 @@ import tempfile
 import threading
 import time
 
-from kill_clients import CALIBRATED, CLIENTS, DIRECT, PORT, RUNS, WEAR, Client, Ledger, digest, direct_program, profile, program
+from kill_clients import (
+    CALIBRATED, CLIENTS, DIRECT, PORT, RUNS, WEAR, Client, Ledger, digest, direct_program, profile, program,
+)
 
 KILLS = int(os.environ.get("TRUNNION_KILLS", "200"))
 SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
@@ -155,6 +157,14 @@ def checked_machines(rows, ledger):
         for revision, said in revisions.items():
             assert json.loads(stored[revision])["name"] == said, f"{name} {revision}"
         assert sorted(stored) == list(range(1, len(stored) + 1))
+    for (machine, tool), revisions in ledger.tools.items():
+        where = f"machine_id = '{machine}' AND tool_id = '{tool}'"
+        stored = {n: json.loads(text)["number"] for n, text in rows(f"SELECT revision, document FROM tool_revisions WHERE {where}")}
+        assert len(set(stored.values())) == len(stored) and set(stored.values()) <= ledger.numbers, f"{tool} has a number twice"
+        assert revisions.items() <= stored.items(), f"{tool}: {set(revisions.items()) - set(stored.items())}"
+        assert sorted(stored) == list(range(1, len(stored) + 1))
+    orphans = "SELECT tool_id FROM tools t JOIN machines m USING (machine_id) WHERE m.deleted = 1 AND t.deleted = 0"
+    assert rows(orphans) == [], "a tool of a machine that is gone"
     # Runs and the revisions that they became.
     same(rows("SELECT json_extract(run, '$.note'), id FROM calibrations"), ledger, "run")
     stored = dict(rows(f"SELECT revision, calibration_id FROM machine_revisions WHERE machine_id = '{CALIBRATED}'"))
@@ -193,10 +203,12 @@ def checked_log(rows, ledger, log, admin):
     numbers = [entry["seq"] for entry in log]
     assert numbers == sorted(set(numbers)), "the pages of the audit log overlap"
     assert numbers == [seq for (seq,) in rows("SELECT seq FROM audit ORDER BY seq")], "the pages leave entries out"
-    requests = [entry["request_id"] for entry in log if entry["origin"] == "http"]
+    # A request that deletes a machine deletes its tools too, and tells each of them.
+    with_machine = lambda entry: entry["action"] == "tool-deleted" and entry["route"] == "/v1/machines/{machine_id}"
+    requests = [entry["request_id"] for entry in log if entry["origin"] == "http" and not with_machine(entry)]
     assert len(requests) == len(set(requests)), "one request has two entries"
     # The first key was made while the service was open.
-    assert [entry["key_id"] for entry in log if entry["origin"] == "http"] == [None] + [admin] * (len(requests) - 1)
+    assert [entry["key_id"] for entry in log if entry["origin"] == "http" and not with_machine(entry)] == [None] + [admin] * (len(requests) - 1)
 
     expected = collections.Counter({("webhook-secret-created", "/v1/webhooks/secret"): 1})
     expected["webhook-secret-rotated", "/v1/webhooks/secret"] = rows("SELECT count(*) - 1 FROM webhook_secrets")[0][0]
@@ -211,7 +223,9 @@ def checked_log(rows, ledger, log, admin):
     ]:
         expected.update((action, address + id) for (id,) in rows(ids))
     of_machines = ("machine-created", "machine-replaced", "machine-deleted", "calibration-applied")
-    found = collections.Counter((entry["action"], entry["resource"]) for entry in log if entry["action"] not in of_machines)
+    of_tools = ("tool-created", "tool-replaced", "tool-deleted")
+    others = [entry for entry in log if entry["action"] not in of_machines + of_tools]
+    found = collections.Counter((entry["action"], entry["resource"]) for entry in others)
     missing, too_many = list(expected - found), list(found - expected)
     assert found == expected, f"no entry for {missing[:5]}, one too many for {too_many[:5]}"
 
@@ -235,6 +249,26 @@ def checked_log(rows, ledger, log, admin):
     assert not revisions, f"no entry for {list(revisions)[:5]}"
     assert set(ledger.kept["delete"]) <= deleted, f"no entry for {list(set(ledger.kept['delete']) - deleted)[:5]}"
     stored = {id: None if gone else revision for id, gone, revision in rows("SELECT machine_id, deleted, last_revision FROM machines")}
+    assert stored == live, (stored, live)
+
+    # Of each tool too.
+    revisions = set(rows("SELECT machine_id, tool_id, revision FROM tool_revisions"))
+    live, last, deleted = {}, {}, set()
+    for entry in (entry for entry in log if entry["action"] in of_tools):
+        machine, action, before, after = (entry[member] for member in ("machine_id", "action", "revision_before", "revision_after"))
+        tool = machine, entry["resource"].removeprefix(f"/v1/machines/{machine}/tools/")
+        assert before == live.get(tool) and (action == "tool-created") == (before is None), (entry, live.get(tool))
+        if action == "tool-deleted":
+            assert after is None
+            deleted.add((*tool, before))
+        else:
+            assert after == last.get(tool, 0) + 1, entry
+            last[tool] = after
+            revisions.remove((*tool, after))
+        live[tool] = after
+    assert not revisions, f"no entry for {list(revisions)[:5]}"
+    assert set(ledger.kept["delete-tool"]) <= deleted, f"no entry for {list(set(ledger.kept['delete-tool']) - deleted)[:5]}"
+    stored = {(machine, id): None if gone else revision for machine, id, gone, revision in rows("SELECT machine_id, tool_id, deleted, last_revision FROM tools")}
     assert stored == live, (stored, live)
 
 
@@ -271,17 +305,18 @@ def checked(folder, ledger, direct, log, admin):
     assert found.returncode == 0 and "left over" not in found.stdout, found.stdout + found.stderr
 
     revisions = sum(len(one) for one in ledger.machines.values())
+    of_tools = sum(len(one) for one in ledger.tools.values())
     of = {kind: len(kept) for kind, kept in ledger.kept.items()}
     print(
         f"{KILLS} kills: {of['job']} jobs acknowledged ({counts['succeeded']} succeeded, {counts['cancelled']} cancelled, "
         f"{counts['failed']} parked, {counts['begun twice']} begun twice), {of['direct']} programs answered at once, "
-        f"{revisions} revisions, {of['delete']} machines deleted, {of['run']} calibrations, {of['apply']} applied, "
+        f"{revisions} revisions, {of['delete']} machines deleted, {of_tools} of tools, {of['delete-tool']} tools deleted, {of['run']} calibrations, {of['apply']} applied, "
         f"{of['entry']} wear entries, {of['withdraw']} withdrawn, {of['secret']} secrets, {of['key']} API keys, "
         f"{of['revoke']} revoked; {ledger.again} asked for once more, {ledger.refused.pop('queue-full', 0)} refused by a full queue, "
         f"{len(log)} entries in the audit log; nothing lost, repeated or half done"
     )
     assert counts["succeeded"] > KILLS and revisions > KILLS, "there was hardly any load"
-    few = [kind for kind in ("cancel", "direct", "delete", "run", "apply", "entry", "withdraw", "secret", "key", "revoke")
+    few = [kind for kind in ("cancel", "direct", "delete", "delete-tool", "run", "apply", "entry", "withdraw", "secret", "key", "revoke")
            if of.get(kind, 0) < KILLS / 10]
     assert not few, f"there was hardly any load of {few}"
 

@@ -11,7 +11,7 @@ import threading
 PORT = 8919
 # What an upload that is never whole announces (bytes).
 NEVER_WHOLE = 50_000_000
-MACHINE, CALIBRATED = "example-ac-table", "calibrated"
+MACHINE, CALIBRATED, COMES_AND_GOES = "example-ac-table", "calibrated", "comes-and-goes"
 WEAR = f"/v1/machines/{MACHINE}/tools/T1/wear-entries"
 RUNS = f"/v1/machines/{CALIBRATED}/calibrations"
 DIRECT = f"/v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5&contact=tip"
@@ -75,6 +75,8 @@ class Ledger:
         self.open = collections.defaultdict(list)
         self.sent = collections.defaultdict(set)  # kind: every key that was ever sent
         self.machines = collections.defaultdict(dict)  # machine: {revision: name}
+        self.tools = collections.defaultdict(dict)  # machine and tool: {revision: number}
+        self.numbers = set()  # of tools, that were sent
         self.asked = collections.defaultdict(set)  # machine: names that were sent
         self.applying = {}  # key of an apply: run and entity tag it was first sent with
         self.secret_of = {}  # id of an API key: the key
@@ -218,7 +220,7 @@ def replace(name):
     return replaces
 
 
-def delete_machines(ledger, stop, _chance, name="comes-and-goes"):
+def delete_machines(ledger, stop, _chance, name=COMES_AND_GOES):
     """One machine, deleted and put again over and over."""
     client = Client()
     while not stop.is_set():
@@ -232,6 +234,31 @@ def delete_machines(ledger, stop, _chance, name="comes-and-goes"):
                     ledger.kept["delete"][name, current[2]["revision"]] = True
                 elif answer and answer[0] != 503:
                     ledger.wrong.append((name, answer))
+
+
+def keep_tools(ledger, stop, chance):
+    """Tools put, replaced and deleted, on a machine that stays and on the one that is deleted over and over, with which they go."""
+    client = Client()
+    while not stop.is_set():
+        tool, number = (chance.choice([CALIBRATED, COMES_AND_GOES]), f"T{chance.randrange(3)}"), ledger.number()
+        path = "/v1/machines/{}/tools/{}".format(*tool)
+        current = client.ask("GET", path)
+        if not current or current[0] not in (200, 404):
+            continue
+        tag = {"If-Match": current[1]["etag"]} if current[0] == 200 else {}
+        deletes = tag and chance.random() < 0.4
+        with ledger.lock:
+            ledger.numbers.add(number)
+        cutter = {"number": number, "kind": "ball", "radius_mm": 5}
+        answer = client.ask("DELETE", path, headers=tag) if deletes else client.ask("PUT", path, cutter, tag)
+        with ledger.lock:
+            if answer and deletes and answer[0] == 204:
+                ledger.kept["delete-tool"][*tool, current[2]["revision"]] = True
+            elif answer and not deletes and answer[0] == (200 if tag else 201):
+                ledger.tools[tool][answer[2]["revision"]] = number
+            # The machine may have gone in between, and its tools with it.
+            elif answer and answer[0] not in (404, 412, 503):
+                ledger.wrong.append((tool, answer))
 
 
 def enter_wear(ledger, stop, chance):
@@ -318,6 +345,6 @@ def upload_for_ever(_ledger, stop, _chance):
 
 
 CLIENTS = [
-    *[post_jobs] * 4, *[send_programs] * 2, replace("m0"), replace("m1"), delete_machines, enter_wear, calibrate,
-    rotate_secrets, make_keys, *[upload_for_ever] * 2,
+    *[post_jobs] * 4, *[send_programs] * 2, replace("m0"), replace("m1"), delete_machines, keep_tools, enter_wear,
+    calibrate, rotate_secrets, make_keys, *[upload_for_ever] * 2,
 ]

@@ -34,6 +34,10 @@ class Lock:
         self.database.close()
 
 
+def ball(number):
+    return {"number": number, "kind": "ball", "radius_mm": 5}
+
+
 def writes(service, number):
     """Everything that writes, by name."""
     entry = [{"measured_at": "2025-03-10T08:00:00Z", "parts_cut": number, "radius_wear_um": 24.5}]
@@ -41,6 +45,7 @@ def writes(service, number):
         "a program": lambda: service.compensate(BLADE.replace(b"\n", f"\n(try {number})\n".encode(), 1)),
         "a machine": lambda: service.put("locked", f"m{number}"),
         "a job": lambda: service.post_job(cc_job(f"locked-{number}"), BLADE, key=f"locked-{number}"),
+        "a tool": lambda: service.ask("PUT", f"/v1/machines/{MACHINE}/tools/T{number}", ball(number)),
         "a wear entry": lambda: service.ask("POST", f"/v1/machines/{MACHINE}/tools/T1/wear-entries", entry),
     }
 
@@ -74,13 +79,13 @@ def while_it_runs(service):
         later = [clients.submit(ask) for ask in writes(service, 2).values()]
         time.sleep(1.0)
         lock.release()
-        assert [future.result().status for future in later] == [200, 201, 202, 201], [future.result() for future in later]
+        assert [future.result().status for future in later] == [200, 201, 202, 201, 201], [future.result() for future in later]
         for id in ids:
             job = service.ended(id)
             assert job["state"] == "succeeded" and job["attempts"] == 1, job
         # What was refused left nothing; the same request, sent again, is taken once.
         again = writes(service, 1)
-        assert [ask().status for ask in again.values()] == [200, 201, 202, 201]
+        assert [ask().status for ask in again.values()] == [200, 201, 202, 201, 201]
         named = [job["external_id"] for job in service.all_jobs()]
         assert sorted(filter(None, named)) == ["before-0", "before-1", "before-2", "locked-1", "locked-2"], named
         for job in service.all_jobs():

@@ -60,6 +60,8 @@ def refuse_all(service, ledger, number, detail):
     refused(service.post_job(cc_job(f"sick-{number}"), text(number), key=f"sick-{number}"), "a job", detail)
     detail = "the disk"
     refused(service.put("x" * 100, f"m{number}"), "a machine", detail)
+    tool = {"number": number, "kind": "ball", "radius_mm": 5}
+    refused(service.ask("PUT", f"/v1/machines/{MACHINE}/tools/T1", tool), "a tool", detail)
     entry = [{"measured_at": "2025-03-10T08:00:00Z", "parts_cut": number, "radius_wear_um": 24.5}]
     refused(service.ask("POST", f"/v1/machines/{MACHINE}/tools/T1/wear-entries", entry), "a wear entry", detail)
     refused(service.ask("POST", "/v1/keys", {"name": "never", "scopes": ["admin"]}), "a key", detail)
@@ -94,6 +96,7 @@ def exactly(service, ledger):
     assert jobs == known, (jobs - known, known - jobs)
     found = {machine["machine_id"] for machine in service.ask("GET", "/v1/machines?limit=200").document["items"]}
     assert found == ledger.machines, found ^ ledger.machines
+    assert service.ask("GET", f"/v1/machines/{MACHINE}/tools").document["items"] == []
     assert service.ask("GET", f"/v1/machines/{MACHINE}/tools/T1/wear-entries").document["items"] == []
     assert service.ask("GET", "/v1/keys").document["items"] == []
 

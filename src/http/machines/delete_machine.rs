@@ -18,8 +18,8 @@ refusals!(
 
 /// Delete a machine
 ///
-/// Needs `If-Match`. Its revisions stay readable, for the jobs that name them; a machine put again under the same
-/// id goes on counting.
+/// Needs `If-Match`. Its tools are deleted with it. Revisions of both stay readable, for the jobs that name them, and so do its
+/// calibrations and wear entries; a machine put again under the same id goes on counting.
 #[utoipa::path(
     delete,
     path = "/v1/machines/{machine_id}",

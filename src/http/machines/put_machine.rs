@@ -43,7 +43,12 @@ refusals!(
                 {"name": "C", "side": "table", "direction": [0, 0, 1], "point_mm": [0, 0, 0]}
             ],
             "linear_limits_mm": {"X": [-400, 400]}
-        }
+        },
+        "work_offsets_mm": {"G54": [120.5, -80, 312.25], "G54.1 P3": [0, 0, 250]},
+        "max_feed_mm_per_min": 15000,
+        "plane_solution": {"rule": "negative-first", "axis": "A"},
+        "serial_number": "1138-5519",
+        "calibration_due_days": 90
     })),
     responses(
         (status = 201, description = "A new machine", body = MachineDocument,

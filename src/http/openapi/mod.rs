@@ -27,6 +27,7 @@ use super::webhooks::describe;
     components(schemas(ProblemDocument)),
     tags(
         (name = "machines", description = "Machine profiles as immutable revisions"),
+        (name = "tools", description = "The tool table of a machine: what programs call, with radius, corner radius and length"),
         (name = "kinematics", description = "Tool poses to axis words and back"),
         (name = "programs", description = "NC programs in, compensated programs out"),
         (name = "servo", description = "What loop gains and feed do to the part"),

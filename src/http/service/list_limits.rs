@@ -69,6 +69,7 @@ const LIMITS: &[Row] = &[
     ("max_computations", |s| s.computations() as f64, "1", Some(ProblemType::Busy)),
     ("max_waiting_computations", |s| s.max_waiting_computations as f64, "1", Some(ProblemType::Busy)),
     ("max_queued_jobs", |s| s.max_queued_jobs as f64, "1", Some(ProblemType::QueueFull)),
+    ("max_tools_per_machine", |s| f64::from(s.max_tools_per_machine), "1", Some(ProblemType::ToolTableFull)),
     ("max_event_streams", |s| s.max_event_streams as f64, "1", Some(ProblemType::Busy)),
     ("max_deliveries", |s| s.max_deliveries as f64, "1", None),
     ("max_deliveries_per_receiver", |s| s.max_deliveries_per_receiver as f64, "1", None),

@@ -1,0 +1,50 @@
+//! Takes a tool out of its machine's table.
+
+use axum::extract::State;
+use http::{HeaderMap, StatusCode};
+
+use super::not_found;
+use crate::http::AppState;
+use crate::http::caller::By;
+use crate::http::conditional::{expected, stale_tool};
+use crate::http::extract::{Path, Query};
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::store::Stale;
+use crate::wire::NoParameters;
+
+refusals!(
+    Refusals: MalformedRequest, MachineNotFound, ToolNotFound, PreconditionFailed, PreconditionRequired, InvalidRequest
+);
+
+/// Delete a tool
+///
+/// Needs `If-Match`. Its revisions stay readable, for the reports that name them, and its wear entries stay; a tool put again
+/// under the same id goes on counting.
+#[utoipa::path(
+    delete,
+    path = "/v1/machines/{machine_id}/tools/{tool_id}",
+    tag = "tools",
+    operation_id = "delete_tool",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
+    ),
+    responses((status = 204, description = "The tool is out of the table"), Refusals)
+)]
+pub(super) async fn delete_tool(
+    State(app): State<AppState>,
+    Path((machine_id, tool_id)): Path<(String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    By(actor): By,
+) -> Result<StatusCode, Problem> {
+    let expected = expected(&headers)?;
+    let now = app.sources.timestamp();
+    match app.store.delete_tool(&machine_id, &tool_id, expected, &now, &actor).await? {
+        Ok(()) => Ok(StatusCode::NO_CONTENT),
+        Err(Stale::Missing) => Err(not_found(&app, &machine_id, &tool_id).await),
+        Err(reason) => Err(stale_tool(reason, &tool_id)),
+    }
+}

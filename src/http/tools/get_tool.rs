@@ -1,0 +1,49 @@
+//! Reads a tool.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use super::not_found;
+use crate::http::AppState;
+use crate::http::conditional::{tool_tag, unless_known};
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::wire::{NoParameters, ToolDocument};
+
+refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptable, InvalidRequest);
+
+/// Read a tool
+///
+/// The current revision. With `If-None-Match` of its `ETag` the answer is 304.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/tools/{tool_id}",
+    tag = "tools",
+    operation_id = "get_tool",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+    ),
+    responses(
+        (status = 200, description = "The current revision", body = ToolDocument,
+            headers(("ETag" = String, description = "Tag of the revision"))),
+        (status = 304, description = "The revision is the one that is known"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_tool(
+    State(app): State<AppState>,
+    Path((machine_id, tool_id)): Path<(String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["application/json"])?;
+    let Some(found) = app.store.tool(&machine_id, &tool_id).await? else {
+        return Err(not_found(&app, &machine_id, &tool_id).await);
+    };
+    unless_known(&headers, &tool_tag(&found), || Json(found.document))
+}

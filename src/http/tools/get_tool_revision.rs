@@ -1,0 +1,54 @@
+//! Reads one revision of a tool.
+
+use axum::extract::State;
+use axum::response::Response;
+use http::HeaderMap;
+
+use crate::http::AppState;
+use crate::http::conditional::{tool_tag, unless_known};
+use crate::http::extract::{Json, Path, Query};
+use crate::http::negotiate::choose;
+use crate::http::problem::{Problem, ProblemType};
+use crate::http::refusals::refusals;
+use crate::wire::{NoParameters, ToolDocument};
+
+refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRequest);
+
+/// Read one revision of a tool
+///
+/// A revision never changes and stays when its tool or its machine is deleted.
+#[utoipa::path(
+    get,
+    path = "/v1/machines/{machine_id}/tools/{tool_id}/revisions/{revision}",
+    tag = "tools",
+    operation_id = "get_tool_revision",
+    params(
+        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("revision" = i64, Path, description = "Its number", example = 1),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+    ),
+    responses(
+        (status = 200, description = "The revision", body = ToolDocument,
+            headers(("ETag" = String, description = "Tag of the revision"))),
+        (status = 304, description = "The revision is the one that is known"),
+        Refusals,
+    )
+)]
+pub(super) async fn get_tool_revision(
+    State(app): State<AppState>,
+    Path((machine_id, tool_id, revision)): Path<(String, String, String)>,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    choose(&headers, &["application/json"])?;
+    let found = match revision.parse() {
+        Ok(number) => app.store.tool_revision(&machine_id, &tool_id, number).await?,
+        Err(_) => None,
+    };
+    let found = found.ok_or_else(|| {
+        let detail = format!("tool {tool_id:?} of machine {machine_id:?} has no revision {revision:?}");
+        Problem::new(ProblemType::RevisionNotFound, detail)
+    })?;
+    unless_known(&headers, &tool_tag(&found), || Json(found.document))
+}

@@ -1,0 +1,32 @@
+//! The tool table of a machine: tools as immutable revisions. Their wear entries stand in `http/wear/history`.
+
+mod delete_tool;
+mod get_tool;
+mod get_tool_revision;
+mod list_tool_revisions;
+mod list_tools;
+mod put_tool;
+
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::AppState;
+use super::current_machine::current_machine;
+use super::problem::Problem;
+
+/// The routes of this resource.
+pub(super) fn router() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(put_tool::put_tool, get_tool::get_tool, delete_tool::delete_tool))
+        .routes(routes!(list_tools::list_tools))
+        .routes(routes!(list_tool_revisions::list_tool_revisions))
+        .routes(routes!(get_tool_revision::get_tool_revision))
+}
+
+/// What a tool that is not there is refused with: the machine may not be there either.
+async fn not_found(app: &AppState, machine_id: &str, tool_id: &str) -> Problem {
+    match current_machine(app, machine_id).await {
+        Ok(_machine) => Problem::tool_not_found(machine_id, tool_id),
+        Err(problem) => problem,
+    }
+}

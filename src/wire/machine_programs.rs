@@ -1,0 +1,112 @@
+//! What a profile says of the programs that run on the machine, and of the machine as a thing that a shop owns.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{CcParameters, Fault, FaultList, MachineProfile};
+
+/// Unit of the lengths in a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ProgramUnit {
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    Inch,
+}
+
+/// Which of both rotary positions a control takes that tilt the tool alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlaneRule {
+    /// The one where the named axis is positive.
+    PositiveFirst,
+    /// The one where the named axis is negative.
+    NegativeFirst,
+    /// The one with the shorter way from where the axes are.
+    Shortest,
+}
+
+/// Which of both solutions CYCLE800, PLANE or G53.1 takes on this machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneSolution {
+    /// The rule.
+    pub rule: PlaneRule,
+    /// The rotary axis that the rule looks at; null where the control does not name one.
+    #[serde(default)]
+    #[schema(pattern = "^[ABC]$", example = "A")]
+    pub axis: Option<String>,
+}
+
+/// Longest name, serial number and asset id \[characters\].
+const MAX_TEXT: usize = 200;
+/// Smallest feed taken for real \[mm/min\].
+const MIN_FEED_MM_PER_MIN: f64 = 1e-6;
+/// Times for one block taken for real \[ms\]: a tenth of the fastest control's, and what stops every machine between blocks.
+const BLOCK_TIME_MS: [f64; 2] = [0.01, 1000.0];
+/// Longest time between two calibrations taken for real \[d\]: a hundred years.
+const MAX_CALIBRATION_DUE_DAYS: f64 = 36_500.0;
+
+/// Characters of a wrong letter that are shown.
+const SHOWN: usize = 16;
+
+/// A line of text that people read: 1 to 200 characters, no control characters. A fault joins `faults`.
+pub(super) fn check_line(pointer: &str, what: &str, text: &str, faults: &mut FaultList) {
+    let length = text.chars().count();
+    if !(1..=MAX_TEXT).contains(&length) || text.chars().any(char::is_control) {
+        faults.push(|| {
+            let detail = format!(
+                "{what} has 1 to {MAX_TEXT} characters, none of them a control character; this one has {length} characters"
+            );
+            Fault::new(pointer, detail)
+        });
+    }
+}
+
+impl MachineProfile {
+    /// Faults of everything that is said of programs and of the machine as a thing join `faults`.
+    pub(super) fn check_programs(&self, faults: &mut FaultList) {
+        check_line("/name", "a name", &self.name, faults);
+        if let Some(serial_number) = &self.serial_number {
+            check_line("/serial_number", "a serial number", serial_number, faults);
+        }
+        if let Some(asset_id) = &self.asset_id {
+            check_line("/asset_id", "an asset id", asset_id, faults);
+        }
+        if let Some(offsets) = &self.work_offsets_mm {
+            offsets.check("/work_offsets_mm", faults);
+        }
+        if let Some(feed) = self.max_feed_mm_per_min {
+            let at = || "/max_feed_mm_per_min".to_owned();
+            faults.check_range(at, feed, MIN_FEED_MM_PER_MIN, CcParameters::MAX_FEED_MM_PER_MIN);
+        }
+        if let Some(time_ms) = self.block_time_ms {
+            let [least, most] = BLOCK_TIME_MS;
+            faults.check_range(|| "/block_time_ms".to_owned(), time_ms, least, most);
+        }
+        if let Some(days) = self.calibration_due_days
+            && !(days > 0.0 && days <= MAX_CALIBRATION_DUE_DAYS)
+        {
+            faults.push(|| {
+                let detail =
+                    format!("{days} days is not above 0 and at most {MAX_CALIBRATION_DUE_DAYS} days");
+                Fault::new("/calibration_due_days", detail)
+            });
+        }
+        let axes = || self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str());
+        if let Some(PlaneSolution { axis: Some(axis), .. }) = &self.plane_solution
+            && !axes().any(|name| name == axis)
+        {
+            faults.push(|| {
+                let given: String = axis.chars().take(SHOWN).collect();
+                let there: Vec<_> = axes().take(2).collect();
+                let there = there.join(" and ");
+                let detail = format!(
+                    "{given:?} is no rotary axis of this machine; it has {there}. Name one of them, or null"
+                );
+                Fault::new("/plane_solution/axis", detail)
+            });
+        }
+    }
+}
