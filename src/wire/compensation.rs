@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Fault, FaultList, Fixed, SurfaceReading};
+use super::statements::program_parameters;
+use super::{Fault, FaultList, StampForm, SurfaceReading};
 use super::{SingularRegions, SingularityAction, SingularityFindings};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
@@ -13,7 +14,7 @@ use crate::{motion, process, program};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contact {
-    /// The first available of program, normals, surface, feed-plane.
+    /// The first available of program, normals and surface, else the tip.
     #[default]
     Auto,
     /// U V W words of the program.
@@ -22,7 +23,7 @@ pub enum Contact {
     Normals,
     /// A surface.
     Surface,
-    /// The feed-plane rule.
+    /// Assumed from the feed, where rotary axes turn.
     FeedPlane,
     /// The tool tip itself.
     Tip,
@@ -128,6 +129,7 @@ impl Dialect {
     }
 }
 
+program_parameters! {
 /// What the compensation of the CC path needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -155,33 +157,37 @@ pub struct CcParameters {
     /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// What the control interpolates; as the program switches it when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interpolation: Option<Interpolation>,
+    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    #[serde(default = "CcParameters::default_pass_break_deg")]
+    #[schema(default = 15.0)]
+    pub pass_break_deg: f64,
     /// How a deviating block is corrected.
     #[serde(default)]
     pub correction: Correction,
     /// Which blocks the answer has.
     #[serde(default)]
     pub output: Output,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[serde(default)]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length; matters to head axes only.
-    #[serde(default)]
-    pub tool_length_mm: f64,
-    /// Feed where the program has none.
+    /// Number of the tool, in a program of several: only its sections are compensated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub feed_mm_per_min: Option<f64>,
+    pub tool_number: Option<u32>,
+    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
+    /// when absent, and where that is not stated ten times the programmed feed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 12_000.0)]
+    pub max_feed_mm_per_min: Option<f64>,
+    /// Whether a program that leaves changed says so in a comment.
+    #[serde(default)]
+    pub stamp: StampForm,
+    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
+    #[serde(default)]
+    pub allow_repeated: bool,
     /// What is done about singular regions, before everything else.
     #[serde(default)]
     pub singularity: SingularityAction,
     /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
     #[serde(default)]
     pub singular_regions: SingularRegions,
-    /// The form of the program text.
-    #[serde(default)]
-    pub dialect: Dialect,
+}
 }
 
 impl Default for CcParameters {
@@ -194,14 +200,22 @@ impl Default for CcParameters {
             surface_unit_mm: None,
             chordal_tolerance_um: None,
             contact_gap_um: None,
-            interpolation: None,
+            pass_break_deg: Self::default_pass_break_deg(),
             correction: Correction::default(),
             output: Output::default(),
-            work_offset_mm: Fixed::default(),
-            tool_length_mm: 0.0,
-            feed_mm_per_min: None,
+            tool_number: None,
+            max_feed_mm_per_min: None,
+            stamp: StampForm::default(),
+            allow_repeated: false,
             singularity: SingularityAction::default(),
             singular_regions: SingularRegions::default(),
+            interpolation: None,
+            unit: None,
+            work_offset_mm: None,
+            work_offsets_mm: None,
+            tool_length_mm: None,
+            start: None,
+            feed_mm_per_min: None,
             dialect: Dialect::default(),
         }
     }
@@ -214,6 +228,14 @@ impl CcParameters {
         10.0
     }
 
+    /// The angle by which passes are told apart where none is stated (deg).
+    #[must_use]
+    pub const fn default_pass_break_deg() -> f64 {
+        process::CcParameters::PASS_BREAK_DEG
+    }
+
+    /// Smallest and largest angle by which passes are told apart (deg).
+    pub const PASS_BREAK_RANGE_DEG: [f64; 2] = [0.1, 180.0];
     /// Smallest and largest tolerance (µm).
     pub const TOLERANCE_RANGE_UM: [f64; 2] = [0.01, 10_000.0];
     /// Largest feed taken for real [mm/min].
@@ -240,15 +262,9 @@ impl CcParameters {
         self.surface_reading().check_with_contact(self.contact, has_part, &mut faults);
         let [min, max] = Self::TOLERANCE_RANGE_UM;
         faults.check_range(|| "/tolerance_um".to_owned(), self.tolerance_um, min, max);
-        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
-            let at = || format!("/work_offset_mm/{index}");
-            faults.check_range(at, offset_mm, -Self::MAX_OFFSET_MM, Self::MAX_OFFSET_MM);
-        }
-        let max = Self::MAX_OFFSET_MM;
-        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
-        if let Some(feed) = self.feed_mm_per_min {
-            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, Self::MAX_FEED_MM_PER_MIN);
-        }
+        check_pass_break("", self.pass_break_deg, &mut faults);
+        check_max_feed(self.max_feed_mm_per_min, &mut faults);
+        self.statements().check(&mut faults);
         self.singular_regions.check(&mut faults);
         let tool = self.tool(&mut faults);
         faults.into_result().map(|()| tool)
@@ -275,6 +291,20 @@ impl CcParameters {
                 None
             }
         }
+    }
+}
+
+/// Collects a bad angle by which passes are told apart.
+pub(super) fn check_pass_break(pointer: &str, pass_break_deg: f64, faults: &mut FaultList) {
+    let [min, max] = CcParameters::PASS_BREAK_RANGE_DEG;
+    faults.check_range(|| format!("{pointer}/pass_break_deg"), pass_break_deg, min, max);
+}
+
+/// Collects a bad limit of written feeds.
+pub(super) fn check_max_feed(max_feed_mm_per_min: Option<f64>, faults: &mut FaultList) {
+    if let Some(feed) = max_feed_mm_per_min {
+        let max = CcParameters::MAX_FEED_MM_PER_MIN;
+        faults.check_range(|| "/max_feed_mm_per_min".to_owned(), feed, 1e-6, max);
     }
 }
 
@@ -322,6 +352,9 @@ pub struct Warning {
     pub worst_line: Option<u64>,
     /// Largest distance, where one belongs to the warning.
     pub max_distance_um: Option<f64>,
+    /// Shortest time, where one belongs to the warning.
+    #[serde(default)]
+    pub min_time_ms: Option<f64>,
 }
 
 impl From<&process::Warning> for Warning {
@@ -334,9 +367,13 @@ impl From<&process::Warning> for Warning {
             line: core.line,
             worst_line: core.worst_line,
             max_distance_um: core.max_distance_mm.map(|distance_mm| Length::from_mm(distance_mm).um()),
+            min_time_ms: core.min_time_s.map(|time_s| time_s * MS_PER_S),
         }
     }
 }
+
+/// Milliseconds in a second.
+const MS_PER_S: f64 = 1000.0;
 
 /// What a result was computed from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{CcParameters, Fault, FaultList, MachineProfile};
+use crate::units::LengthUnit;
 
 /// Unit of the lengths in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -13,6 +14,26 @@ pub enum ProgramUnit {
     Mm,
     /// Inches.
     Inch,
+}
+
+impl ProgramUnit {
+    /// In the core's terms.
+    #[must_use]
+    pub const fn to_core(self) -> LengthUnit {
+        match self {
+            Self::Mm => LengthUnit::Millimetre,
+            Self::Inch => LengthUnit::Inch,
+        }
+    }
+}
+
+impl From<LengthUnit> for ProgramUnit {
+    fn from(core: LengthUnit) -> Self {
+        match core {
+            LengthUnit::Millimetre => Self::Mm,
+            LengthUnit::Inch => Self::Inch,
+        }
+    }
 }
 
 /// Which of both rotary positions a control takes that tilt the tool alike.

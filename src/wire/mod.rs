@@ -35,6 +35,7 @@ mod servo_program;
 mod singularity;
 mod solved_poses;
 mod sphere_answer;
+mod statements;
 mod surface_mesh;
 mod tool_table;
 mod verification;
@@ -84,7 +85,7 @@ pub use machine_programs::{PlaneRule, PlaneSolution, ProgramUnit};
 pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;
 pub use objects::Objects;
-pub use one_pass::{CcStep, CompensationParameters, CompensationQuery, WearStep, looks_at};
+pub use one_pass::{CcStep, CompensationParameters, WearStep, looks_at};
 pub use one_pass_answer::{
     BlockBudgetDoc, BlockChangeDoc, BlockErrorDoc, BudgetLineDoc, ChangeRow, ChangeSeriesDoc, ChangeTable,
     ChangesDoc, CompensationFindings, CompensationReport, ErrorBudgetDoc, LocationErrorFindings,
@@ -113,10 +114,11 @@ pub use singularity::{
 };
 pub use solved_poses::SolvedPoses;
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
+pub use statements::{MachineStatements, StampForm, StartWords, Statements};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};
 pub use tool_table::{TableTool, ToolDocument, ToolKind, tool_name_key};
 pub use verification::{
-    VerificationParameters, VerificationQuery, VerificationReport, VerificationSources, verification_fault,
+    VerificationParameters, VerificationReport, VerificationSources, verification_fault,
 };
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_history::{
@@ -125,7 +127,7 @@ pub use wear_history::{
 };
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_program::{
-    LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
+    LengthInControl, Milling, WearFindings, WearParameters, WearReport, WearTableDoc,
 };
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
@@ -138,4 +140,4 @@ pub use webhook::{
     Deliveries, DeliveryAttempt, DeliveryDocument, DeliveryOutcome, DeliveryState, PreviousSecret,
     WebhookSecret, WebhookSecretDocument, event_type, job_event, webhook_id,
 };
-pub use work_offsets::{WorkOffsets, check_work_offset_name, work_offset_key};
+pub use work_offsets::WorkOffsets;

@@ -3,14 +3,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::compensation::check_max_feed;
+use super::statements::program_parameters;
 use super::{
-    CcParameters, Contact, Correction, Dialect, Fault, FaultList, Fixed, Interpolation, LengthInControl,
-    Milling, Output, SingularRegions, SingularityAction, SurfaceReading, ToolDoc, WearParameters,
-    WearTableDoc,
+    CcParameters, Contact, Correction, Fault, FaultList, LengthInControl, Milling, Output, SingularRegions,
+    SingularityAction, StampForm, SurfaceReading, ToolDoc, WearParameters, WearTableDoc,
 };
-use crate::geometry::Vec3;
-use crate::kinematics::Setup;
-use crate::units::Feedrate;
 
 /// The step for a worn cutter; its members mean what they do in a wear compensation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -33,6 +31,10 @@ pub struct WearStep {
     /// Where the cutter contact comes from; the tip is none here.
     #[serde(default)]
     pub contact: Contact,
+    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    #[serde(default = "CcParameters::default_pass_break_deg")]
+    #[schema(default = 15.0)]
+    pub pass_break_deg: f64,
     /// T number of the cutter, in a program of several: motions of other tools are not moved for wear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_number: Option<u32>,
@@ -55,6 +57,10 @@ pub struct CcStep {
     /// Where the cutter contact comes from.
     #[serde(default)]
     pub contact: Contact,
+    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    #[serde(default = "CcParameters::default_pass_break_deg")]
+    #[schema(default = 15.0)]
+    pub pass_break_deg: f64,
     /// How a deviating block is corrected.
     #[serde(default)]
     pub correction: Correction,
@@ -63,6 +69,7 @@ pub struct CcStep {
     pub output: Output,
 }
 
+program_parameters! {
 /// What a compensation in one pass is asked to do: at least one of `wear`, `location_errors`, `cc`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -90,27 +97,24 @@ pub struct CompensationParameters {
     /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// What the control interpolates; as the program switches it when absent.
+    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
+    /// when absent, and where that is not stated ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interpolation: Option<Interpolation>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
+    #[schema(example = 12_000.0)]
+    pub max_feed_mm_per_min: Option<f64>,
+    /// Whether a program that leaves changed says so in a comment.
     #[serde(default)]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length the program was made for; matters to head axes only.
+    pub stamp: StampForm,
+    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
     #[serde(default)]
-    pub tool_length_mm: f64,
-    /// Feed where the program has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub feed_mm_per_min: Option<f64>,
+    pub allow_repeated: bool,
     /// What is done about singular regions, before every other step.
     #[serde(default)]
     pub singularity: SingularityAction,
     /// How they are found and treated.
     #[serde(default)]
     pub singular_regions: SingularRegions,
-    /// The form of the program text.
-    #[serde(default)]
-    pub dialect: Dialect,
+}
 }
 
 /// Whether a step with this contact looks at the part's surface, where one came with the program.
@@ -149,6 +153,7 @@ impl CompensationParameters {
             milling: step.milling,
             length_in_control: step.length_in_control,
             contact: step.contact,
+            pass_break_deg: step.pass_break_deg,
             tool_number: step.tool_number,
             ..WearParameters::of(step.nominal_tool)
         })
@@ -165,6 +170,7 @@ impl CompensationParameters {
             corner_radius_mm: step.corner_radius_mm.or(nominal.and_then(|tool| tool.corner_radius_mm)),
             tolerance_um: step.tolerance_um,
             contact: step.contact,
+            pass_break_deg: step.pass_break_deg,
             correction: step.correction,
             output: step.output,
             ..CcParameters::default()
@@ -175,15 +181,8 @@ impl CompensationParameters {
     fn check_shared(&self, has_part: bool, faults: &mut FaultList) {
         self.surface_reading().check(has_part, faults);
         self.singular_regions.check(faults);
-        let max = CcParameters::MAX_OFFSET_MM;
-        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
-            faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);
-        }
-        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
-        if let Some(feed) = self.feed_mm_per_min {
-            let max = CcParameters::MAX_FEED_MM_PER_MIN;
-            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
-        }
+        check_max_feed(self.max_feed_mm_per_min, faults);
+        self.statements().check(faults);
         if self.wear.is_none() && !self.location_errors && self.cc.is_none() {
             faults.push(|| Fault::new("", "nothing is asked for: name wear, location_errors or cc"));
         }
@@ -193,22 +192,6 @@ impl CompensationParameters {
             let detail = "a surface came with the program, but no step looks at it";
             faults.push(|| Fault::new("", detail));
         }
-    }
-
-    /// What every step works under.
-    #[must_use]
-    pub fn setup(&self) -> Setup {
-        Setup {
-            work_offset_mm: Vec3::from(self.work_offset_mm.0),
-            tool_length_mm: self.tool_length_mm,
-            apply_errors: true,
-        }
-    }
-
-    /// The feed where the program has none.
-    #[must_use]
-    pub fn feed(&self) -> Option<Feedrate> {
-        self.feed_mm_per_min.map(Feedrate::from_mm_per_min)
     }
 
     /// Every bad value, with its pointer; `has_part` says whether the part's surface came with the program.

@@ -14,6 +14,7 @@ use crate::process::{LeftOut, ProgramSimulation, SimulationParameters};
 use crate::servo::DriveSet;
 use crate::units::Feedrate;
 
+program_parameters! {
 /// What the simulation of a program needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -22,12 +23,6 @@ pub struct ServoProgramParameters {
     #[serde(default = "one_millisecond")]
     #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
     pub sample_period_s: f64,
-    /// What the control interpolates; as the program switches it when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interpolation: Option<Interpolation>,
-    /// Feed where the program has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub feed_mm_per_min: Option<f64>,
     /// Factors of the position gains, one parameter for each: `position_gain_scale.C`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub position_gain_scale: GainScales,
@@ -38,18 +33,10 @@ pub struct ServoProgramParameters {
     /// Plane in which the contour error gets a sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[serde(default)]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length; matters to head axes only.
-    #[serde(default)]
-    pub tool_length_mm: f64,
     /// Whether measured errors of the machine count.
     #[serde(default)]
     pub location_errors: LocationErrors,
-    /// The form of the program text.
-    #[serde(default)]
-    pub dialect: Dialect,
+}
 }
 
 fn one_millisecond() -> f64 {

@@ -12,6 +12,7 @@ use crate::process::{self, Extreme, Histogram, Verification, VerificationFault, 
 use crate::surface::{MeshReport, SurfacePoint};
 use crate::units::Length;
 
+program_parameters! {
 /// What the virtual cutting of a part needs to know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -49,21 +50,10 @@ pub struct VerificationParameters {
     /// T number of the cutter, in a program of several: motions of other tools are left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_number: Option<u32>,
-    /// What the control interpolates; as the program switches it when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interpolation: Option<Interpolation>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[serde(default)]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length; matters to head axes only.
-    #[serde(default)]
-    pub tool_length_mm: f64,
     /// Whether measured errors of the machine count: whether it cuts as it is, or as it should be.
     #[serde(default)]
     pub location_errors: LocationErrors,
-    /// The form of the program text.
-    #[serde(default)]
-    pub dialect: Dialect,
+}
 }
 
 fn one() -> f64 {

@@ -8,10 +8,10 @@ use super::{
     Interpolation, Provenance, SurfaceKind, SurfaceReading, ToolDoc, Warning, WearAdviceAnswer,
     WearAdviceRequest,
 };
-use crate::geometry::Vec3;
-use crate::kinematics::Setup;
-use crate::process::{self, ContactSource, CurvatureAcross, WornCutter};
-use crate::units::{Angle, Feedrate, Length};
+use super::compensation::{check_max_feed, check_pass_break};
+use super::statements::program_parameters;
+use crate::process::{self, ContactSource, CurvatureAcross, ProgramSetup, WornCutter};
+use crate::units::{Angle, Length};
 use crate::wear::{WearTable, WearTableFault};
 
 /// Which part of the cutter makes the surface.
@@ -49,6 +49,7 @@ pub struct WearTableDoc {
     pub deviation_um: Vec<f64>,
 }
 
+program_parameters! {
 /// What the compensation for a worn cutter needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -79,9 +80,21 @@ pub struct WearParameters {
     /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// What the control interpolates; as the program switches it when absent.
+    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    #[serde(default = "CcParameters::default_pass_break_deg")]
+    #[schema(default = 15.0)]
+    pub pass_break_deg: f64,
+    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
+    /// when absent, and where that is not stated ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interpolation: Option<Interpolation>,
+    #[schema(example = 12_000.0)]
+    pub max_feed_mm_per_min: Option<f64>,
+    /// Whether a program that leaves changed says so in a comment.
+    #[serde(default)]
+    pub stamp: StampForm,
+    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
+    #[serde(default)]
+    pub allow_repeated: bool,
     /// T number of the cutter, in a program of several: motions of other tools stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_number: Option<u32>,
@@ -100,18 +113,7 @@ pub struct WearParameters {
     /// For the advice: inclination of the tool axis in the feed direction, where a cutter is no ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_deg: Option<f64>,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[serde(default)]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length the program was made for; matters to head axes only.
-    #[serde(default)]
-    pub tool_length_mm: f64,
-    /// Feed where the program has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub feed_mm_per_min: Option<f64>,
-    /// The form of the program text.
-    #[serde(default)]
-    pub dialect: Dialect,
+}
 }
 
 /// Most entries of a wear table.
@@ -131,15 +133,22 @@ impl WearParameters {
             surface_unit_mm: None,
             chordal_tolerance_um: None,
             contact_gap_um: None,
-            interpolation: None,
+            pass_break_deg: CcParameters::default_pass_break_deg(),
+            max_feed_mm_per_min: None,
+            stamp: StampForm::default(),
+            allow_repeated: false,
             tool_number: None,
             allowed_scallop_um: None,
             stepover_mm: None,
             surface: None,
             surface_radius_mm: None,
             lead_deg: None,
-            work_offset_mm: Fixed::default(),
-            tool_length_mm: 0.0,
+            interpolation: None,
+            unit: None,
+            work_offset_mm: None,
+            work_offsets_mm: None,
+            tool_length_mm: None,
+            start: None,
             feed_mm_per_min: None,
             dialect: Dialect::default(),
         }
@@ -155,7 +164,8 @@ impl WearParameters {
         }
     }
 
-    /// The parameters in the core's terms, the part apart; `has_part` says whether it came with the program.
+    /// The parameters in the core's terms, the part and the program's set-up apart; `has_part` says whether the part came with the
+    /// program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -166,16 +176,9 @@ impl WearParameters {
         let (shorter_by, length_in_control) = self.length(&mut faults);
         let contact = self.contact(&mut faults);
         self.surface_reading().check_with_contact(self.contact, has_part, &mut faults);
-        let max = CcParameters::MAX_OFFSET_MM;
-        for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
-            faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max, max);
-        }
-        faults.check_range(|| "/tool_length_mm".to_owned(), self.tool_length_mm, -max, max);
-        if let Some(feed) = self.feed_mm_per_min {
-            let max = CcParameters::MAX_FEED_MM_PER_MIN;
-            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
-        }
-        let dialect = self.dialect.to_core();
+        check_pass_break("", self.pass_break_deg, &mut faults);
+        check_max_feed(self.max_feed_mm_per_min, &mut faults);
+        self.statements().check(&mut faults);
         self.check_advice(&mut faults);
         faults.into_result()?;
         // Parameters without faults have both.
@@ -189,15 +192,8 @@ impl WearParameters {
             length_in_control,
             contact,
             tool_number: self.tool_number,
-            interpolation: self.interpolation.map(Interpolation::to_core),
-            setup: Setup {
-                work_offset_mm: Vec3::from(self.work_offset_mm.0),
-                tool_length_mm: self.tool_length_mm,
-                apply_errors: true,
-            },
-            feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
-            dialect,
-            ..process::WearParameters::new(nominal, worn)
+            pass_break: Angle::from_deg(self.pass_break_deg),
+            ..process::WearParameters::new(nominal, worn, ProgramSetup::default())
         })
     }
 

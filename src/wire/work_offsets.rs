@@ -10,12 +10,11 @@ use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::openapi::{Ref, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::printable::is_printable;
 use super::reading::escape;
 use super::{CcParameters, Fault, FaultList, Fixed};
+use crate::motion::WorkOffset;
 
-/// Work offsets by name, as a program calls them: `G54`, `G54.1 P3`, `G505`, or whatever else a control calls them. Each is the
-/// place of W's origin in M at zero pose.
+/// Work offsets by name, as a program calls them: `G54`, `G54.1 P3`, `G505`. Each is the place of W's origin in M at zero pose.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct WorkOffsets(
     /// In the order of the names as they were given.
@@ -27,43 +26,7 @@ const MAX_WORK_OFFSETS: usize = 400;
 /// Longest name of a work offset \[characters\].
 const MAX_NAME: usize = 32;
 
-/// What a name of a work offset is compared by: without blanks, in capitals, and without zeros before a number, as a control
-/// reads it. `G54.1 P3` and `g54.1p03` are the same.
-#[must_use]
-pub fn work_offset_key(name: &str) -> String {
-    let mut key = String::with_capacity(name.len());
-    let mut letters = name.chars().filter(|letter| !letter.is_whitespace()).peekable();
-    while let Some(letter) = letters.next() {
-        let begins_number = key.chars().next_back().is_some_and(|last| last.is_ascii_alphabetic());
-        let goes_on = letters.peek().is_some_and(char::is_ascii_digit);
-        if !(letter == '0' && begins_number && goes_on) {
-            key.push(letter.to_ascii_uppercase());
-        }
-    }
-    key
-}
-
-/// A name of a work offset: 1 to 32 printable characters, no space at the ends. A fault joins `faults`.
-pub fn check_work_offset_name(pointer: impl FnOnce() -> String, name: &str, faults: &mut FaultList) {
-    let length = name.chars().count();
-    if !(1..=MAX_NAME).contains(&length) || !is_printable(name) {
-        faults.push(|| {
-            let detail = format!(
-                "the name of a work offset has 1 to {MAX_NAME} printable characters and no space at its ends, as in G54 or G54.1 P3; this one has {length} characters"
-            );
-            Fault::new(pointer(), detail)
-        });
-    }
-}
-
 impl WorkOffsets {
-    /// The offset with this name \[mm\], whatever its capitals, blanks and leading zeros.
-    #[must_use]
-    pub fn get(&self, name: &str) -> Option<[f64; 3]> {
-        let key = work_offset_key(name);
-        self.iter().find(|(known, _)| work_offset_key(known) == key).map(|(_, offset_mm)| offset_mm)
-    }
-
     /// Name and offset \[mm\] of each, in the order of the names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, [f64; 3])> {
         self.0.iter().map(|(name, offset_mm)| (name.as_str(), offset_mm.0))
@@ -72,20 +35,30 @@ impl WorkOffsets {
     /// Everything that is wrong with names and numbers joins `faults` under `pointer`.
     pub fn check(&self, pointer: &str, faults: &mut FaultList) {
         let max_mm = CcParameters::MAX_OFFSET_MM;
-        let mut keys: BTreeMap<String, &str> = BTreeMap::new();
+        let mut known: BTreeMap<WorkOffset, &str> = BTreeMap::new();
         for (name, offset_mm) in self.iter() {
             let at = || format!("{pointer}/{}", escape(name));
-            check_work_offset_name(at, name, faults);
             for (index, value_mm) in offset_mm.into_iter().enumerate() {
                 faults.check_range(|| format!("{}/{index}", at()), value_mm, -max_mm, max_mm);
             }
-            if let Some(first) = keys.insert(work_offset_key(name), name) {
-                faults.push(|| {
+            let shown: String = name.chars().take(MAX_NAME).collect();
+            match WorkOffset::from_name(name) {
+                None => faults.push(|| {
                     let detail = format!(
-                        "{name:?} and {first:?} are the same work offset for a program. Leave one of them out"
+                        "no control calls a work offset {shown:?}; write it as G54, G59.1, G54.1 P3, G154 P12, G505, G15 H2 or PRESET 4"
                     );
                     Fault::new(at(), detail)
-                });
+                }),
+                Some(offset) => {
+                    if let Some(first) = known.insert(offset, name) {
+                        faults.push(|| {
+                            let detail = format!(
+                                "{shown:?} and {first:?} are the same work offset for a program. Leave one of them out"
+                            );
+                            Fault::new(at(), detail)
+                        });
+                    }
+                }
             }
         }
     }
@@ -166,33 +139,21 @@ mod tests {
         read_json(text.as_bytes()).map_err(|fault| fault.to_string())
     }
 
+    fn faults(text: &str) -> Vec<String> {
+        let mut faults = FaultList::default();
+        read(text).unwrap().check("/work_offsets_mm", &mut faults);
+        let faults = faults.into_result().err().unwrap_or_default();
+        faults.into_iter().map(|fault| format!("{} {}", fault.pointer, fault.detail)).collect()
+    }
+
     #[test]
-    fn names_that_a_control_reads_alike_are_one() {
-        for (one, other) in [
-            ("G54", "g54"),
-            ("G54.1 P3", "G54.1P03"),
-            ("G054", "G54"),
-            ("G54.1 P3", "g54.1 p003"),
-            ("Table 2", "TABLE2"),
-        ] {
-            assert_eq!(work_offset_key(one), work_offset_key(other));
-        }
-        for (one, other) in [
-            ("G54", "G55"),
-            ("G54.1 P3", "G54.1 P30"),
-            ("G54.1 P1", "G54.1 P10"),
-            ("G500", "G5"),
-            ("7", "07"),
-            ("G54.01", "G54.1"),
-            ("P0", "P"),
-        ] {
-            assert_ne!(work_offset_key(one), work_offset_key(other));
-        }
-        let table = read("{\"G54.1 P3\": [1, 2, 3], \"G505\": [4, 5, 6]}").unwrap();
-        assert_eq!(table.get("g54.1p03"), Some([1.0, 2.0, 3.0]));
-        assert_eq!(table.get("G54"), None);
-        // Names stay as they were given, in one order.
-        assert_eq!(table.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["G505", "G54.1 P3"]);
+    fn names_are_those_that_controls_have_and_stand_for_one_offset_each() {
+        assert_eq!(faults("{\"G54\": [1, 2, 3], \"G54.1 P3\": [4, 5, 6], \"g505\": [0, 0, 0]}"), [""; 0]);
+        let alike = faults("{\"G54.1 P3\": [1, 2, 3], \"g54p03\": [1, 2, 3]}");
+        assert!(matches!(&alike[..], [one] if one.contains("same work offset")), "{alike:?}");
+        let foreign = faults("{\"Table 2\": [1, 2, 3], \"G53\": [0, 0, 0], \"\": [0, 0, 1e9]}");
+        assert_eq!(foreign.len(), 4, "{foreign:?}");
+        assert!(foreign.iter().any(|fault| fault.starts_with("/work_offsets_mm/Table 2 no control")));
     }
 
     #[test]
@@ -200,7 +161,7 @@ mod tests {
         let twice = read("{\"G54\": [0, 0, 0], \"G54\": [1, 0, 0]}").unwrap_err();
         assert!(twice.starts_with("/G54: duplicate"), "{twice}");
         let many = |count: usize| {
-            let entries: Vec<_> = (0..count).map(|index| format!("\"T{index}\": [0, 0, 0]")).collect();
+            let entries: Vec<_> = (0..count).map(|index| format!("\"G54.1 P{index}\": [0, 0, 0]")).collect();
             read(&format!("{{{}}}", entries.join(", ")))
         };
         assert_eq!(many(MAX_WORK_OFFSETS).unwrap().iter().count(), MAX_WORK_OFFSETS);

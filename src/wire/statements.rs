@@ -1,0 +1,248 @@
+//! What a request states of a program where its text does not: members that every operation on programs has.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, WorkOffsets};
+use crate::machine::Machine;
+use crate::motion::{self, WorkOffset};
+use crate::process::{ProgramSetup, StartPosition};
+use crate::units::{Feedrate, Length};
+
+/// Declares the parameters of an operation on programs: its own members, and after them those that all of these operations have.
+macro_rules! program_parameters {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident { $($(#[$member_meta:meta])* pub $member:ident: $kind:ty,)* }
+    ) => {
+        $(#[$meta])*
+        pub struct $name {
+            $($(#[$member_meta])* pub $member: $kind,)*
+            /// What the control interpolates; as the program switches it when absent.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub interpolation: Option<$crate::wire::Interpolation>,
+            /// Unit of the lengths in a program that does not state one; the machine's `program_unit` when absent.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub unit: Option<$crate::wire::ProgramUnit>,
+            /// Origin of the workpiece in machine coordinates at zero pose, for a program that names no work offset or one. Zero is
+            /// an answer; without one the machine's `work_offsets_mm` count.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(example = json!([0.0, 0.0, 0.0]))]
+            pub work_offset_mm: Option<$crate::wire::Fixed<3>>,
+            /// The same for each work offset that the program names. In a query one parameter for each: `work_offsets_mm.G54`.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
+            /// Length of the tool; only head axes depend on it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub tool_length_mm: Option<f64>,
+            /// Where the axes stand before the first block, as words in the program's first work offset.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub start: Option<$crate::wire::StartWords>,
+            /// Feed where the program has none.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub feed_mm_per_min: Option<f64>,
+            /// The form of the program text.
+            #[serde(default)]
+            pub dialect: $crate::wire::Dialect,
+        }
+
+        impl $name {
+            /// What the request states of the program.
+            #[must_use]
+            pub fn statements(&self) -> $crate::wire::Statements<'_> {
+                $crate::wire::Statements {
+                    interpolation: self.interpolation,
+                    unit: self.unit,
+                    work_offset_mm: self.work_offset_mm,
+                    work_offsets_mm: self.work_offsets_mm.as_ref(),
+                    tool_length_mm: self.tool_length_mm,
+                    start: self.start,
+                    feed_mm_per_min: self.feed_mm_per_min,
+                    dialect: self.dialect,
+                }
+            }
+        }
+    };
+}
+pub(super) use program_parameters;
+
+/// Axis words before the first block; those that are not known are left out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
+pub struct StartWords {
+    /// X word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<f64>,
+    /// Y word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<f64>,
+    /// Z word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
+    /// A word, on a machine that has A.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
+    pub a: Option<f64>,
+    /// B word, on a machine that has B.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b: Option<f64>,
+    /// C word, on a machine that has C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
+    pub c: Option<f64>,
+}
+
+/// Whether what leaves changed says so.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StampForm {
+    /// One comment names the steps that changed something, the machine's revision, and the digests of source and parameters.
+    #[default]
+    Comment,
+    /// Nothing is added to the program. Nobody can tell from its text then that it was compensated.
+    None,
+}
+
+/// What a request states of the program.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "the members are described where requests declare them")]
+pub struct Statements<'a> {
+    pub interpolation: Option<Interpolation>,
+    pub unit: Option<ProgramUnit>,
+    pub work_offset_mm: Option<Fixed<3>>,
+    pub work_offsets_mm: Option<&'a WorkOffsets>,
+    pub tool_length_mm: Option<f64>,
+    pub start: Option<StartWords>,
+    pub feed_mm_per_min: Option<f64>,
+    pub dialect: Dialect,
+}
+
+/// What the machine's profile states of the programs that run on it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MachineStatements {
+    /// Unit of a program that does not state one.
+    pub unit: Option<ProgramUnit>,
+    /// Where the work offsets are.
+    pub work_offsets_mm: Option<WorkOffsets>,
+    /// The fastest F that is written.
+    pub max_feed_mm_per_min: Option<f64>,
+    /// Shortest time of a block.
+    pub block_time_ms: Option<f64>,
+}
+
+impl MachineStatements {
+    /// Those of a profile.
+    #[must_use]
+    pub fn of(profile: &super::MachineProfile) -> Self {
+        Self {
+            unit: profile.program_unit,
+            work_offsets_mm: profile.work_offsets_mm.clone(),
+            max_feed_mm_per_min: profile.max_feed_mm_per_min,
+            block_time_ms: profile.block_time_ms,
+        }
+    }
+
+    /// The fastest F that is written: the request wins.
+    #[must_use]
+    pub fn max_feed(&self, stated_mm_per_min: Option<f64>) -> Option<Feedrate> {
+        stated_mm_per_min.or(self.max_feed_mm_per_min).map(Feedrate::from_mm_per_min)
+    }
+
+    /// Shortest time of a block \[s\].
+    #[must_use]
+    pub fn block_time_s(&self) -> Option<f64> {
+        self.block_time_ms.map(|time_ms| time_ms / MS_PER_S)
+    }
+}
+
+/// Milliseconds in a second.
+const MS_PER_S: f64 = 1000.0;
+
+impl Statements<'_> {
+    /// Collects every bad value that shows without a machine.
+    pub fn check(&self, faults: &mut FaultList) {
+        let max_mm = CcParameters::MAX_OFFSET_MM;
+        for (index, offset_mm) in self.work_offset_mm.into_iter().flat_map(|offset| offset.0).enumerate() {
+            faults.check_range(|| format!("/work_offset_mm/{index}"), offset_mm, -max_mm, max_mm);
+        }
+        if let Some(offsets) = self.work_offsets_mm {
+            offsets.check("/work_offsets_mm", faults);
+        }
+        if let Some(length_mm) = self.tool_length_mm {
+            faults.check_range(|| "/tool_length_mm".to_owned(), length_mm, -max_mm, max_mm);
+        }
+        if let Some(feed) = self.feed_mm_per_min {
+            let max = CcParameters::MAX_FEED_MM_PER_MIN;
+            faults.check_range(|| "/feed_mm_per_min".to_owned(), feed, 1e-6, max);
+        }
+        if let Some(start) = self.start {
+            start.check(faults);
+        }
+    }
+
+    /// The program's set-up on this machine, in the core's terms. Letters that the machine lacks join `faults`.
+    pub fn to_core(
+        &self,
+        machine: &Machine,
+        of_machine: &MachineStatements,
+        apply_errors: bool,
+        faults: &mut FaultList,
+    ) -> ProgramSetup {
+        self.check(faults);
+        let work_offsets = motion::WorkOffsets {
+            only_mm: self.work_offset_mm.map(|offset| offset.0),
+            named_mm: self.work_offsets_mm.map(by_name).unwrap_or_default(),
+            of_machine_mm: of_machine.work_offsets_mm.as_ref().map(by_name).unwrap_or_default(),
+        };
+        ProgramSetup {
+            dialect: self.dialect.to_core(),
+            unit: self.unit.or(of_machine.unit).map(ProgramUnit::to_core),
+            interpolation: self.interpolation.map(Interpolation::to_core),
+            feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
+            work_offsets: Arc::new(work_offsets),
+            tool_length: self.tool_length_mm.map(Length::from_mm),
+            start: self.start.map_or_else(StartPosition::default, |start| start.to_core(machine, faults)),
+            apply_errors,
+            ..ProgramSetup::default()
+        }
+    }
+}
+
+fn by_name(offsets: &WorkOffsets) -> std::collections::BTreeMap<WorkOffset, [f64; 3]> {
+    offsets.iter().filter_map(|(name, offset_mm)| Some((WorkOffset::from_name(name)?, offset_mm))).collect()
+}
+
+impl StartWords {
+    /// Letters with their words.
+    fn words(self) -> [(char, Option<f64>); 6] {
+        [('X', self.x), ('Y', self.y), ('Z', self.z), ('A', self.a), ('B', self.b), ('C', self.c)]
+    }
+
+    fn check(self, faults: &mut FaultList) {
+        for (letter, word) in self.words() {
+            let max = if "XYZ".contains(letter) { CcParameters::MAX_OFFSET_MM } else { Machine::MAX_TRAVEL_DEG };
+            if let Some(word) = word {
+                faults.check_range(|| format!("/start/{letter}"), word, -max, max);
+            }
+        }
+    }
+
+    fn to_core(self, machine: &Machine, faults: &mut FaultList) -> StartPosition {
+        let axes = machine.rotary_axes();
+        let mut start = StartPosition { linear_mm: [self.x, self.y, self.z], rotary_deg: [None; 2] };
+        for (letter, word) in self.words().into_iter().skip(3) {
+            let Some(word) = word else { continue };
+            match axes.iter().position(|axis| axis.letter.as_char() == letter) {
+                Some(index) => start.rotary_deg[index] = Some(word),
+                None => faults.push(|| {
+                    let [first, second] = axes.each_ref().map(|axis| axis.letter.as_char());
+                    let detail = format!("the machine has no axis {letter}; its rotary axes are {first} and {second}");
+                    Fault::new(format!("/start/{letter}"), detail)
+                }),
+            }
+        }
+        start
+    }
+}
