@@ -15,11 +15,19 @@ def before_call(context, case, kwargs):
                 case.headers[name] = f'"{value}"'
 
 
-# What a deleted machine was stays readable: jobs and calibrations name its revisions. DELETE cancels a job and revokes a
+# What a deleted machine or tool was stays readable: jobs, reports and calibrations name their revisions, and wear entries need no tool
+# in the table. DELETE cancels a job and revokes a
 # key; both stay listed, because records name them.
 STAYS = {
     "get_machine_revision",
     "list_machine_revisions",
+    "get_tool_revision",
+    "list_tool_revisions",
+    "create_wear_entries",
+    "list_wear_entries",
+    "get_wear_entry",
+    "get_wear_trend",
+    "withdraw_wear_entry",
     "get_job",
     "get_job_events",
     "cancel_job",
