@@ -152,6 +152,19 @@ fn dialects_are_recognised() {
     }
 }
 
+#[test]
+fn no_program_is_taken_for_one_of_a_dialect_that_is_not_read() {
+    let Some(folder) = shared_file("programs") else { return };
+    for path in every_file(&folder) {
+        let text = std::fs::read(&path).unwrap();
+        let foreign = matches!(read(&text, None, 4096), Err(ReadFault::UnsupportedDialect { .. }));
+        assert!(!foreign, "{}", path.display());
+    }
+    // Plain words of an Okuma control are read as they were.
+    let text = std::fs::read(folder.join("5axis/nx_okuma_7000m.txt")).unwrap();
+    assert_eq!(read(&text, None, 4096).unwrap()[0].dialect(), Dialect::Iso);
+}
+
 fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {
     follow_with(text, machine, InterpreterOptions::in_mm())
 }

@@ -12,7 +12,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use trunnion::machine::{Machine, Preset, RotaryLetter, Tool};
-use trunnion::motion::{Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable};
+use trunnion::motion::{
+    ArcCourse, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
+};
 use trunnion::process::{CcParameters, ContactSource, Fault, compensate};
 use trunnion::program::{
     Batch, Block, BlockKind, Diagnostics, Dialect, ReadLimits, Reader, Severity, Word, WordForm,
@@ -117,6 +119,30 @@ fn real_programs_are_read_without_a_fault() {
             println!("  {diagnostic}");
         }
     }
+}
+
+#[test]
+fn helices_with_turns_are_arcs_and_tools_have_their_names() {
+    let Some(folder) = shared_file("programs") else { return };
+    let text = fs::read(folder.join(PROGRAMS[2])).unwrap();
+    let (motions, _) = follow(&text, &tables([RotaryLetter::B, RotaryLetter::C], false));
+    let helices: Vec<_> = motions.iter().filter(|motion| (210..=222).contains(&motion.line)).collect();
+    assert_eq!(helices.len(), 13);
+    for helix in helices {
+        assert_eq!((helix.kind, helix.arc), (MotionKind::Arc, ArcCourse::Centre), "line {}", helix.line);
+        // The last one has TURN=.5, which is no number of circles.
+        assert_eq!(helix.further_turns, (helix.line != 222).then_some(1), "line {}", helix.line);
+        assert_eq!(helix.unfollowable, Some(Unfollowable::CutterCompensation), "line {}", helix.line);
+    }
+    let batches = read(&fs::read(folder.join(PROGRAMS[1])).unwrap(), None, 64 * 1024);
+    let names: Vec<String> = batches
+        .iter()
+        .flat_map(|batch| {
+            batch.blocks().iter().flat_map(|block| batch.words(block)).map(move |word| (batch, word))
+        })
+        .filter_map(|(batch, word)| Some(String::from_utf8_lossy(batch.name(word)?).into_owned()))
+        .collect();
+    assert_eq!(names, ["PLAN_D50_N_AP4", "SCHAFT_D12_N_AP30", "SCHAFT_D6_N_AP15", "ENTFRAESER_D8_N_90GRAD"]);
 }
 
 /// Words of an axis in so many blocks, as the index counts them.

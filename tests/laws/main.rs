@@ -18,6 +18,7 @@ mod post;
 mod posting;
 mod program;
 mod programs;
+mod reading;
 mod servo;
 mod side_by_side;
 mod siemens;

@@ -24,6 +24,8 @@ pub(super) enum ToolLength {
     Tcp,
     /// The same with a tool vector.
     Vector,
+    /// By another transformation of the control than the one that the profile describes.
+    OtherTcp,
 }
 
 /// Coordinate transformations, by index.
@@ -338,6 +340,7 @@ impl Modal {
         }
         match self.tool_length {
             Some(ToolLength::Vector) => return Some(Unfollowable::ToolVector),
+            Some(ToolLength::OtherTcp) => return Some(Unfollowable::OtherTransformation),
             Some(_) => {}
             None => return unknown(ModalGroup::ToolLength),
         }

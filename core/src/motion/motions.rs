@@ -29,7 +29,7 @@ pub enum Interpolation {
 pub enum ArcCourse {
     /// Words that count from its ends (I J K, a radius): it moves with them. Also what is no arc.
     Carried,
-    /// A centre that is a point of its own (`CC`, `CIRCLE/`).
+    /// A centre that is a point of its own (`CC`, `CIRCLE/`, `I=AC(…)`).
     Centre,
     /// The direction in which the motion before it ends (`CT`).
     Neighbour,
@@ -46,6 +46,8 @@ pub struct Motion {
     pub kind: MotionKind,
     /// What an arc hangs on. Whether I J K are a point (G90.1) it does not tell.
     pub arc: ArcCourse,
+    /// Full circles that it runs beside the way to its end, where a word says so (`TURN=`).
+    pub further_turns: Option<u16>,
     /// By the program's own switches (G43.4, G49, …); `Machine` also where it is not known, and then the motion is
     /// unfollowable.
     pub interpolation: Interpolation,

@@ -38,6 +38,10 @@ pub(super) struct ThisBlock {
     pub(super) about_centre: bool,
     /// An arc that goes on in the direction of the motion before.
     pub(super) tangent: bool,
+    /// `TURN=`: full circles beside the way to the arc's end.
+    pub(super) further_turns: Option<u16>,
+    /// `TURN=` by what is no whole number, or not known.
+    pub(super) odd_turns: bool,
     /// Behind it the linear axes stand somewhere else.
     pub(super) forgets_linear: bool,
     /// Axes move that are not named.
@@ -46,6 +50,8 @@ pub(super) struct ThisBlock {
     pub(super) exact_stop: bool,
 }
 
+/// Most full circles that an arc runs beside the way to its end.
+const MAX_FURTHER_TURNS: u16 = 999;
 /// From here on a rotary axis has a shorter way \[deg\].
 const HALF_TURN_DEG: f64 = 180.0;
 /// Directions this near to +Z are +Z \[components\].
@@ -188,6 +194,7 @@ impl Interpreter {
                 self.take_tool_axis();
             }
             Statement::CoordinateSystem => self.enter_system(),
+            Statement::FurtherTurns => self.take_further_turns(),
             Statement::GoHome => {
                 self.modal.next_motion = None;
                 self.this_block.forgets_linear = true;
@@ -195,6 +202,16 @@ impl Interpreter {
             }
         }
         None
+    }
+
+    /// `TURN=2`
+    fn take_further_turns(&mut self) {
+        let turns = self
+            .block
+            .value(Address::P)
+            .and_then(|value| (0..=MAX_FURTHER_TURNS).find(|turns| (f64::from(*turns) - value).abs() <= 0.0));
+        self.this_block.further_turns = turns;
+        self.this_block.odd_turns = turns.is_none();
     }
 
     /// Cycle 247: another preset.

@@ -79,6 +79,7 @@ impl Interpreter {
             self.obstacle,
             Some(
                 Unfollowable::Transformation
+                    | Unfollowable::OtherTransformation
                     | Unfollowable::TiltedPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
@@ -129,8 +130,8 @@ impl Interpreter {
             });
             self.corner_open |= block.present & R != 0;
         }
-        if kind == MotionKind::Arc && block.absolute & (I | J | K) != 0 {
-            // `I=AC(…)`: a centre that does not move with the ends.
+        let has_turns = self.this_block.further_turns.is_some();
+        if self.this_block.odd_turns || (has_turns && kind != MotionKind::Arc) {
             reason = Some(Unfollowable::ControlWord);
         }
         if block.present & bit(self.foreign_address) != 0
@@ -345,9 +346,10 @@ impl Interpreter {
             line: block.line,
             kind,
             arc: if kind == MotionKind::Arc { self.arc_course() } else { ArcCourse::Carried },
+            further_turns: self.this_block.further_turns.filter(|_| kind == MotionKind::Arc),
             interpolation: match self.modal.tool_length {
                 Some(ToolLength::Tcp | ToolLength::Vector) => Interpolation::Tcp,
-                Some(ToolLength::Plain) | None => Interpolation::Machine,
+                Some(ToolLength::Plain | ToolLength::OtherTcp) | None => Interpolation::Machine,
             },
             start: None,
             end: None,
@@ -388,6 +390,8 @@ impl Interpreter {
         match self.dialect {
             Dialect::Apt => ArcCourse::Centre,
             _ if self.this_block.about_centre => ArcCourse::Centre,
+            // `I=AC(…)`: it does not move with the ends.
+            _ if self.block.absolute & (I | J | K) != 0 => ArcCourse::Centre,
             _ if self.this_block.tangent => ArcCourse::Neighbour,
             _ => ArcCourse::Carried,
         }

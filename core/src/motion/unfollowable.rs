@@ -81,6 +81,11 @@ pub enum Unfollowable {
     /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
+    /// `TRAORI(2)`: another transformation of the control than the first one.
+    #[error(
+        "TRAORI names a second transformation or another basic orientation of the control, and the profile describes the first one alone"
+    )]
+    OtherTransformation,
     /// G43.5: the tool axis is given as a vector.
     #[error("the tool axis is programmed as a vector")]
     ToolVector,

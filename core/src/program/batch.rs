@@ -18,6 +18,9 @@ pub enum WordForm {
     Evaluated,
     /// An expression, parameter or function; the value is not known and reads 0.
     Expression,
+    /// A name in place of a number: `T="BALL_10"`, `O<POCKET>`; the value reads 0, the name is
+    /// [`Batch::name`].
+    Name,
     /// A statement word, `TRAORI` or `FMAX`: address G, the value is the number of its [`Keyword`].
     Keyword,
 }
@@ -329,6 +332,19 @@ impl Batch {
     #[must_use]
     pub fn word_text(&self, word: &Word) -> &[u8] {
         self.text.get(word.start as usize..word.end as usize).unwrap_or_default()
+    }
+
+    /// The name that one of its words has in place of a number, without its quotation marks or angle brackets.
+    #[must_use]
+    pub fn name(&self, word: &Word) -> Option<&[u8]> {
+        if word.form != WordForm::Name {
+            return None;
+        }
+        let text = self.word_text(word).get(usize::from(word.lead)..)?.trim_ascii();
+        if let [b'"', name @ .., b'"'] | [b'<', name @ .., b'>'] = text {
+            return Some(name);
+        }
+        Some(text)
     }
 
     /// Takes I J K of one of its blocks as what they are under G43.5: components of the tool axis.

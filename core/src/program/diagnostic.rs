@@ -80,6 +80,14 @@ pub enum DiagnosticCode {
         /// From the opening byte on.
         text: Excerpt,
     },
+    /// A comment with brackets in it, which some controls end before words that others take for a part of it.
+    #[error(
+        "`{text}`: some controls end this comment at its first `)` and run the words behind it; remove the brackets inside the comment"
+    )]
+    NestedComment {
+        /// From its opening bracket on.
+        text: Excerpt,
+    },
     /// A division by zero, the root of a negative number and the like.
     #[error("`{text}` has no value: a division by zero or an argument that the function does not take")]
     Undefined {
@@ -193,6 +201,7 @@ impl DiagnosticCode {
             Self::MissingNumber { .. } => "missing_number",
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
+            Self::NestedComment { .. } => "nested_comment",
             Self::Undefined { .. } => "undefined_value",
             Self::UnknownFunction { .. } => "unknown_function",
             Self::TooDeep { .. } => "too_deep",

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Address, Excerpt};
+use super::{Address, Excerpt, ForeignDialect};
 
 /// Why a text cannot be read as a program at all.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -14,6 +14,16 @@ pub enum ReadFault {
         line: u64,
         /// Longest accepted, line ending included.
         max_bytes: usize,
+    },
+    /// A dialect that is recognised and not read.
+    #[error(
+        "line {line}: the program is written for {dialect}, a dialect that is not supported; post it as ISO G-code, for Sinumerik 840D or as Heidenhain conversational"
+    )]
+    UnsupportedDialect {
+        /// 1-based line that shows the dialect.
+        line: u64,
+        /// Which it is.
+        dialect: ForeignDialect,
     },
     /// A CSV column of unknown name.
     #[error("line {line}, column {column}: `{name}` is not a column of a program")]
@@ -71,6 +81,7 @@ impl ReadFault {
     pub fn line(&self) -> u64 {
         match *self {
             Self::LineTooLong { line, .. }
+            | Self::UnsupportedDialect { line, .. }
             | Self::UnknownColumn { line, .. }
             | Self::RepeatedColumn { line, .. }
             | Self::MissingColumn { line, .. }

@@ -19,6 +19,8 @@ keywords! {
     // --- Siemens
     /// `TRAORI`: tool-centre-point control on.
     Traori,
+    /// `TRAORI(2)`, `TRAORI(1,0,1,1)`: a further transformation of the control, or one with another orientation.
+    OtherTraori,
     /// `TRAFOOF`: transformations off.
     Trafoof,
     /// `SUPA`: machine coordinates, offsets suppressed, in this block.
@@ -75,8 +77,10 @@ keywords! {
     DiameterOff,
     /// `BSPLINE`, `POLY` and their kin, and circles by other points than their centre (`CIP`, `CT`).
     Spline,
-    /// `TURN=`, `FB=`: the motion ends where it says, but takes another course or time there.
+    /// `FB=`: the motion ends where it says, but takes another time there.
     OtherCourse,
+    /// `TURN=`: full circles that an arc runs beside the way to its end; their number is the P word behind it.
+    Turns,
     /// `CIRCLE/`: of cutter location data.
     Circle,
     /// A standard cycle, executed once.

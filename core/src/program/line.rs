@@ -17,6 +17,12 @@ pub(super) fn next_line(text: &[u8], line_end: usize) -> usize {
     }
 }
 
+/// Whether a line shows nothing: blanks and control bytes, as tapes, printers and old systems leave them.
+#[inline]
+pub(super) fn is_blank(line: &[u8]) -> bool {
+    line.iter().all(|byte| *byte <= b' ' || *byte == 0x7f)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,7 @@
 
 mod address;
 mod batch;
+mod comment;
 mod constants;
 mod decimal;
 mod diagnostic;
@@ -22,7 +23,7 @@ pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
 pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
-pub use dialect::Dialect;
+pub use dialect::{Dialect, ForeignDialect};
 pub use fault::{ReadFault, WriteFault};
 pub use keyword::Keyword;
 pub use number::MAX_MAGNITUDE;

@@ -1,7 +1,7 @@
 //! From chunks of bytes to batches of blocks.
 
 use super::dialect::{Dialect, LineRead, apt, csv, detect, heidenhain, iso, siemens};
-use super::line::{line_end, next_line};
+use super::line::{is_blank, line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
 /// What a reader accepts and how much it gives at a time.
@@ -211,6 +211,9 @@ impl Reader {
             }
             let Some(length) = self.opening_length() else { return Ok(false) };
             let opening = detect::opening(&self.pending[..length], self.wanted);
+            if let Some((dialect, line)) = opening.foreign {
+                return Err(ReadFault::UnsupportedDialect { line, dialect });
+            }
             self.current.dialect = opening.dialect;
             self.opening = Some(opening);
         }
@@ -279,7 +282,7 @@ impl Reader {
                 LineRead::one(csv::read_row(text, start, shift, line, &mut self.current))
             } else {
                 let header = text.get(start..line_end(text, start)).unwrap_or_default();
-                let end = if header.trim_ascii().is_empty() {
+                let end = if is_blank(header) {
                     skip_line(text, start, shift, line, BlockKind::Blank, &mut self.current)
                 } else {
                     let (columns, separator) = csv::read_header(header, line)?;

@@ -142,6 +142,8 @@ pub(super) enum Statement {
     ToolAxis,
     CoordinateSystem,
     GoHome,
+    /// Full circles that an arc runs beside the way to its end.
+    FurtherTurns,
 }
 
 /// A part of the programmable frame.

@@ -1,6 +1,6 @@
 //! Sinumerik codes and statement words.
 
-use super::{Code, MCode, MotionMode, ProgramFrame, ToolLength, Transformation};
+use super::{Code, MCode, MotionMode, ProgramFrame, Statement, ToolLength, Transformation};
 use crate::motion::FeedRules;
 use crate::program::{Dialect, Keyword};
 use crate::units::MM_PER_INCH;
@@ -61,6 +61,8 @@ pub(super) fn keyword_meaning(keyword: Keyword) -> Code {
     use Transformation::{Cylinder, Diameter, Orientation, PartFrame, PointToPoint, ToolFrame};
     match keyword {
         Keyword::Traori => Code::ToolLength(ToolLength::Tcp),
+        Keyword::OtherTraori => Code::ToolLength(ToolLength::OtherTcp),
+        Keyword::Turns => Code::Statement(Statement::FurtherTurns),
         Keyword::Trafoof => Code::ToolLength(ToolLength::Plain),
         Keyword::Supa => Code::MachineCoordinates,
         Keyword::OtherTransformation => Code::Transform(Cylinder, true),

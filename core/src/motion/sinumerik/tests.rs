@@ -2,7 +2,7 @@
 
 use crate::machine::{Machine, Preset};
 use crate::motion::{
-    FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
+    ArcCourse, FeedMode, Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable,
 };
 use crate::program::{
     Address, Batch, Diagnostics, Dialect, Keyword, ReadLimits, Reader, Severity, Word, WordForm,
@@ -85,7 +85,7 @@ fn words(text: &str) -> Vec<(Address, WordForm, f64, u8)> {
 
 #[test]
 fn words_are_read_in_every_form() {
-    use WordForm::{Absolute, Evaluated, Expression, Incremental, Number};
+    use WordForm::{Absolute, Evaluated, Expression, Incremental, Name, Number};
     let expected = [
         (Address::N, Number, 10.0, 1),
         (Address::G, Number, 1.0, 1),
@@ -94,7 +94,7 @@ fn words_are_read_in_every_form() {
         (Address::Z, Number, 0.5, 1),
         (Address::R, Number, 12.5, 3),
         (Address::F, Expression, 0.0, 2),
-        (Address::T, Expression, 0.0, 2),
+        (Address::T, Name, 0.0, 2),
     ];
     assert_eq!(words("N10 G1 X=-10.5 Y = 3 Z.5 CR=12.5 F=R1 T=\"MILL;D12\" ; X99"), expected);
     let expected = [
@@ -277,11 +277,85 @@ fn traori_interpolates_the_tip() {
     assert_eq!(tip, [Interpolation::Tcp, Interpolation::Tcp, Interpolation::Tcp, Interpolation::Machine]);
     let known: Vec<_> = motions.iter().map(|motion| motion.start.is_some()).collect();
     assert_eq!(known, [false, true, true, false]);
-    let motions =
-        run("TRAORI(1)\nG1 X1 F100\nTRACYL(40)\nX2\nTRAFOOF\nG0 X0 Y0 Z0 A0 C0\nX2\nTRAORI(1,0,0,1)\nX3\n");
+    let motions = run("TRAORI(1)\nG1 X1 F100\nTRACYL(40)\nX2\nTRAFOOF\nG0 X0 Y0 Z0 A0 C0\nX2\n");
     let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
-    assert_eq!(left[..4], [None, Some(Unfollowable::Transformation), None, None]);
-    assert_eq!(left[4], Some(Unfollowable::UnknownCode));
+    assert_eq!(left, [None, Some(Unfollowable::Transformation), None, None]);
+}
+
+#[test]
+fn another_transformation_than_the_first_is_left_alone_until_it_is_off() {
+    let other = Some(Unfollowable::OtherTransformation);
+    for on in ["TRAORI(2)", "TRAORI(R1)", "TRAORI(1,0,1,1)", "TRAORI(,,,,5,5)", "traori( 2 )"] {
+        for off in ["TRAFOOF", "TRAORI", "TRAORI()", "TRAORI(1)"] {
+            let before = "TRAORI\nG1 X1 Y1 Z1 A0 C0 F100\n";
+            let motions = run(&format!("{before}{on}\nX2\nX3 A3=0 B3=0 C3=1\n{off}\nX4 Y4 Z4 A1 C1\nX5\n"));
+            let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
+            assert_eq!(left, [None, other, other, None, None], "{on} {off}");
+            // Nobody knows where the tip stands when it ends; the modes are as they were.
+            assert!(motions[3].start.is_none() && motions[4].start.is_some(), "{on} {off}");
+            assert_eq!(motions[4].feed.value, Some(100.0));
+        }
+    }
+}
+
+#[test]
+fn arcs_with_further_turns_are_followed_to_their_ends() {
+    use ArcCourse::{Carried, Centre};
+    let turns = |block: &str| {
+        let motions = run(&format!("G17 G0 X10 Y0 Z0\nR2=3 R3=0.5\nG2 G90 {block}\nG1 X0 F100\n"));
+        assert_eq!(motions.len(), 3, "{block}");
+        assert_eq!(motions[2].start, motions[1].end, "{block}");
+        assert_eq!(motions[2].unfollowable, None, "{block}");
+        (motions[1].kind, motions[1].further_turns, motions[1].unfollowable, motions[1].arc)
+    };
+    let arc = MotionKind::Arc;
+    for (block, expected) in [
+        ("X0 Y10 Z-1 I-10 J0 TURN=0", (arc, Some(0), None, Carried)),
+        ("X0 Y10 Z-1 I-10 J0 TURN=2", (arc, Some(2), None, Carried)),
+        ("X0 Y10 Z-1 CR=10 TURN = 12", (arc, Some(12), None, Carried)),
+        ("X0 Y10 Z-1 CR=10 TURN=R2", (arc, Some(3), None, Carried)),
+        ("X0 Y10 Z-1 I-10 J0", (arc, None, None, Carried)),
+        // A centre that is a place stays where it is when the ends move.
+        ("X10 Y0 Z-1 I=AC(0) J=AC(0) TURN=1", (arc, Some(1), None, Centre)),
+        ("X10 Y0 Z-1 I=AC(0) J=IC(0)", (arc, None, None, Centre)),
+    ] {
+        assert_eq!(turns(block), expected, "{block}");
+    }
+    // What is no number of circles, and circles of a straight line.
+    let odd = Some(Unfollowable::ControlWord);
+    for block in [
+        "X0 Y10 Z-1 I-10 J0 TURN=.5",
+        "X0 Y10 Z-1 I-10 J0 TURN=-1",
+        "X0 Y10 Z-1 I-10 J0 TURN=1000",
+        "X0 Y10 Z-1 I-10 J0 TURN=R3",
+        "X0 Y10 Z-1 I-10 J0 TURN=R99",
+    ] {
+        assert_eq!(turns(block), (arc, None, odd, Carried), "{block}");
+    }
+    let straight = run("G1 X0 Y10 TURN=1 F100\n");
+    assert_eq!((straight[0].kind, straight[0].unfollowable), (MotionKind::Linear, odd));
+}
+
+#[test]
+fn an_argument_in_brackets_stays_with_its_m_code() {
+    let text = "G1 X1 F100\nN20 M202(0.0059)\nX2 M202(0.5,(3)) Y1\nX3 M203 (7) H5(1)\nX4 M=8(1)\nX5\n";
+    assert_eq!(interpreted(text).2.kept(), []);
+    let (motions, batch) = (run(text), read(text).remove(0));
+    assert!(motions.len() == 5 && motions.iter().all(|motion| motion.unfollowable.is_none()));
+    assert_eq!(linear(&motions[4]), Some([5.0, 1.0, 0.0]));
+    let texts: Vec<&[u8]> = batch
+        .blocks()
+        .iter()
+        .flat_map(|block| batch.words(block))
+        .filter(|word| matches!(word.address, Address::M | Address::H))
+        .map(|word| batch.word_text(word))
+        .collect();
+    assert_eq!(texts, [&b"M202(0.0059)"[..], b"M202(0.5,(3))", b"M203 (7)", b"H5(1)", b"M=8(1)"]);
+    // Words of axes have no arguments, and a bracket has to be closed.
+    for text in ["G1 X(5)\n", "M202(0.5\n", "G1(5)\n"] {
+        let (_, _, diagnostics) = interpreted(text);
+        assert_eq!(diagnostics.count(Severity::Refusal), 1, "{text}");
+    }
 }
 
 #[test]

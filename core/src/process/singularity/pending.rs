@@ -201,7 +201,7 @@ impl<'a> Collector<'a> {
                     WordForm::Absolute => Stated::Absolute,
                     WordForm::Incremental => Stated::Incremental,
                     WordForm::Number | WordForm::Evaluated => modal,
-                    WordForm::Comma | WordForm::Expression | WordForm::Keyword => axes[k],
+                    WordForm::Comma | WordForm::Expression | WordForm::Name | WordForm::Keyword => axes[k],
                 };
             }
             if let Some(k) = super::words::POINT.iter().position(|address| *address == word.address) {

@@ -156,17 +156,23 @@ impl Arc {
         }
         let mut centre_words = [None; 3];
         let (mut radius, mut turns) = (None, None);
+        // Centre words that say by themselves what they count from, by address.
+        let (mut places, mut offsets) = (0_u32, 0_u32);
         for word in batch.words(block) {
             let slot = match word.address {
                 Address::I => &mut centre_words[0],
                 Address::J => &mut centre_words[1],
                 Address::K => &mut centre_words[2],
                 Address::R => &mut radius,
-                Address::P => &mut turns,
+                // It may be the number of full circles, which the motion knows.
+                Address::P if motion.further_turns.is_none() => &mut turns,
                 _ => continue,
             };
-            if word.form != WordForm::Number {
-                return Err(UnknownArc::Expression { address: word.address });
+            match word.form {
+                WordForm::Number | WordForm::Evaluated => {}
+                WordForm::Absolute => places |= 1 << word.address.index(),
+                WordForm::Incremental => offsets |= 1 << word.address.index(),
+                _ => return Err(UnknownArc::Expression { address: word.address }),
             }
             let scale = if word.address == Address::P { 1.0 } else { motion.mm_per_unit };
             *slot = Some(word.value * scale);
@@ -182,17 +188,24 @@ impl Arc {
             (None, [None, None]) => return Err(UnknownArc::CentreNotStated),
             (Some(radius_mm), _) => return Err(UnknownArc::RadiusAndCentre { radius_mm }),
             (None, [first, second]) => {
-                let place = |word: Option<f64>, from: f64| match (word, modes.absolute_centres) {
-                    (Some(at), true) => Ok(at),
-                    (Some(offset), false) => Ok(from + offset),
-                    (None, false) => Ok(from),
-                    // whether it stays or is zero, controls do not agree
-                    (None, true) => Err(UnknownArc::CentreNotStated),
+                let place = |word: Option<f64>, axis: usize, from: f64| {
+                    let bit = 1 << [Address::I, Address::J, Address::K][axis].index();
+                    let is_place = places & bit != 0 || (modes.absolute_centres && offsets & bit == 0);
+                    match (word, is_place) {
+                        (Some(at), true) => Ok(at),
+                        (Some(offset), false) => Ok(from + offset),
+                        (None, false) => Ok(from),
+                        // whether it stays or is zero, controls do not agree
+                        (None, true) => Err(UnknownArc::CentreNotStated),
+                    }
                 };
-                [place(first, from_mm[0])?, place(second, from_mm[1])?]
+                [place(first, axes[0], from_mm[0])?, place(second, axes[1], from_mm[1])?]
             }
         };
-        Self::about(modes.is_clockwise, [start, end], axes, centre_mm)
+        let mut arc = Self::about(modes.is_clockwise, [start, end], axes, centre_mm)?;
+        let further_rad = std::f64::consts::TAU * f64::from(motion.further_turns.unwrap_or_default());
+        arc.sweep_rad += if modes.is_clockwise { -further_rad } else { further_rad };
+        Ok(arc)
     }
 
     fn about(
@@ -289,6 +302,9 @@ fn centre_by_radius(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::{Machine, Preset};
+    use crate::motion::{Interpreter, InterpreterOptions};
+    use crate::program::{Diagnostics, Dialect, ReadLimits, Reader};
 
     /// Rounding of a few operations on lengths of some ten millimetres \[mm\].
     const ROUNDING_MM: f64 = 1e-12;
@@ -320,6 +336,45 @@ mod tests {
         assert_eq!(missing, Err(UnknownArc::Missed { radius_mm: 10.0, missed_mm: 1.0 }));
         let none = Arc::about(true, ends, XY, [10.0, 0.0]);
         assert_eq!(none, Err(UnknownArc::NoRadius));
+    }
+
+    /// The arc of the last line of a Sinumerik program.
+    fn sinumerik(text: &str) -> Result<Arc, UnknownArc> {
+        let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+        let mut reader = Reader::new(Some(Dialect::Siemens), ReadLimits::default());
+        reader.feed(text.as_bytes());
+        reader.finish();
+        let mut batch = Batch::new();
+        assert!(reader.next_batch(&mut batch).unwrap());
+        let mut interpreter = Interpreter::new(&machine, InterpreterOptions::default());
+        let (mut motions, mut modes) = (Vec::new(), ArcModes::default());
+        interpreter.interpret(&mut batch, &mut motions, &mut Diagnostics::new());
+        batch.blocks().iter().for_each(|block| modes.see(batch.words(block)));
+        let motion = motions.last().unwrap();
+        Arc::of(modes, &batch, motion, [motion.start.unwrap(), motion.end.unwrap()])
+    }
+
+    #[test]
+    fn further_turns_are_run_beside_the_way_to_the_end() {
+        let arc = |code: &str| sinumerik(&format!("G17 G0 X10 Y0 Z0 A0 C0\n{code}\n"));
+        let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
+        // A quarter and two circles: 2.25 turns, so that a turn takes four ninths of the way.
+        for centre in ["I-10 J0", "I=AC(0) J=AC(0)", "I=IC(-10)", "CR=10"] {
+            let helix = arc(&format!("G3 X0 Y10 Z9 {centre} TURN=2")).unwrap();
+            assert_at(&helix, 4.0 / 9.0, [10.0, 0.0, 4.0]);
+            assert_at(&helix, 8.5 / 9.0, [half, half, 8.5]);
+            let plain = arc(&format!("G3 X0 Y10 Z9 {centre} TURN=0")).unwrap();
+            assert_at(&plain, 0.5, [half, half, 4.5]);
+            let back = arc(&format!("G2 X0 Y10 Z9 {centre} TURN=1"));
+            assert_at(&back.unwrap(), 0.0, [10.0, 0.0, 0.0]);
+        }
+        // Clockwise the way to the end is three quarters: 1.75 turns.
+        assert_at(&arc("G2 X0 Y10 Z7 I-10 J0 TURN=1").unwrap(), 1.0 / 7.0, [0.0, -10.0, 1.0]);
+        // Equal ends are a circle, and one more.
+        let circles = arc("G2 X10 Y0 Z8 I=AC(0) J=AC(0) TURN=1").unwrap();
+        assert_at(&circles, 0.25, [-10.0, 0.0, 2.0]);
+        let [first, _] = circles.derivative_bounds_mm();
+        assert!(first >= 10.0 * 2.0 * std::f64::consts::TAU, "{first}");
     }
 
     #[test]

@@ -230,9 +230,8 @@ impl Mill<'_> {
     /// Looks for codes that motions do not tell, in the blocks from `seen` on.
     fn scan(&mut self, batch: &Batch, seen: &mut usize, end: usize) {
         for block in batch.blocks().get(*seen..end).unwrap_or_default() {
-            let words = batch.words(block);
-            self.modes.see(words);
-            self.spindle.see(batch.dialect(), words.iter());
+            self.modes.see(batch.words(block));
+            self.spindle.see(batch, block);
         }
         *seen = end;
     }

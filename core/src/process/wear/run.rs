@@ -196,7 +196,7 @@ impl<'a> Run<'a> {
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
-            self.spindle.see(batch.dialect(), batch.words(block).iter());
+            self.spindle.see(batch, block);
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);

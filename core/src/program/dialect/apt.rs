@@ -6,7 +6,7 @@
 
 use super::LineRead;
 use super::scan::{Number, Scan, Spelling, extent, fingerprint, number};
-use crate::program::line::{line_end, next_line};
+use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode, Keyword, WordForm};
 
 /// The values of a `GOTO/` in their order.
@@ -70,7 +70,8 @@ pub(in crate::program) fn read_line(
         let rows = text.get(start..matrix).unwrap_or_default();
         scan.flags.set(BlockFlags::COMMENT);
         apart(&mut scan, Keyword::CoordinateSystem, start, rows)
-    } else if from >= whole.body_end {
+    } else if is_blank(scan.slice(from, whole.body_end)) {
+        scan.skip_all();
         BlockKind::Blank
     } else if scan.slice(from, from + 2) == b"$$" {
         scan.flags.set(BlockFlags::COMMENT);
@@ -222,20 +223,20 @@ fn is_prose(text: &[u8]) -> bool {
 }
 
 /// Whether code that goes into the posted program as it stands moves no axis and calls nothing. Comments between round
-/// brackets do not count.
+/// brackets do not count; they end at the first `)`, where some controls end them: what stands behind it may run.
 fn is_harmless_code(text: &[u8]) -> bool {
     if is_prose(text) {
         return true;
     }
-    let mut depth = 0_u32;
+    let mut in_comment = false;
     for (at, byte) in text.iter().enumerate() {
         match byte {
-            b'(' => depth += 1,
-            b')' => depth = depth.saturating_sub(1),
+            b'(' => in_comment = true,
+            b')' => in_comment = false,
             _ => {}
         }
         let before = at.checked_sub(1).and_then(|before| text.get(before));
-        if depth > 0 || before.is_some_and(u8::is_ascii_alphabetic) {
+        if in_comment || before.is_some_and(u8::is_ascii_alphabetic) {
             continue;
         }
         let value = text.get(at + 1..).unwrap_or_default().trim_ascii_start();

@@ -1,6 +1,6 @@
 //! Programs as tables: a header row, then one linear motion a row.
 
-use crate::program::line::{line_end, next_line};
+use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, ReadFault,
@@ -98,7 +98,7 @@ pub(in crate::program) fn read_row(
     let end = next_line(text, body_end);
     let first_word = batch.words.len();
     let body = text.get(start..body_end).unwrap_or_default();
-    let kind = if body.trim_ascii().is_empty() {
+    let kind = if is_blank(body) {
         BlockKind::Blank
     } else {
         match read_cells(body, start.wrapping_add(shift), batch) {

@@ -1,7 +1,9 @@
 //! Which dialect a text is, by unmistakable marks, and where the program proper starts.
 
+use super::foreign::{ForeignDialect, Marks};
 use super::{Dialect, csv, iso};
-use crate::program::{Address, Batch, BlockKind};
+use crate::program::line::is_blank;
+use crate::program::{Address, Batch, BlockKind, WordForm};
 
 /// Lines looked at.
 pub(in crate::program) const MAX_LINES: usize = 200;
@@ -9,7 +11,8 @@ pub(in crate::program) const MAX_LINES: usize = 200;
 pub(in crate::program) const MAX_BYTES: usize = 64 * 1024;
 
 /// Words that open a Sinumerik statement and no ISO block.
-const SIEMENS: [&[u8]; 24] = [
+const SIEMENS: [&[u8]; 25] = [
+    b"RET",
     b"TRAORI",
     b"TRAFOOF",
     b"SUPA",
@@ -47,22 +50,36 @@ pub(in crate::program) struct Opening {
     pub(in crate::program) dialect: Dialect,
     /// Lines before the program proper.
     pub(in crate::program) banner_lines: u64,
+    /// A dialect that is not read, and the line that shows it.
+    pub(in crate::program) foreign: Option<(ForeignDialect, u64)>,
 }
 
 /// Looks at the first whole lines of a text. `wanted` is taken without asking.
 pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Opening {
-    let dialect = match wanted {
-        Some(dialect) => dialect,
-        None if csv::is_header(first_line(text)) => Dialect::Csv,
-        None => marked(text).unwrap_or(Dialect::Iso),
+    let shown = match wanted {
+        Some(dialect) => Shown::Dialect(dialect),
+        None if csv::is_header(first_line(text)) => Shown::Dialect(Dialect::Csv),
+        None => marked(text),
     };
-    let banner_lines = if dialect == Dialect::Iso { banner_lines(text) } else { 0 };
-    Opening { dialect, banner_lines }
+    let (dialect, foreign) = match shown {
+        Shown::Dialect(dialect) => (dialect, None),
+        Shown::Foreign(dialect, line) => (Dialect::Iso, Some((dialect, line))),
+    };
+    let banner_lines = if dialect == Dialect::Iso && foreign.is_none() { banner_lines(text) } else { 0 };
+    Opening { dialect, banner_lines, foreign }
+}
+
+/// What a text shows.
+#[derive(Debug, Clone, Copy)]
+enum Shown {
+    Dialect(Dialect),
+    /// One that is not read, in this line.
+    Foreign(ForeignDialect, u64),
 }
 
 /// The text up to its first line ending that has something before it.
 fn first_line(text: &[u8]) -> &[u8] {
-    lines(text).map(<[u8]>::trim_ascii).find(|line| !line.is_empty()).unwrap_or_default()
+    lines(text).map(<[u8]>::trim_ascii).find(|line| !is_blank(line)).unwrap_or_default()
 }
 
 fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -70,16 +87,23 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// The dialect that the first unmistakable line shows; without one, Sinumerik where words have `=` behind their
-/// letters and no line begins like an ISO program or a template.
-fn marked(text: &[u8]) -> Option<Dialect> {
+/// letters and no line begins like an ISO program or a template, else ISO.
+fn marked(text: &[u8]) -> Shown {
     let is_other = |line: &[u8]| {
         let line = line.trim_ascii_start();
-        matches!(line, [b'{' | b'(', ..] | [b'O' | b'o', b'0'..=b'9', ..])
+        matches!(line, [b'{' | b'(' | b'<', ..] | [b'O' | b'o', b'0'..=b'9' | b'<', ..])
     };
-    lines(text).find_map(mark).or_else(|| {
-        let assigns = lines(text).any(assigns_a_word) && !lines(text).any(is_other);
-        assigns.then_some(Dialect::Siemens)
-    })
+    let mut marks = Marks::default();
+    for (number, line) in (1..).zip(lines(text)) {
+        if let Some(dialect) = mark(line) {
+            return Shown::Dialect(dialect);
+        }
+        if let Some(dialect) = marks.see(line) {
+            return Shown::Foreign(dialect, number);
+        }
+    }
+    let assigns = lines(text).any(assigns_a_word) && !lines(text).any(is_other);
+    Shown::Dialect(if assigns { Dialect::Siemens } else { Dialect::Iso })
 }
 
 fn mark(line: &[u8]) -> Option<Dialect> {
@@ -109,6 +133,7 @@ fn mark(line: &[u8]) -> Option<Dialect> {
     };
     let is_siemens = starts(statement, b"MSG(\"")
         || starts(statement, b"T=\"")
+        || assigns_a_name(statement)
         || SIEMENS.iter().any(|word| {
             starts(statement, word)
                 && statement
@@ -116,6 +141,14 @@ fn mark(line: &[u8]) -> Option<Dialect> {
                     .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b'(' | b'8' | b';'))
         });
     is_siemens.then_some(Dialect::Siemens)
+}
+
+/// `_X_HOME=-365.`, `_LIST[2]=1`: a name that begins with an underscore, which no other dialect has bare.
+fn assigns_a_name(statement: &[u8]) -> bool {
+    let Some(rest) = statement.strip_prefix(b"_") else { return false };
+    let length = rest.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
+    let next = rest.get(length..).unwrap_or_default().trim_ascii_start();
+    length > 0 && matches!(next, [b'=' | b'[', ..])
 }
 
 /// Addresses that have `=` behind them in Sinumerik programs only.
@@ -167,7 +200,10 @@ fn banner_lines(text: &[u8]) -> u64 {
         if block.kind == BlockKind::Percent {
             return banner_before(&batch, line);
         }
-        let names_program = batch.words(block).first().is_some_and(|word| word.address == Address::O);
+        let names_program = batch
+            .words(block)
+            .first()
+            .is_some_and(|word| word.address == Address::O && word.form == WordForm::Number);
         if names_program && o_number.is_none() {
             o_number = Some(line);
         }
@@ -179,8 +215,10 @@ fn banner_before(batch: &Batch, mark: u64) -> u64 {
     let mut before = batch.blocks().iter().take_while(|block| block.line < mark);
     let mut unreadable = false;
     let readable = before.any(|block| {
-        unreadable |= block.kind == BlockKind::Malformed;
-        !matches!(block.kind, BlockKind::Malformed | BlockKind::Blank | BlockKind::Comment)
+        // `Operator` is a word for people, and would be the name of a program elsewhere.
+        let is_name = matches!(batch.words(block), [word] if word.form == WordForm::Name);
+        unreadable |= block.kind == BlockKind::Malformed || is_name;
+        !is_name && !matches!(block.kind, BlockKind::Malformed | BlockKind::Blank | BlockKind::Comment)
     });
     if unreadable && !readable { mark - 1 } else { 0 }
 }

@@ -2,6 +2,7 @@
 //! is in `statement`.
 
 use super::statement;
+use crate::program::comment::comment_end;
 use crate::program::line;
 use crate::program::number::{MAX_MAGNITUDE, read_short, read_unsigned};
 use crate::program::{
@@ -250,7 +251,7 @@ impl Line<'_> {
                 }
                 self.batch.words.push(word);
             }
-            WordForm::Expression => {
+            WordForm::Expression | WordForm::Name => {
                 self.flags.set(BlockFlags::EXPRESSION);
                 self.push(word);
             }
@@ -260,15 +261,7 @@ impl Line<'_> {
 
     fn special(&mut self, byte: u8) {
         match byte {
-            b'(' => {
-                self.flags.set(BlockFlags::COMMENT);
-                let rest = self.text.get(self.at..).unwrap_or_default();
-                self.at += match memchr::memchr3(b')', b'\n', b'\r', rest) {
-                    Some(length) if rest.get(length) == Some(&b')') => length + 1,
-                    Some(length) => length,
-                    None => rest.len(),
-                };
-            }
+            b'(' => self.comment(),
             b';' => {
                 self.flags.set(BlockFlags::COMMENT);
                 self.at = self.line_end();
@@ -295,6 +288,25 @@ impl Line<'_> {
         }
     }
 
+    /// A comment. Behind an M code it may be its argument, `M202(0.0059)`: it stays with the code.
+    fn comment(&mut self) {
+        let start = self.at;
+        let Ok(end) = comment_end(self.text, start) else {
+            return self.fail_with(|text| DiagnosticCode::NestedComment { text }, start);
+        };
+        self.flags.set(BlockFlags::COMMENT);
+        self.at = end;
+        let (from, to) = (self.in_batch(start), self.in_batch(end));
+        let is_closed = self.text.get(start..end).is_some_and(|comment| comment.ends_with(b")"));
+        if let Some(word) = self.batch.words.get_mut(self.first_word..).and_then(<[Word]>::last_mut)
+            && word.address == Address::M
+            && word.end == from
+            && is_closed
+        {
+            word.end = to;
+        }
+    }
+
     /// The byte at `at`, or a line end behind the text.
     #[inline]
     pub(super) fn byte(&self, at: usize) -> u8 {
@@ -306,6 +318,22 @@ impl Line<'_> {
         #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
         let position = at.wrapping_add(self.shift) as u32;
         position
+    }
+
+    /// Adds a word with a name in place of a number, which begins `lead` bytes behind `start`.
+    pub(super) fn push_name(&mut self, address: Address, start: usize, lead: usize, end: usize) {
+        self.push_odd(address, WordForm::Name, start, end, 0.0);
+        if let Some(word) = self.batch.words.last_mut().filter(|_| self.kind.is_none()) {
+            word.lead = u8::try_from(lead).unwrap_or(u8::MAX);
+        }
+    }
+
+    /// Whether nothing but blanks and a block number stands before the present position.
+    pub(super) fn opens(&self) -> bool {
+        let words = self.batch.words.get(self.first_word..).unwrap_or_default();
+        words.iter().all(|word| word.address == Address::N)
+            && self.flags == BlockFlags::default()
+            && self.kind.is_none()
     }
 
     /// Whether nothing but blanks has been read on this line.

@@ -3,11 +3,14 @@
 pub(super) mod apt;
 pub(super) mod csv;
 pub(super) mod detect;
+mod foreign;
 pub(super) mod heidenhain;
 pub(super) mod iso;
 mod scan;
 pub(super) mod siemens;
 mod statement;
+
+pub use foreign::ForeignDialect;
 
 use std::fmt;
 

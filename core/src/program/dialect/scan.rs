@@ -292,6 +292,16 @@ impl<'a> Scan<'a> {
         self.push(word);
     }
 
+    /// Adds a word with a name in place of a number.
+    pub(super) fn name(&mut self, address: Address, start: usize, end: usize) {
+        self.expression(address, start, 0, end);
+        if self.kind != Some(BlockKind::Malformed)
+            && let Some(word) = self.batch.words.last_mut()
+        {
+            word.form = WordForm::Name;
+        }
+    }
+
     #[inline]
     fn push(&mut self, word: Word) {
         if self.kind == Some(BlockKind::Malformed) {

@@ -79,6 +79,7 @@ pub(super) fn special(line: &mut Line<'_>, byte: u8) {
     match byte {
         b'#' => assignment(line),
         b'o' | b'O' | b':' => o_word(line),
+        b'<' if line.is_untouched() => named_program(line, line.at),
         b',' => comma_word(line),
         b'{' => {
             line.kind = Some(BlockKind::Template);
@@ -148,14 +149,21 @@ fn is_system_parameter(line: &Line<'_>, start: usize, end: usize) -> bool {
     }
 }
 
-/// `O1001`, `:0097`, `o<name> call […]`, `o100 while […]`.
+/// `O1001`, `:0097`, `o<name> call […]`, `o100 while […]`; `OPROG1`, `O<PROG1>` at the head of a program.
 fn o_word(line: &mut Line<'_>) {
     let start = line.at;
     let name = skip_blanks(line, start + 1);
-    let mut number = None;
+    let (mut number, mut is_name) = (None, false);
     let name_end = match line.byte(name) {
-        b'<' => find_on_line(line, name, b'>').map(|at| at + 1),
+        b'<' => {
+            is_name = true;
+            find_on_line(line, name, b'>').map(|at| at + 1)
+        }
         b'#' | b'[' => skip_value(line, name),
+        byte if byte.is_ascii_alphabetic() || byte == b'_' => {
+            is_name = line.byte(start) != b':';
+            Some(plain_name_end(line, name)).filter(|_| is_name)
+        }
         _ => {
             number = read_unsigned(line.text, name);
             number.map(|number| number.end)
@@ -171,11 +179,36 @@ fn o_word(line: &mut Line<'_>) {
         BlockKind::Flow
     } else if let Some(number) = number.filter(|number| number.value <= super::super::MAX_MAGNITUDE) {
         return line.push_odd(Address::O, WordForm::Number, start, name_end, number.value);
+    } else if is_name && line.opens() && !names_flow(line, start, name, name_end) {
+        let lead = name - start;
+        return line.push_name(Address::O, start, lead, name_end);
     } else {
         return line.fail_with(unexpected, start);
     };
     line.kind = Some(kind);
     line.at = line.line_end();
+}
+
+/// `<NAME>` alone: the name of a program, as an O word has it.
+fn named_program(line: &mut Line<'_>, start: usize) {
+    match find_on_line(line, start, b'>') {
+        Some(end) => line.push_name(Address::O, start, 0, end + 1),
+        None => line.fail_with(unclosed, start),
+    }
+}
+
+/// One past a name that begins with a letter.
+fn plain_name_end(line: &Line<'_>, mut at: usize) -> usize {
+    while line.byte(at).is_ascii_alphanumeric() || matches!(line.byte(at), b'_' | b'-' | b'.') {
+        at += 1;
+    }
+    at
+}
+
+/// `O SUB`, apart: of RS274 without its number. `OSUB` is a name.
+fn names_flow(line: &Line<'_>, start: usize, name: usize, name_end: usize) -> bool {
+    let text = line.text.get(name..name_end).unwrap_or_default();
+    name > start + 1 && (is_one_of(text, &FLOW_WORDS) || text.eq_ignore_ascii_case(b"CALL"))
 }
 
 /// `,R2` and its kin.

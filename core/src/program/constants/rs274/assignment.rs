@@ -2,6 +2,7 @@
 
 use super::expression::{Expression, Mistake, Value, Wrong};
 use super::{Parameters, Target};
+use crate::program::comment::comment_end;
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt,
     MAX_MAGNITUDE, Word, WordForm,
@@ -149,8 +150,8 @@ impl Parameters {
             match byte {
                 b';' => break,
                 b'(' => {
-                    let rest = text.get(expression.at..).unwrap_or_default();
-                    expression.at += memchr::memchr(b')', rest).map_or(rest.len(), |length| length + 1);
+                    // The reader has refused the line where this is not certain.
+                    expression.at = comment_end(text, expression.at).unwrap_or(text.len());
                 }
                 b'#' => {
                     let read = read_one(&mut expression).map_err(|wrong| diagnostic(batch, block, wrong))?;

@@ -6,7 +6,7 @@ mod statement;
 
 use super::LineRead;
 use super::scan::{Scan, Spelling, extent, number};
-use crate::program::line::{line_end, next_line};
+use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Most lines looked at behind a path for a rounding or a chamfer: comments may stand between.
@@ -41,6 +41,10 @@ pub(in crate::program) fn read_line(
     let kind = match scan.byte(from) {
         b'\n' | b'\r' if first.is_deleted => BlockKind::Words,
         b'\n' | b'\r' => BlockKind::Blank,
+        byte if byte < b' ' && is_blank(scan.slice(from, whole.body_end)) => {
+            scan.skip_all();
+            BlockKind::Blank
+        }
         // `* - …` structures the program for the reader.
         b';' | b'*' => {
             scan.flags.set(BlockFlags::COMMENT);
@@ -134,6 +138,7 @@ fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
         let opening = Opening::of(line);
         match line.get(opening.statement) {
             None | Some(b';' | b'*') => at = next_line(rest, end),
+            Some(0..b' ') if is_blank(line) => at = next_line(rest, end),
             Some(_) => {
                 let word = line.get(opening.statement..).unwrap_or_default();
                 let letters = word.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();

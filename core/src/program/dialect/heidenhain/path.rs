@@ -1,6 +1,7 @@
 //! The words of a path: coordinates, vectors, feed, radius compensation and M codes.
 
 use super::{Value, value};
+use crate::program::comment::comment_end;
 use crate::program::dialect::scan::Scan;
 use crate::program::line::{line_end, next_line};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
@@ -169,7 +170,15 @@ fn compensation(scan: &mut Scan<'_>, start: usize) {
 
 fn m_code(scan: &mut Scan<'_>, start: usize) {
     let (_, Value::Number(number)) = value(scan, start + 1) else { return scan.fail_number(start) };
-    scan.number_word(Address::M, WordForm::Number, start, 1, number);
+    // `M202(0.0059)`: the argument belongs to its code.
+    let mut code = number;
+    if scan.byte(number.end) == b'('
+        && let Ok(end) = comment_end(scan.text, number.end)
+        && scan.slice(number.end, end).ends_with(b")")
+    {
+        code.end = end;
+    }
+    scan.number_word(Address::M, WordForm::Number, start, 1, code);
     let takes_words = WITH_ARGUMENTS.iter().any(|code| (f64::from(*code) - number.value).abs() < 1e-6);
     if !takes_words || scan.kind.is_some() {
         return;

@@ -223,8 +223,13 @@ fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
     let changes = has_delta || matches!(named, b'0'..=b'9' | b'"' | b'Q' | b'q');
     scan.keyword(if changes { Keyword::ToolCall } else { Keyword::Statement }, start, word_end);
     if named == b'"' {
-        let rest = scan.slice(scan.at + 1, scan.extent.body_end);
-        scan.at += memchr::memchr(b'"', rest).map_or(rest.len(), |length| length + 2);
+        let (from, rest) = (scan.at, scan.slice(scan.at + 1, scan.extent.body_end));
+        match memchr::memchr3(b'"', b'\n', b'\r', rest) {
+            Some(length) if rest.get(length) == Some(&b'"') => {
+                scan.name(Address::T, from, from + length + 2);
+            }
+            _ => scan.at += rest.len(),
+        }
     } else if let (true, (from, Value::Number(number))) = (changes, value(scan, scan.at)) {
         scan.number_word(Address::T, WordForm::Number, from, 0, number);
     } else if changes {

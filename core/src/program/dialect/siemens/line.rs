@@ -1,6 +1,7 @@
 //! One line of a Sinumerik program into words.
 
 use super::statement;
+use crate::program::comment::comment_end;
 use crate::program::constants::exponent_end;
 use crate::program::dialect::LineRead;
 use crate::program::line;
@@ -109,7 +110,9 @@ impl Line<'_> {
         let Some(number) = read_unsigned(self.text, at) else { return statement::named(self, start) };
         // `X1=`, `L340(…)`, `M[1]=` and their kin are names; so is what has a letter's meaning of its own.
         let next = self.byte(number.end);
-        let is_odd = matches!(next, b'=' | b'[' | b'(' | b'_' | b'"' | b'E' | b'e')
+        let takes_argument = matches!(letter, b'M' | b'm' | b'H' | b'h');
+        let is_odd = matches!(next, b'=' | b'[' | b'_' | b'"' | b'E' | b'e')
+            || (next == b'(' && !takes_argument)
             || (matches!(next, b' ' | b'\t') && self.has_equals(number.end))
             || matches!(letter, b'L' | b'l' | b'R' | b'r');
         if is_odd && (!signed || matches!(next, b'E' | b'e' | b'_')) {
@@ -215,7 +218,7 @@ impl Line<'_> {
             }
             self.seen |= bit;
         }
-        if word.form == WordForm::Expression {
+        if matches!(word.form, WordForm::Expression | WordForm::Name) {
             self.flags.set(BlockFlags::EXPRESSION);
         }
         self.batch.words.push(word);
@@ -270,6 +273,7 @@ impl Line<'_> {
                 }
                 _ => self.fail_unexpected(self.at),
             },
+            b'(' if self.take_argument() => {}
             // A byte order mark.
             0xef if self.number == 1
                 && self.at == self.start
@@ -278,6 +282,28 @@ impl Line<'_> {
                 self.at += 3;
             }
             _ => self.fail_unexpected(self.at),
+        }
+    }
+
+    /// `M202(0.0059)`: an argument in round brackets behind an M or an H code belongs to its word.
+    fn take_argument(&mut self) -> bool {
+        let Ok(end) = comment_end(self.text, self.at) else { return false };
+        let is_closed = self.text.get(self.at..end).is_some_and(|argument| argument.ends_with(b")"));
+        let end_in_batch = self.in_batch(end);
+        let code_end = self.text.get(self.start..self.at).unwrap_or_default().trim_ascii_end().len();
+        let code_end = self.in_batch(self.start + code_end);
+        match self.batch.words.get_mut(self.first_word..).and_then(<[Word]>::last_mut) {
+            Some(word)
+                if is_closed
+                    && matches!(word.address, Address::M | Address::H)
+                    && word.form != WordForm::Keyword
+                    && word.end == code_end =>
+            {
+                word.end = end_in_batch;
+                self.at = end;
+                true
+            }
+            _ => false,
         }
     }
 

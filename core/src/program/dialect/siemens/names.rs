@@ -385,7 +385,7 @@ const NAMES: [(&str, Name); 366] = [
     ("TRANS", Word(Keyword::Trans)),
     ("TRANSMIT", Word(Keyword::OtherTransformation)),
     ("TRAORI", Word(Keyword::Traori)),
-    ("TURN", Word(Keyword::OtherCourse)),
+    ("TURN", Word(Keyword::Turns)),
     ("UNLOCK", Nothing),
     ("UNTIL", Flow),
     ("UPATH", Nothing),

@@ -52,11 +52,15 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
                 line.at = tail.end;
             }
         }
+        Name::Word(Keyword::Turns) if line.has_equals(end) => {
+            line.push_keyword(Keyword::Turns, start, end);
+            value_word(line, Address::P, end, end);
+        }
         Name::Word(keyword) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
             let keyword = match keyword {
-                // A basic orientation or offsets of the rotary axes: another transformation.
-                Keyword::Traori if tail.arguments > 1 => Keyword::UnknownStatement,
+                // The second one, a basic orientation or offsets of the rotary axes: another transformation.
+                Keyword::Traori if !tail.is_first_transformation() => Keyword::OtherTraori,
                 Keyword::CornerRounding if tail.value == Some(0.0) => Keyword::CornerRoundingOff,
                 other => other,
             };
@@ -127,12 +131,24 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
     line.push_keyword(keyword, start, line_end);
 }
 
-/// What stands behind a name: how many arguments, their second if it is a number, a value behind `=`.
+/// What stands behind a name: how many arguments, the first two if they are numbers, a value behind `=`.
 struct Tail {
     end: usize,
     arguments: usize,
+    first: Option<f64>,
     second: Option<f64>,
     value: Option<f64>,
+}
+
+impl Tail {
+    /// Whether these are the arguments of the first transformation, as it is configured: none, or 1.
+    fn is_first_transformation(&self) -> bool {
+        match self.arguments {
+            0 => true,
+            1 => self.first.is_some_and(|number| (number - 1.0).abs() <= 0.0),
+            _ => false,
+        }
+    }
 }
 
 /// Walks over subscripts, arguments and `=` with a value. `None`: they cannot be read, and the line has been given up.
@@ -144,7 +160,7 @@ fn skip_tail(line: &mut Line<'_>, start: usize, end: usize) -> Option<Tail> {
 fn walk_tail(text: &[u8], end: usize) -> Result<Tail, Mistake> {
     let mut names = NoNames;
     let mut walk = Walk::new(text, end, &mut names);
-    let mut tail = Tail { end, arguments: 0, second: None, value: None };
+    let mut tail = Tail { end, arguments: 0, first: None, second: None, value: None };
     if walk.is_next(b'[') {
         walk.list(b']')?;
         tail.end = walk.at;
@@ -153,7 +169,8 @@ fn walk_tail(text: &[u8], end: usize) -> Result<Tail, Mistake> {
         let arguments = walk.list(b')')?;
         tail.end = walk.at;
         tail.arguments = arguments.count;
-        tail.second = arguments.values().get(1).copied().flatten().map(|number| number.value);
+        let value = |index: usize| arguments.values().get(index).copied().flatten().map(|read| read.value);
+        (tail.first, tail.second) = (value(0), value(1));
     }
     walk.at = tail.end;
     if walk.take_equals() {
@@ -325,6 +342,9 @@ fn value_word(line: &mut Line<'_>, address: Address, start: usize, name_end: usi
     match read_value(line.text, value_at) {
         Err(mistake) => give_up(line, start, mistake),
         Ok(read) => {
+            if address == Address::T && is_text(line.text.get(value_at..read.end).unwrap_or_default()) {
+                return push(line, address, WordForm::Name, start, read.end, value_at - start, 0.0);
+            }
             let Some(value) = read.value.map(|number| number.value) else {
                 return push(line, address, WordForm::Expression, start, read.end, equals + 1 - start, 0.0);
             };
@@ -350,6 +370,11 @@ fn value_word(line: &mut Line<'_>, address: Address, start: usize, name_end: usi
             push(line, address, form, start, read.end, equals + 1 - start, value);
         }
     }
+}
+
+/// Whether a value is a text and nothing else: `"BALL_10"`.
+fn is_text(value: &[u8]) -> bool {
+    matches!(value.trim_ascii_end(), [b'"', text @ .., b'"'] if !text.contains(&b'"'))
 }
 
 /// A value as it is written.
@@ -432,9 +457,13 @@ fn push(
         end: line.in_batch(end),
         address,
         lead: lead(lead_bytes),
-        decimals: if form == WordForm::Expression || form == WordForm::Comma { 0 } else { COMPUTED_DECIMALS },
+        decimals: if matches!(form, WordForm::Expression | WordForm::Comma | WordForm::Name) {
+            0
+        } else {
+            COMPUTED_DECIMALS
+        },
         form,
-        has_point: form != WordForm::Expression,
+        has_point: !matches!(form, WordForm::Expression | WordForm::Name),
     };
     line.at = end;
     line.push(word);
