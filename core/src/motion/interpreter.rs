@@ -6,7 +6,7 @@ use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
 use super::unit::UnitFrom;
-use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
+use super::{Decimals, Motion, StatedCutter, ToolName, Unfollowable, WorkOffset, WorkOffsets};
 use crate::machine::{Machine, Side};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
@@ -89,6 +89,9 @@ pub struct Interpreter {
     pub(super) block: BlockWords,
     pub(super) this_block: ThisBlock,
     pub(super) sections: Sections,
+    /// Names by which tools were called, and what a cutter location program says of them.
+    pub(super) tool_names: Vec<ToolName>,
+    pub(super) stated_cutters: Vec<StatedCutter>,
     /// It runs along to see what a section sets, whatever was before: see `sections`.
     pub(super) is_stranger: bool,
 }
@@ -280,6 +283,8 @@ impl Interpreter {
             block: BlockWords::EMPTY,
             this_block: ThisBlock::default(),
             sections: Sections::default(),
+            tool_names: Vec::new(),
+            stated_cutters: Vec::new(),
             is_stranger: false,
         }
     }
@@ -423,16 +428,18 @@ impl Interpreter {
             Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
             _ => {}
         }
-        if block.flags.is_plain() && self.block.is_simple() && !self.block.has(Address::O) {
+        let is_plain = block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
+        if is_plain && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);
             }
             self.move_plainly(index, block, motions);
-        } else if block.flags.is_plain() && self.is_plain_statement() {
+        } else if is_plain && self.is_plain_statement() {
             self.move_plainly(index, block, motions);
         } else if block.flags.has(BlockFlags::DELETE) {
             // The operator decides: only what comes out the same both ways is known behind it.
             let skipped = (self.modal, self.position, self.ended, self.end_line);
+            self.see_tools(batch, block);
             self.execute(batch, index, block, motions, diagnostics);
             self.modal = self.modal.common(&skipped.0);
             self.position = self.position.common(&skipped.1);
@@ -440,8 +447,12 @@ impl Interpreter {
             self.obstacle = self.modal.obstacle();
             self.repeats = false;
         } else {
+            self.see_tools(batch, block);
             self.execute(batch, index, block, motions, diagnostics);
             self.repeats = false;
+        }
+        if self.dialect == Dialect::Apt && motions.len() > motions_before {
+            self.note_shape();
         }
         self.has_motions |= !motions.is_empty();
         if self.dialect == Dialect::Heidenhain {

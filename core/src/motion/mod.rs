@@ -25,6 +25,7 @@ mod position;
 mod repetition;
 mod sections;
 mod sinumerik;
+mod spindle;
 mod statements;
 #[cfg(test)]
 #[expect(
@@ -49,6 +50,8 @@ pub use feed::{Feed, FeedMode};
 pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};
 pub use interpreter::{Interpreter, InterpreterOptions};
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
+pub(crate) use spindle::Spindle;
+pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};
 pub use unfollowable::{ModalGroup, Unfollowable};
 pub use words::{AxisWords, ContactWords, Decimals, Extra};
 pub use work_offset::{WorkOffset, WorkOffsets};

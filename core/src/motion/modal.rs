@@ -1,7 +1,7 @@
 //! The modal state of a control. `None` is a value that is not known.
 
 use super::sections::behind;
-use super::{FeedMode, ModalGroup, Unfollowable, WorkOffset};
+use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
 
 /// The motion group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,6 +112,8 @@ pub(super) struct Modal {
     pub(super) scaled_axes: u32,
     /// The work offset in force.
     pub(super) work_offset: Option<WorkOffset>,
+    /// The tool in it, and the one made ready.
+    pub(super) spindle: Spindle,
     /// Changes when G92, G52 or G10 move an offset.
     pub(super) shifts: u32,
     /// What TRANS and ATRANS add to the words X Y Z \[mm\].
@@ -161,6 +163,7 @@ impl Modal {
         mirrored_axes: 0,
         scaled_axes: 0,
         work_offset: Some(WorkOffset::Unnamed),
+        spindle: Spindle::START,
         shifts: 0,
         program_offset_mm: Some([0.0; 3]),
         edge: None,
@@ -192,6 +195,7 @@ impl Modal {
         self.transformations[Transformation::Rotation as usize] = None;
         self.transformations[Transformation::Tilt as usize] = None;
         self.work_offset = None;
+        self.spindle.pass_call();
         self.program_offset_mm = None;
         self.edge = None;
         self.length_number = None;
@@ -256,6 +260,7 @@ impl Modal {
             mirrored_axes,
             scaled_axes,
             work_offset,
+            spindle,
             relative_extruder,
             feed,
             datum_mm,
@@ -295,6 +300,7 @@ impl Modal {
             mirrored_axes: self.mirrored_axes | skipped.mirrored_axes,
             scaled_axes: self.scaled_axes | skipped.scaled_axes,
             work_offset: same(self.work_offset, skipped.work_offset),
+            spindle: self.spindle.common(&skipped.spindle),
             // A shift that may have been is a shift.
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),

@@ -1,6 +1,6 @@
 //! One motion, as the compensator takes it.
 
-use super::{AxisWords, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
+use super::{AxisWords, CalledTool, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
 
 /// The kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +91,8 @@ pub struct Motion {
     pub offset_changed: bool,
     /// The work offset in force; `None` where it is not known.
     pub work_offset: Option<WorkOffset>,
+    /// The tool in the spindle.
+    pub tool: CalledTool,
     /// The machine stops at its end (G60, G61, G9).
     pub exact_stop: bool,
     /// It is the one of the program's first complete point, or the one in force before the program names any.

@@ -4,8 +4,7 @@
 //! it sets is known if nothing in it depends on where it is called from: a second control, which knows nothing at the
 //! label, runs along. A section with motions that were followed cannot be called as well: such a program is refused.
 
-use super::Motion;
-use super::Unfollowable;
+use super::{CalledTool, Motion, Spindle, Unfollowable};
 use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::modal::{Modal, ModalFeed};
@@ -115,6 +114,7 @@ impl Interpreter {
         self.sections.passed.push(Section { label, followed, followed_at_end: None, effect: None });
         let mut stranger = Box::new(self.stranger());
         stranger.forget_all();
+        stranger.modal.spindle = Spindle::UNKNOWN;
         self.sections.passing = Some(Passing {
             section,
             blocks: 0,
@@ -216,6 +216,12 @@ impl Knowable for [Option<f64>; 3] {
 impl Knowable for ModalFeed {
     fn is_known(&self) -> bool {
         *self != Self::Unknown
+    }
+}
+
+impl Knowable for Spindle {
+    fn is_known(&self) -> bool {
+        !matches!(self.tool(), CalledTool::Unknown(_))
     }
 }
 

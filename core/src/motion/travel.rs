@@ -369,6 +369,7 @@ impl Interpreter {
             unfollowable: None,
             offset_changed: self.offset_changed(),
             work_offset: self.modal.work_offset,
+            tool: self.modal.spindle.tool(),
             exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
             is_only_offset: self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset)),
         }

@@ -86,6 +86,7 @@ pub(super) fn compensate_from(
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
     survey.refuse_repeated(Steps::of(&[Step::Cc]), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+    let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
     let mut passages =
         Passages::open(source, machine, &parameters.program)?.leaving_vectors().with_lines(lines);
     // Of a stretch that is worked off the text is still to be read back.

@@ -4,7 +4,7 @@ use std::io;
 
 use thiserror::Error;
 
-use super::{LeftOutReason, NotPosted, VerificationFault};
+use super::{LeftOutReason, NotPosted, ToolUnknown, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::{Unfollowable, WorkOffset};
@@ -118,7 +118,7 @@ pub enum LineFaultKind {
     NotMovable(Unfollowable),
     /// A motion of another tool on a machine whose words depend on the tool's length.
     #[error(
-        "another tool than that of the first cut is in the spindle, and on a machine with head axes linear words depend on its length"
+        "linear words of this motion depend on the length of its tool, which a head axis turns, and the length is not known: put the tool with its `length_mm` into the machine's tool table"
     )]
     OtherToolLength,
     /// A tool axis that the machine as it is does not reach.
@@ -142,11 +142,6 @@ pub enum LineFaultKind {
     /// The same where not all five axes are known.
     #[error("the motion has to be moved, but not all five axes are known here")]
     PositionUnknown,
-    /// A cut by another tool than the first, while none was named.
-    #[error(
-        "another tool than that of the first cut is in the spindle; say by `tool_number` which one is worn"
-    )]
-    AnotherTool,
     /// A purely rotary block gets a linear path, which gives its F another meaning, and the F is not known.
     #[error("the block turns between degrees and millimetres per minute, and its feed is not known")]
     FeedUnknown,
@@ -322,6 +317,9 @@ pub enum Fault {
     /// A program that moves nothing.
     #[error("the program has no motion")]
     NoMotion,
+    /// It is not known which tool cuts.
+    #[error(transparent)]
+    Tool(ToolUnknown),
     /// The ends of motions are to be moved, and not one motion can be followed.
     #[error("no motion of the program can be followed, so none was moved{}", first_of(*first))]
     NothingFollowed {
@@ -392,12 +390,6 @@ pub enum Fault {
     /// A compensation without a step.
     #[error("no step was asked for: name one of `wear`, `location_errors` and `cc`")]
     NothingAsked,
-    /// A tool was named that no motion is made with.
-    #[error("no motion is made with tool T{number}: it is never put in by M6")]
-    NoSuchTool {
-        /// Its T number.
-        number: u32,
-    },
     /// More work than one request may cause.
     #[error("{what} exceed the limit of {limit}")]
     TooCostly {

@@ -45,9 +45,9 @@ impl Glance {
     fn is_of_plain_bytes(self, lines: &[u8]) -> bool {
         let is_number = |byte: u8| (b'+'..=b'9').contains(&byte) | matches!(byte, b' ' | b'\n' | b'\r');
         let odd = if self.has_letters {
-            // No N, no U V W, and no O, which begins statements.
+            // No N, no U V W, no O, which begins statements, and no T or M, which change tools.
             let is_letter = |byte: u8| {
-                (b'A'..=b'M').contains(&byte) | (b'P'..=b'T').contains(&byte) | (b'X'..=b'Z').contains(&byte)
+                (b'A'..=b'L').contains(&byte) | (b'P'..=b'S').contains(&byte) | (b'X'..=b'Z').contains(&byte)
             };
             lines.iter().fold(false, |odd, &byte| odd | !(is_number(byte) | is_letter(byte)))
         } else {

@@ -13,7 +13,7 @@ use crate::contact::{
 };
 use crate::geometry::{Vec3, across, angle_between};
 use crate::kinematics::ToolPose;
-use crate::machine::{Machine, Travel};
+use crate::machine::{Machine, Tool, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::program::Dialect;
 
@@ -99,6 +99,8 @@ impl Point {
 pub(super) struct Judge<'a> {
     machine: &'a Machine,
     set_ups: SetUps,
+    /// The cutter in the spindle; one that nothing depends on where it is not known.
+    tool: Tool,
     parameters: &'a CcParameters,
     finder: ContactFinder<'a>,
     dialect: Dialect,
@@ -125,9 +127,11 @@ impl<'a> Judge<'a> {
         contact: ContactSource,
         effort: Effort<'a>,
     ) -> Self {
+        let set_ups = SetUps::new(machine, &parameters.program);
         Self {
             machine,
-            set_ups: SetUps::new(machine, &parameters.program),
+            tool: set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL),
+            set_ups,
             parameters,
             finder: ContactFinder { machine, parameters, source: contact },
             dialect,
@@ -167,8 +171,9 @@ impl<'a> Judge<'a> {
         let motion = &passage.motions[index];
         let mode = self.mode(motion);
         if self.set_ups.enter(motion) {
-            // The same words are another place now.
+            // The same words are another place now, or another cutter touches elsewhere.
             self.point = None;
+            self.tool = self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL);
         }
         self.stated_before = self.stated;
         if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
@@ -273,7 +278,7 @@ impl<'a> Judge<'a> {
         index: usize,
         following: Option<&Motion>,
     ) -> Option<Vec3> {
-        let tool = &self.parameters.tool;
+        let tool = &self.tool;
         if let Some(own) = feed_direction(tool, [&start.station.pose, &end.station.pose]) {
             self.feed_before = Some(own);
             return Some(own);
@@ -308,7 +313,7 @@ impl<'a> Judge<'a> {
                 Some(poses) => poses.end,
                 None => Station::new(self.machine, &self.set_ups.now.kinematics, self.mode(next), end).pose,
             };
-            if let Some(feed) = feed_direction(&self.parameters.tool, [&at, &pose]) {
+            if let Some(feed) = feed_direction(&self.tool, [&at, &pose]) {
                 return Some(feed);
             }
             (at, last) = (pose, next);
@@ -337,7 +342,7 @@ impl<'a> Judge<'a> {
     /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
     /// the two contacts: 90° where they are stated, 45° where they are assumed.
     fn contact_swings(&self, ends: [&Point; 2], contacts: &[CutterContact; 2]) -> bool {
-        if self.parameters.tool.is_ball() {
+        if self.tool.is_ball() {
             return false;
         }
         let least = if self.finder.assumes() { std::f64::consts::FRAC_1_SQRT_2 } else { 0.0 };
@@ -373,7 +378,7 @@ impl<'a> Judge<'a> {
         MotionPoses { middle, .. }: &MotionPoses,
         largest_after_mm: f64,
     ) -> Verdict<'a> {
-        let tool = self.parameters.tool;
+        let tool = self.tool;
         let tolerance_mm = self.parameters.tolerance.mm();
         let mode = end.mode;
         let kinematics = &self.set_ups.now.kinematics;
@@ -420,7 +425,7 @@ impl<'a> Judge<'a> {
     fn touch(&mut self, point: &mut Point, text: &[u8]) {
         self.effort.pass(self.finder.evaluations());
         let kinematics = &self.set_ups.now.kinematics;
-        let tool = &self.parameters.tool;
+        let tool = &self.tool;
         let found = match self.finder.find(kinematics, tool, &point.station, point.mode, point.words) {
             Ok(found) => found,
             Err(fault) => {
@@ -440,7 +445,7 @@ impl<'a> Judge<'a> {
         point.touch = touch;
         if let Some(touch) = &point.touch {
             let pose = &point.station.pose;
-            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.parameters.tool, pose.axis);
+            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.tool, pose.axis);
         }
     }
 
@@ -456,6 +461,10 @@ impl<'a> Judge<'a> {
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
         } else if self.may_roll_over(motion) {
             self.warnings.add(WarningKind::MayRollOver, Some(motion.line));
+        } else if motion.kind == MotionKind::Linear && !self.knows_tool(motion) {
+            if self.set_ups.tells_unknown_tools() {
+                self.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
+            }
         } else if motion.kind == MotionKind::Arc
             && let (Some(start), Some(end)) = (motion.start, motion.end)
             && start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > 0.0)
@@ -466,7 +475,15 @@ impl<'a> Judge<'a> {
 
     /// Whether the motion is one to be checked.
     fn looks_at(&self, motion: &Motion) -> bool {
-        checkable(motion) && !self.may_roll_over(motion)
+        checkable(motion) && !self.may_roll_over(motion) && self.knows_tool(motion)
+    }
+
+    /// Whether what counts of the tool is known, or has to be.
+    fn knows_tool(&self, motion: &Motion) -> bool {
+        let set_up = &self.set_ups.now;
+        let counts_shape = self.finder.source != ContactSource::Tip;
+        let counts_length = self.mode(motion) == Interpolation::Machine && turns(motion);
+        !(set_up.is_foreign() && counts_shape || set_up.lacks_foreign_length() && counts_length)
     }
 
     fn may_roll_over(&self, motion: &Motion) -> bool {

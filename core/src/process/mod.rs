@@ -25,10 +25,10 @@ mod series;
 mod set_ups;
 mod simulate;
 mod singularity;
-mod spindle;
 mod stream;
 mod survey;
 mod tool_vectors;
+mod tools;
 mod untouched;
 mod verification;
 mod verify;
@@ -45,7 +45,7 @@ pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
 pub use program_setup::{ProgramSetup, StartPosition};
-pub use reading::{OffsetUse, ProgramReading};
+pub use reading::{OffsetUse, ProgramReading, ToolUse};
 pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
 pub use series::{Series, SeriesPoint};
 pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
@@ -54,6 +54,7 @@ pub use singularity::{
     SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
 pub use stream::{ProgramSource, Stop};
+pub use tools::{ListedTool, ToolTable, ToolUnknown, Tools};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,

@@ -1,8 +1,11 @@
 //! What a cutter-contact compensation is asked to do.
 
-use super::ProgramSetup;
+use std::ops::ControlFlow;
+
+use super::tools::{Need, ToolCalls};
+use super::{Fault, ProgramSetup, ProgramSource};
 use crate::contact::{Correction, PartSurface};
-use crate::machine::Tool;
+use crate::machine::{Machine, Tool};
 use crate::units::{Angle, Feedrate, Length};
 
 /// Where the contact at the block ends comes from.
@@ -51,8 +54,9 @@ pub enum OutputForm {
 /// The parameters of a cutter-contact compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CcParameters {
-    /// The cutter.
-    pub tool: Tool,
+    /// The cutter; `None`: each section's own from the machine's tool table. With the tip for its contact its shape counts for
+    /// nothing.
+    pub tool: Option<Tool>,
     /// Largest deviation of the contact point from its line.
     pub tolerance: Length,
     /// Where contacts come from.
@@ -104,9 +108,9 @@ impl CcParameters {
 
     /// The defaults of the contract for a tool: 10 µm, contact found by itself, even correction, fewest blocks.
     #[must_use]
-    pub fn new(tool: Tool, program: ProgramSetup) -> Self {
+    pub fn new(tool: impl Into<Option<Tool>>, program: ProgramSetup) -> Self {
         Self {
-            tool,
+            tool: tool.into(),
             tolerance: Length::from_mm(0.01),
             contact: ContactSource::Auto,
             pass_break: Angle::from_deg(Self::PASS_BREAK_DEG),
@@ -118,5 +122,29 @@ impl CcParameters {
             budget: Budget::default(),
             part: None,
         }
+    }
+
+    /// The same for a program that was looked through, with the tool of each section; `contact` is where contacts come from,
+    /// `auto` resolved.
+    ///
+    /// # Errors
+    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    pub(super) fn with_tools(
+        &self,
+        contact: ContactSource,
+        calls: &ToolCalls,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
+        let need = Need {
+            cutter: contact != ContactSource::Tip,
+            worn: false,
+            is_for_one: false,
+            stated_by: "`tool_radius_mm`",
+            agreement: contact != ContactSource::Tip,
+        };
+        let program = self.program.with_tools(self.tool, need, calls, machine, source, stop)?;
+        Ok(Self { program, ..self.clone() })
     }
 }

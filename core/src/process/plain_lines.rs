@@ -45,6 +45,7 @@ impl PlainLines {
     /// begin with a statement.
     pub(super) fn behind(self, lines: &[u8], survey: &Survey) -> Option<(Survey, u64)> {
         let mut survey = *survey;
+        survey.tools.pass_over();
         let mut line = Line { text: lines, at: 0 };
         let mut count = 0;
         while line.at < lines.len() {

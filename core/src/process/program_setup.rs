@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Tools;
 use crate::kinematics::Setup;
 use crate::motion::{Interpolation, InterpreterOptions, WorkOffsets};
 use crate::program::Dialect;
@@ -21,8 +22,8 @@ pub struct ProgramSetup {
     pub feed: Option<Feedrate>,
     /// Where the work offsets are.
     pub work_offsets: Arc<WorkOffsets>,
-    /// Length of the tool, which head axes turn.
-    pub tool_length: Option<Length>,
+    /// Its tools, cutters of the request apart.
+    pub tools: Tools,
     /// Where the axes stand before the first block.
     pub start: StartPosition,
     /// Whether the location errors and the squareness of the machine count.
@@ -48,7 +49,7 @@ impl Default for ProgramSetup {
             interpolation: None,
             feed: None,
             work_offsets: Arc::default(),
-            tool_length: None,
+            tools: Tools::default(),
             start: StartPosition::default(),
             apply_errors: true,
             allow_repeated: false,
@@ -63,7 +64,7 @@ impl ProgramSetup {
         Self {
             unit: Some(LengthUnit::Millimetre),
             work_offsets: Arc::new(WorkOffsets::only(setup.work_offset_mm.into())),
-            tool_length: Some(Length::from_mm(setup.tool_length_mm)),
+            tools: Tools::of_length(Some(Length::from_mm(setup.tool_length_mm))),
             apply_errors: setup.apply_errors,
             ..Self::default()
         }

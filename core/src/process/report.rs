@@ -124,8 +124,12 @@ pub enum WarningKind {
     PositionUnknown,
     /// No contact was found in the whole program.
     NoContactKept,
-    /// A motion behind a change of the tool: cut with the same cutter.
-    CutWithOneTool,
+    /// A cut by a tool that neither the request nor the tool table tells: left alone.
+    ToolUnknown,
+    /// The request states a tool, and each section's own is taken from the table.
+    StatedToolUnused,
+    /// `CUTTER/` states another cutter.
+    CutterDiffers,
     /// A sample of the surface that no motion cuts.
     Uncut,
     /// A cutter that reaches beyond the nominal one.
@@ -165,7 +169,9 @@ impl WarningKind {
             Self::FlatContact => "flat_contact",
             Self::NearlyFlatContact => "nearly_flat_contact",
             Self::PositionUnknown => "position_unknown",
-            Self::CutWithOneTool => "several_tools",
+            Self::ToolUnknown => "tool_unknown",
+            Self::StatedToolUnused => "stated_tool_unused",
+            Self::CutterDiffers => "cutter_differs",
             Self::Uncut => "uncut",
             Self::LargerCutter => "larger_cutter",
             Self::HeldAtPole => "pole_hold",
@@ -257,8 +263,14 @@ impl WarningKind {
             Self::ControlCalibrated => {
                 "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are places of the workpiece, and only rotary words were posted anew"
             }
-            Self::CutWithOneTool => {
-                "the tool was changed before; every motion is cut with the one cutter all the same"
+            Self::ToolUnknown => {
+                "nothing is known of the tool that cuts here, while others are known: the motion is left as it is; put the tool into the machine's tool table (the report names it under reading.tools)"
+            }
+            Self::StatedToolUnused => {
+                "several tools cut in this program, so each section has its tool from the machine's tool table, and the tool of the request is not used; tool_number says that one tool alone is meant"
+            }
+            Self::CutterDiffers => {
+                "CUTTER/ states another cutter than the one computed with: the tool of the request counts, and a section whose tool is from the table is left as it is; correct one of them"
             }
             Self::NoContactKept => "no contact was found in the program; no tip moves but by the length",
         }

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::ProgramSetup;
 use super::fault::{LineFaultKind, Unstated};
+use super::tools::{ToolUsed, Tooling};
 use crate::geometry::Vec3;
 use crate::kinematics::{BareKinematics, Kinematics};
-use crate::machine::{Machine, Side};
-use crate::motion::{AxisWords, Interpolation, Motion, WorkOffset};
+use crate::machine::{Machine, Side, Tool};
+use crate::motion::{AxisWords, CalledTool, Interpolation, Motion, WorkOffset, WorkOffsets};
 use crate::units::Length;
 
 /// So many set-ups are kept; a program with more makes them again.
@@ -18,12 +19,14 @@ const MAX_KEPT: usize = 1024;
 struct Key {
     work_offset: Option<WorkOffset>,
     is_only_offset: bool,
+    tool: CalledTool,
 }
 
 impl Key {
     #[inline]
     fn of(motion: &Motion) -> Self {
-        Self { work_offset: motion.work_offset, is_only_offset: motion.is_only_offset }
+        let Motion { work_offset, is_only_offset, tool, .. } = *motion;
+        Self { work_offset, is_only_offset, tool }
     }
 }
 
@@ -33,6 +36,8 @@ pub(super) struct SetUp {
     key: Key,
     /// With zero for what is not stated.
     pub(super) kinematics: Arc<Kinematics>,
+    /// The tool; `None` where other sections have theirs, and nothing is known of this one's.
+    pub(super) tool: Option<ToolUsed>,
     /// Something on which the poses of turning motions depend is not stated.
     unstated: Option<Unstated>,
 }
@@ -41,9 +46,8 @@ pub(super) struct SetUp {
 #[derive(Debug, Clone)]
 pub(super) struct SetUps {
     bare: BareKinematics,
-    program: ProgramSetup,
-    /// ΔL of a tool that the control knows to be shorter.
-    shorter_by: Length,
+    work_offsets: Arc<WorkOffsets>,
+    tooling: Arc<Tooling>,
     has_table_axis: bool,
     has_head_axis: bool,
     made: Vec<SetUp>,
@@ -54,24 +58,23 @@ pub(super) struct SetUps {
 impl SetUps {
     /// Of programs with this set-up on this machine.
     pub(super) fn new(machine: &Machine, program: &ProgramSetup) -> Self {
-        Self::with_shorter_tool(machine, program, Length::ZERO)
-    }
-
-    /// The same with a tool that is shorter than stated by so much, as the control knows.
-    pub(super) fn with_shorter_tool(machine: &Machine, program: &ProgramSetup, shorter_by: Length) -> Self {
         let bare = BareKinematics::new(machine, program.apply_errors);
         let has = |side: Side| machine.rotary_axes().iter().any(|axis| axis.side == side);
         let (has_table_axis, has_head_axis) = (has(Side::Table), has(Side::Head));
-        let key = Key { work_offset: Some(WorkOffset::Unnamed), is_only_offset: true };
+        let key = Key {
+            work_offset: Some(WorkOffset::Unnamed),
+            is_only_offset: true,
+            tool: CalledTool::NotCalled,
+        };
         let kinematics = Arc::new(bare.set_up(Vec3::zeros(), 0.0));
         let mut set_ups = Self {
             bare,
-            program: program.clone(),
-            shorter_by,
+            work_offsets: Arc::clone(&program.work_offsets),
+            tooling: program.tools.tooling(),
             has_table_axis,
             has_head_axis,
             made: Vec::new(),
-            now: SetUp { key, kinematics, unstated: None },
+            now: SetUp { key, kinematics, tool: None, unstated: None },
         };
         set_ups.now = set_ups.make(key);
         set_ups.made.push(set_ups.now.clone());
@@ -85,8 +88,7 @@ impl SetUps {
         if key == self.now.key {
             return false;
         }
-        self.change(key);
-        true
+        self.change(key)
     }
 
     /// Whether this motion has the set-up entered last.
@@ -95,23 +97,30 @@ impl SetUps {
         Key::of(motion) == self.now.key
     }
 
+    /// Whether motions of tools of which nothing is known are to be told: nobody asked for one tool alone.
+    pub(super) fn tells_unknown_tools(&self) -> bool {
+        !self.tooling.is_by_number
+    }
+
     #[cold]
-    fn change(&mut self, key: Key) {
-        if let Some(made) = self.made.iter().find(|made| made.key == key) {
-            self.now = made.clone();
-            return;
-        }
-        self.now = self.make(key);
-        if self.made.len() >= MAX_KEPT {
-            self.made.clear();
-        }
-        self.made.push(self.now.clone());
+    fn change(&mut self, key: Key) -> bool {
+        let made = self.made.iter().find(|made| made.key == key).cloned();
+        let next = made.unwrap_or_else(|| {
+            let made = self.make(key);
+            if self.made.len() >= MAX_KEPT {
+                self.made.clear();
+            }
+            self.made.push(made.clone());
+            made
+        });
+        let before = std::mem::replace(&mut self.now, next);
+        !Arc::ptr_eq(&before.kinematics, &self.now.kinematics) || before.tool != self.now.tool
     }
 
     fn make(&self, key: Key) -> SetUp {
-        let offset_mm =
-            key.work_offset.and_then(|offset| self.program.work_offsets.of(offset, key.is_only_offset));
-        let length = self.program.tool_length;
+        let offset_mm = key.work_offset.and_then(|offset| self.work_offsets.of(offset, key.is_only_offset));
+        let tool = self.tooling.tool(key.tool);
+        let length = tool.and_then(|tool| tool.length);
         let unstated = if self.has_table_axis && offset_mm.is_none() {
             Some(Unstated::WorkOffset { name: key.work_offset })
         } else if self.has_head_axis && length.is_none() {
@@ -119,13 +128,42 @@ impl SetUps {
         } else {
             None
         };
-        let length_mm = (length.unwrap_or(Length::ZERO) - self.shorter_by).mm();
-        let offset_mm = offset_mm.map_or_else(Vec3::zeros, Vec3::from);
-        SetUp { key, kinematics: Arc::new(self.bare.set_up(offset_mm, length_mm)), unstated }
+        // The same tool called in another way does not make the machine another one.
+        let known = self.made.iter().find(|made| {
+            let Key { work_offset, is_only_offset, .. } = made.key;
+            (work_offset, is_only_offset) == (key.work_offset, key.is_only_offset)
+                && made.tool.and_then(|tool| tool.length) == length
+        });
+        let kinematics = known.map_or_else(
+            || {
+                let offset_mm = offset_mm.map_or_else(Vec3::zeros, Vec3::from);
+                Arc::new(self.bare.set_up(offset_mm, length.unwrap_or(Length::ZERO).mm()))
+            },
+            |made| Arc::clone(&made.kinematics),
+        );
+        SetUp { key, kinematics, tool, unstated }
     }
 }
 
 impl SetUp {
+    /// The nominal cutter, or the one that counts in its place.
+    #[inline]
+    pub(super) fn cutter(&self) -> Option<Tool> {
+        self.tool.and_then(|tool| tool.cutter())
+    }
+
+    /// Whether this is a section of a tool of which nothing is known, while others are known.
+    #[inline]
+    pub(super) fn is_foreign(&self) -> bool {
+        self.tool.is_none()
+    }
+
+    /// Whether all that is missing is the length of such a tool: its motions are left alone.
+    #[inline]
+    pub(super) fn lacks_foreign_length(&self) -> bool {
+        self.is_foreign() && self.unstated == Some(Unstated::ToolLength)
+    }
+
     /// What has to be stated before anything can be said of the path of a motion that turns in machine interpolation.
     #[inline]
     pub(super) fn missing_for_turning(&self, mode: Interpolation, motion: &Motion) -> Option<LineFaultKind> {

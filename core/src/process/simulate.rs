@@ -7,6 +7,7 @@ use super::fault::LineFaults;
 use super::sampler::{Piece, Sampler};
 use super::set_ups::{SetUps, turns};
 use super::stream::Passages;
+use super::tools::Need;
 use super::{Fault, ProgramSetup, ProgramSource, UnknownArc};
 use crate::geometry::Vec3;
 use crate::machine::Machine;
@@ -64,7 +65,7 @@ pub enum LeftOutReason {
     PositionUnknown,
     /// No feed is known, or it is per spindle turn.
     NoFeed,
-    /// Another tool than the one asked for is in the spindle.
+    /// A tool is in the spindle that was not asked for, or of which nothing is known.
     OtherTool,
 }
 
@@ -91,7 +92,7 @@ impl LeftOutReason {
             Self::Arc => "an arc: its course is the control's".to_owned(),
             Self::UnknownArc(why) => format!("an arc whose course is not known: {why}"),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),
-            Self::OtherTool => "another tool than `tool_number` is in the spindle".to_owned(),
+            Self::OtherTool => "a tool is in the spindle that `tool_number` does not name, or that neither the request nor the machine's tool table tells".to_owned(),
             Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),
         }
     }
@@ -166,6 +167,9 @@ pub(super) fn simulate_lines(
     peaks: Option<LinePeaks<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ProgramSimulation, Fault> {
+    let program =
+        parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    let parameters = &SimulationParameters { program, ..parameters.clone() };
     let mut outlook = Outlook::default();
     for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {
         outlook.see(piece);
@@ -230,6 +234,10 @@ fn for_each_motion(
             match Piece::of(parameters, motion) {
                 Ok(Some(piece)) => {
                     set_ups.enter(motion);
+                    if set_ups.now.lacks_foreign_length() && turns(motion) {
+                        take(Seen::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
+                        continue;
+                    }
                     // Where the axes go while the tool turns hangs on the set-up, whoever interpolates.
                     if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
                         let block = passage.batch.blocks().get(motion.block as usize);

@@ -3,15 +3,17 @@
 use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::compensation::LineCursor;
 use super::prepare::MotionPoses;
 use super::reading::ProgramReading;
 use super::tool_vectors::ToolVectors;
+use super::tools::Tooling;
 use super::warnings::Warnings;
 use super::{Fault, ProgramSetup, WarningKind};
 use crate::machine::Machine;
-use crate::motion::{Interpreter, Motion};
+use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
 
 /// Asked now and then whether the work is still wanted.
@@ -102,6 +104,8 @@ pub(super) struct Passages<'a> {
     pub(super) blocks: u64,
     pub(super) motions: u64,
     reading: ProgramReading,
+    /// Which tool cuts where.
+    tooling: Arc<Tooling>,
     /// From the lines read to those of the upload, where what is read was written from it.
     lines: Vec<LineCursor<'a>>,
     /// The same from the first line on, for what is said when all is read.
@@ -127,6 +131,7 @@ impl<'a> Passages<'a> {
             blocks: 0,
             motions: 0,
             reading: ProgramReading::default(),
+            tooling: program.tools.tooling(),
             lines: Vec::new(),
             first_lines: Vec::new(),
         })
@@ -233,7 +238,13 @@ impl<'a> Passages<'a> {
     /// How the program was read so far.
     pub(super) fn reading(&self) -> ProgramReading {
         let (unit, unit_is_stated) = (self.interpreter.unit(), self.interpreter.states_unit());
-        ProgramReading { unit, unit_is_stated, ..self.reading.clone() }
+        let reading = self.reading.clone().with_tools(&self.tooling, self.interpreter.tool_names());
+        ProgramReading { unit, unit_is_stated, ..reading }
+    }
+
+    /// The names by which tools were called so far, and what `CUTTER/` says of them.
+    pub(super) fn tools_told(&self) -> (Vec<ToolName>, Vec<StatedCutter>) {
+        (self.interpreter.tool_names().to_vec(), self.interpreter.stated_cutters().to_vec())
     }
 
     /// Gives back a stretch that was worked off.
@@ -270,6 +281,13 @@ impl<'a> Passages<'a> {
         if let Some(line) = self.interpreter.unit_disagrees_at() {
             let mut cursors = self.first_lines.clone();
             warnings.add(WarningKind::UnitDisagrees, Some(to_upload(&mut cursors, line)));
+        }
+        if self.tooling.leaves_stated {
+            warnings.add(WarningKind::StatedToolUnused, None);
+        }
+        if let Some((count, line)) = self.tooling.differing {
+            let mut cursors = self.first_lines.clone();
+            warnings.add(WarningKind::CutterDiffers, Some(to_upload(&mut cursors, line))).count = count;
         }
         let without_point = self.interpreter.words_without_point();
         if without_point > 0 {

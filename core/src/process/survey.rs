@@ -6,12 +6,13 @@ use super::glance::{Glance, line_count, whole_lines};
 use super::numbering::Numbering;
 use super::plain_lines::PlainLines;
 use super::stream::{CHUNK_BYTES, read_some};
+use super::tools::ToolCalls;
 use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
 use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm};
 
 /// What one pass over the text tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Survey {
     /// Contacts the program states: the first available of points and normals.
     pub(super) stated: Option<ContactSource>,
@@ -23,6 +24,8 @@ pub(super) struct Survey {
     pub(super) has_feed_column: bool,
     /// Of its blocks.
     pub(super) numbering: Numbering,
+    /// Tools that it calls.
+    pub(super) tools: ToolCalls,
     /// Steps that were done to it before, by its stamps.
     pub(super) borne: Steps,
 }
@@ -48,6 +51,7 @@ impl Survey {
             rotary_decimals: 0,
             has_feed_column: true,
             numbering: Numbering::default(),
+            tools: ToolCalls::default(),
             borne: Steps::NONE,
         };
         let mut stamps = StampFinder::default();
@@ -77,6 +81,7 @@ impl Survey {
                 broken |= is_read;
                 if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
                     reader.pass_over_lines(line_count(piece));
+                    survey.tools.pass_over();
                     continue;
                 }
                 let plain = reader.dialect().and_then(|dialect| PlainLines::of(dialect, rotary));
@@ -131,6 +136,7 @@ impl Survey {
         for block in batch.blocks() {
             let words = batch.words(block);
             self.numbering.see(words);
+            self.tools.see(batch, block);
             let mut points = 0;
             for word in words.iter().filter(|word| word.form == WordForm::Number) {
                 let decimals = word.decimals.min(MAX_DECIMALS);
@@ -198,6 +204,7 @@ mod tests {
             rotary_decimals: 0,
             has_feed_column: true,
             numbering,
+            tools: ToolCalls::default(),
             borne: Steps::NONE,
         };
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());

@@ -36,10 +36,10 @@ pub struct CompensationParameters {
 /// What the step for a worn cutter needs; the members mean what they do in [`WearParameters`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearStep {
-    /// The cutter (R, r) the program was made for.
-    pub nominal: Tool,
-    /// The cutter that cuts.
-    pub worn: WornCutter,
+    /// The cutter (R, r) the program was made for; `None`: each section's own from the machine's tool table.
+    pub nominal: Option<Tool>,
+    /// The cutter that cuts; `None`: as the table has it.
+    pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
     /// ΔL = L − L′; 0 where the lengths are not given.
@@ -48,15 +48,14 @@ pub struct WearStep {
     pub length_in_control: LengthInControl,
     /// Where contacts come from; the tip is none.
     pub contact: ContactSource,
-    /// The T number of the cutter, in a program of several; the others' motions are not moved for wear.
-    pub tool_number: Option<u32>,
 }
 
 /// What the step for the cutter-contact path needs; the members mean what they do in [`CcParameters`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CcStep {
-    /// The cutter the program was made for; a worn one named by its radii counts in its place.
-    pub tool: Tool,
+    /// The cutter the program was made for; a worn one counts in its place. `None`: each section's own from the machine's tool
+    /// table.
+    pub tool: Option<Tool>,
     /// Largest deviation of the contact point from its line.
     pub tolerance: Length,
     /// Where contacts come from.
@@ -121,7 +120,6 @@ impl CompensationParameters {
                 shorter_by: step.shorter_by,
                 length_in_control: step.length_in_control,
                 contact: step.contact,
-                tool_number: step.tool_number,
                 ..WearParameters::new(step.nominal, step.worn.clone(), self.real_program())
             }),
             None => shared(WearParameters {
@@ -134,13 +132,13 @@ impl CompensationParameters {
 
     /// What singular regions are treated with: the cutter, the contact and the tolerance of the step for its path, or the
     /// tip; the set-up is that of the machine which the program was made for.
-    pub(super) fn treatment(&self, fallback: Tool) -> CcParameters {
+    pub(super) fn treatment(&self) -> CcParameters {
         let apply_errors = !self.location_errors && self.program.apply_errors;
         let program = ProgramSetup { apply_errors, ..self.program.clone() };
         let step = match (&self.cc, &self.wear) {
             (Some(step), _) => step.clone(),
             (None, Some(wear)) => CcStep { contact: wear.contact, ..CcStep::new(wear.nominal) },
-            (None, None) => CcStep { contact: ContactSource::Tip, ..CcStep::new(fallback) },
+            (None, None) => CcStep { contact: ContactSource::Tip, ..CcStep::new(None) },
         };
         CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
     }
@@ -148,8 +146,8 @@ impl CompensationParameters {
     /// The step for the cutter-contact path as a compensation of its own; `program` is the moved program's.
     pub(super) fn contact_path(&self, step: &CcStep, program: ProgramSetup) -> CcParameters {
         let tool = match self.wear.as_ref().map(|wear| &wear.worn) {
-            Some(WornCutter::Tool(worn)) => *worn,
-            Some(WornCutter::Table(_)) | None => step.tool,
+            Some(Some(WornCutter::Tool(worn))) => Some(*worn),
+            Some(Some(WornCutter::Table(_)) | None) | None => step.tool,
         };
         CcParameters {
             tolerance: step.tolerance,
@@ -169,18 +167,18 @@ impl CompensationParameters {
 impl WearStep {
     /// End milling, contact found by itself, the nominal length in the control.
     #[must_use]
-    pub fn new(nominal: Tool, worn: WornCutter) -> Self {
-        let WearParameters { milling, shorter_by, length_in_control, contact, tool_number, .. } =
-            WearParameters::new(nominal, worn.clone(), ProgramSetup::default());
-        Self { nominal, worn, milling, shorter_by, length_in_control, contact, tool_number }
+    pub fn new(nominal: impl Into<Option<Tool>>, worn: impl Into<Option<WornCutter>>) -> Self {
+        let WearParameters { nominal, worn, milling, shorter_by, length_in_control, contact, .. } =
+            WearParameters::new(nominal, worn, ProgramSetup::default());
+        Self { nominal, worn, milling, shorter_by, length_in_control, contact }
     }
 }
 
 impl CcStep {
     /// The defaults of the contract for a tool.
     #[must_use]
-    pub fn new(tool: Tool) -> Self {
-        let CcParameters { tolerance, contact, pass_break, correction, output, budget, .. } =
+    pub fn new(tool: impl Into<Option<Tool>>) -> Self {
+        let CcParameters { tool, tolerance, contact, pass_break, correction, output, budget, .. } =
             CcParameters::new(tool, ProgramSetup::default());
         Self { tool, tolerance, contact, pass_break, correction, output, budget }
     }

@@ -102,7 +102,7 @@ fn treated(
     stop: &Stop<'_>,
 ) -> Result<Option<Treated>, Fault> {
     let Some(singularity) = &parameters.singularity else { return Ok(None) };
-    let cc = parameters.treatment(Tool::UNIT_BALL);
+    let cc = parameters.treatment();
     let source = Upstream { source, lines: Vec::new() };
     if singularity.action == SingularityAction::Report {
         let nowhere = &mut std::io::sink();
@@ -187,7 +187,7 @@ impl Course<'_> {
         note: Note<'_>,
     ) -> Result<(Moved, ProgramSetup), Fault> {
         let parameters = self.parameters;
-        let cutter = parameters.cc.as_ref().map_or(Tool::UNIT_BALL, |step| step.tool);
+        let cutter = parameters.cc.as_ref().and_then(|step| step.tool).unwrap_or(Tool::UNIT_BALL);
         let moving = parameters.moving(cutter);
         let posts = parameters.location_errors && has_errors;
         // A machine without errors is the nominal one, to the bit.

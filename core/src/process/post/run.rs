@@ -15,7 +15,8 @@ use crate::machine::Machine;
 use crate::motion::{AxisWords, FeedMode, Interpolation};
 use crate::process::fault::LineFaultKind;
 use crate::process::stream::{Passage, Passages};
-use crate::process::{Fault, LineFaults, ProgramSource};
+use crate::process::tools::Need;
+use crate::process::{Fault, LineFaults, ProgramSetup, ProgramSource, Tools};
 use crate::program::Dialect;
 use crate::units::Angle;
 
@@ -93,6 +94,11 @@ pub fn post(
     output: &mut dyn Write,
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
+    let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    // A program with one tool: another one behind a cut is refused.
+    let length = program.tools.tooling().only().and_then(|used| used.length);
+    let program = ProgramSetup { tools: Tools::of_length(length), ..program };
+    let parameters = &PostParameters { program, ..parameters.clone() };
     let set_up = SetUps::new(machine, &parameters.program).now;
     let kinematics = &*set_up.kinematics;
     let mut passages = Passages::open(source, machine, &parameters.program)?;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::super::contact_finder::ContactFinder;
 use super::super::{CcParameters, ContactSource};
+use super::pending::Pending;
 use crate::contact::{Carry, CutterContact, SourceBlock, Station, rotary_rad};
 use crate::geometry::{Vec3, across};
 use crate::kinematics::{Kinematics, ToolPose};
@@ -16,6 +17,8 @@ pub(super) struct Cutting<'a> {
     pub(super) machine: &'a Machine,
     /// The machine as it is set up for the motions at hand.
     pub(super) kinematics: Arc<Kinematics>,
+    /// Their cutter; one that nothing depends on where it is not known.
+    pub(super) tool: Tool,
     pub(super) parameters: &'a CcParameters,
     pub(super) contact: ContactSource,
 }
@@ -32,7 +35,7 @@ impl<'a> Cutting<'a> {
         if matches!(self.contact, ContactSource::FeedPlane | ContactSource::Tip) {
             return None;
         }
-        let found = self.finder().find(&self.kinematics, &self.parameters.tool, station, mode, words);
+        let found = self.finder().find(&self.kinematics, &self.tool, station, mode, words);
         found.ok().flatten().filter(|touch| !touch.is_open).map(|touch| touch.contact)
     }
 
@@ -45,9 +48,9 @@ impl<'a> Cutting<'a> {
         self.finder().evaluations()
     }
 
-    /// The same with the machine set up in this way.
-    pub(super) fn on(&self, kinematics: &Arc<Kinematics>) -> Self {
-        Self { kinematics: Arc::clone(kinematics), ..self.clone() }
+    /// The same with machine and cutter of this motion.
+    pub(super) fn on(&self, pending: &Pending) -> Self {
+        Self { kinematics: Arc::clone(&pending.kinematics), tool: pending.tool, ..self.clone() }
     }
 
     /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.
@@ -69,7 +72,7 @@ impl<'a> Cutting<'a> {
         ends: [Station; 2],
         contacts: [Option<CutterContact>; 2],
     ) -> SourceBlock<'a> {
-        let tool = self.parameters.tool;
+        let tool = self.tool;
         let axes = ends.map(|end| end.pose.axis);
         let carry = match &contacts {
             [Some(start), Some(end)] if is_one_side(&tool, [start, end], axes) => {
@@ -90,7 +93,7 @@ impl<'a> Cutting<'a> {
 
     /// From the tip to a contact that was found with the tool along `found_at`, the tool now along `axis` \[mm\].
     pub(super) fn offset_mm(&self, contact: &CutterContact, found_at: Vec3, axis: Vec3) -> Vec3 {
-        let tool = &self.parameters.tool;
+        let tool = &self.tool;
         Carry::between(tool, [contact, contact], [found_at; 2]).at(tool, 0.0, axis).offset_mm
     }
 }

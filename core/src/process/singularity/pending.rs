@@ -5,7 +5,9 @@ use std::sync::Arc;
 use super::contact::Cutting;
 use crate::contact::{Station, rotary_rad};
 use crate::kinematics::{Kinematics, SingularZone};
+use crate::machine::Tool;
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
+use crate::process::ContactSource;
 use crate::process::fault::LineFaults;
 use crate::process::judge::may_roll_over;
 use crate::process::set_ups::SetUps;
@@ -34,6 +36,8 @@ pub(super) struct Pending {
     pub(super) motion: Motion,
     /// The machine as it is set up for it.
     pub(super) kinematics: Arc<Kinematics>,
+    /// Its cutter; one that nothing depends on where it is not known.
+    pub(super) tool: Tool,
     /// Its number among the motions of the program.
     pub(super) index: u64,
     pub(super) mode: Interpolation,
@@ -141,7 +145,22 @@ impl<'a> Collector<'a> {
     }
 
     fn follows(&self, motion: &Motion) -> bool {
-        is_followed(motion) && !may_roll_over(self.cutting.machine, self.dialect, motion)
+        is_followed(motion)
+            && !may_roll_over(self.cutting.machine, self.dialect, motion)
+            && self.knows_tool(motion)
+    }
+
+    fn tool(&self) -> Tool {
+        self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL)
+    }
+
+    /// Whether what counts of the tool is known, or has to be.
+    fn knows_tool(&self, motion: &Motion) -> bool {
+        let set_up = &self.set_ups.now;
+        let counts_shape = !matches!(self.cutting.contact, ContactSource::Tip | ContactSource::FeedPlane);
+        let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
+        let counts_length = mode == Interpolation::Machine;
+        !(set_up.is_foreign() && counts_shape || set_up.lacks_foreign_length() && counts_length)
     }
 
     /// The motion, if it belongs to a region, and to the one at hand if there is one.
@@ -156,7 +175,8 @@ impl<'a> Collector<'a> {
         let goes_on = before.is_some_and(|before| {
             let same_unit = before.motion.mm_per_unit.to_bits() == motion.mm_per_unit.to_bits();
             let same_set_up = Arc::ptr_eq(&before.kinematics, &self.set_ups.now.kinematics);
-            before.ends[1].words == start && before.mode == mode && same_unit && same_set_up
+            let goes_on = before.ends[1].words == start && before.mode == mode;
+            goes_on && same_unit && same_set_up && before.tool == self.tool()
         });
         if before.is_some() && !goes_on || !turns && (before.is_none() || self.quiet >= MAX_QUIET) {
             return None;
@@ -176,6 +196,7 @@ impl<'a> Collector<'a> {
         Some(Pending {
             motion: *motion,
             kinematics: Arc::clone(kinematics),
+            tool: self.tool(),
             index,
             mode,
             ends,

@@ -1,7 +1,5 @@
 //! What becomes of the motions of a region.
 
-use std::sync::Arc;
-
 use super::super::emit::rounded_feed;
 use super::super::judge::Checked;
 use super::super::plan::{Division, MIN_FEED, is_too_fast};
@@ -11,7 +9,7 @@ use super::figures::Limits;
 use super::pending::Pending;
 use super::{LeftReason, SingularityParameters};
 use crate::contact::{BlockTime, CutterContact, SourceBlock, Station, feed_word, rotary_rad};
-use crate::kinematics::{Kinematics, TRAVEL_SLACK};
+use crate::kinematics::TRAVEL_SLACK;
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
 use crate::program::NewWord;
 use crate::units::MM_PER_INCH;
@@ -83,9 +81,9 @@ impl<'a> Planner<'a> {
         self.cutting.block(pending.mode, pending.ends, contacts)
     }
 
-    /// The same with the machine set up in this way.
-    pub(super) fn on(&self, kinematics: &Arc<Kinematics>) -> Self {
-        Self { cutting: self.cutting.on(kinematics), ..*self }
+    /// The same with machine and cutter of this motion.
+    pub(super) fn on(&self, pending: &Pending) -> Self {
+        Self { cutting: self.cutting.on(pending), ..*self }
     }
 
     pub(super) fn station(&self, mode: Interpolation, words: AxisWords) -> Station {

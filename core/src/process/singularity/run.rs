@@ -14,7 +14,7 @@ use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
 use crate::contact::Effort;
 use crate::geometry::trig;
-use crate::machine::Machine;
+use crate::machine::{Machine, Tool};
 use crate::motion::Motion;
 use crate::process::compensate::Upstream;
 use crate::process::compensation::{LineMap, line_ends};
@@ -26,7 +26,7 @@ use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
-use crate::process::{CcParameters, Fault, ProgramSource, Stop};
+use crate::process::{CcParameters, ContactSource, Fault, ProgramSource, Stop};
 use crate::program::{Batch, Dialect, Step, Steps, print_changed};
 use crate::units::Angle;
 
@@ -73,8 +73,12 @@ pub(in crate::process) fn treat_from(
         survey.refuse_repeated(Steps::of(&[Step::Singularity]), cc.program.allow_repeated)?;
     }
     let contact = survey.contact(cc.contact, cc.part.is_some())?;
-    let kinematics = Arc::clone(&SetUps::new(machine, &cc.program).now.kinematics);
-    let cutting = Cutting { machine, kinematics, parameters: cc, contact };
+    // Contacts that a rule would assume count for nothing here.
+    let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
+    let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
+    let first = SetUps::new(machine, &cc.program).now;
+    let tool = first.cutter().unwrap_or(Tool::UNIT_BALL);
+    let cutting = Cutting { machine, kinematics: first.kinematics, tool, parameters: cc, contact };
     let planner = Planner { cutting, survey, singularity: *singularity };
     let mut passages = Passages::open(source, machine, &cc.program)?.with_lines(lines);
     let mut run: Option<Run<'_>> = None;
@@ -188,7 +192,7 @@ impl<'a> Run<'a> {
         if stop().is_break() {
             return Err(Fault::Cancelled);
         }
-        let planner = self.planner.on(&first.kinematics);
+        let planner = self.planner.on(first);
         let kinematics = &planner.cutting.kinematics;
         let limits = planner.limits();
         let mut before = RegionFigures::default();

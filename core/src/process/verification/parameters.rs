@@ -11,8 +11,8 @@ use crate::units::Length;
 /// The parameters of a verification by virtual cutting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerificationParameters {
-    /// The cutter in the spindle.
-    pub tool: Tool,
+    /// The cutter in the spindle; `None`: each section's own from the machine's tool table.
+    pub tool: Option<Tool>,
     /// How far above the tip the cutter is taken into account; `None` is four radii, and at least 30 mm.
     pub cutting_length: Option<Length>,
     /// Height H of the stock over the surface, along the normal: where needles end.
@@ -23,8 +23,6 @@ pub struct VerificationParameters {
     pub limit: Length,
     /// What the text does not say.
     pub program: ProgramSetup,
-    /// The T number of the cutter, in a program of several; the others' motions are left out.
-    pub tool_number: Option<u32>,
     /// Most comparisons of samples, or clumps of them, with straight pieces.
     pub max_pairs: u64,
     /// Most straight pieces that the program's motions may be divided into.
@@ -88,15 +86,14 @@ impl VerificationParameters {
 
     /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
     #[must_use]
-    pub fn new(tool: Tool, program: ProgramSetup) -> Self {
+    pub fn new(tool: impl Into<Option<Tool>>, program: ProgramSetup) -> Self {
         Self {
-            tool,
+            tool: tool.into(),
             cutting_length: None,
             stock: Length::from_mm(1.0),
             resolution: Length::from_mm(5e-4),
             limit: Length::from_mm(0.03),
             program,
-            tool_number: None,
             max_pairs: 5_000_000_000,
             max_pieces: 50_000_000,
         }
@@ -105,20 +102,22 @@ impl VerificationParameters {
     /// Where no cutting length is stated a straight shank counts up to this height above the tip, at least \[mm\].
     const LEAST_LENGTH_MM: f64 = 30.0;
 
-    /// The cutter's body.
+    /// The body of a cutter.
     ///
     /// # Errors
     /// A cutting length that does not reach above the corner.
-    pub fn body(&self) -> Result<CutterBody, CutterBodyFault> {
-        let radii_mm = CutterBody::DEFAULT_LENGTH_IN_RADII * self.tool.radius().mm();
+    pub fn body(&self, tool: &Tool) -> Result<CutterBody, CutterBodyFault> {
+        let radii_mm = CutterBody::DEFAULT_LENGTH_IN_RADII * tool.radius().mm();
         let usual = Length::from_mm(radii_mm.max(Self::LEAST_LENGTH_MM));
-        CutterBody::new(&self.tool, self.cutting_length.unwrap_or(usual))
+        CutterBody::new(tool, self.cutting_length.unwrap_or(usual))
     }
 
     /// Everything that is wrong with these parameters and samples; empty where nothing is.
     #[must_use]
     pub fn faults(&self, samples: &[SurfacePoint]) -> Vec<VerificationFault> {
-        let mut faults: Vec<VerificationFault> = self.body().err().into_iter().map(Into::into).collect();
+        let body = self.tool.map(|tool| self.body(&tool));
+        let mut faults: Vec<VerificationFault> =
+            body.and_then(Result::err).into_iter().map(Into::into).collect();
         let lengths = [
             (VerificationQuantity::Stock, self.stock, Self::STOCK_RANGE_MM),
             (VerificationQuantity::Resolution, self.resolution, Self::RESOLUTION_RANGE_MM),

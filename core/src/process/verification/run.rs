@@ -6,16 +6,16 @@ use std::sync::Arc;
 use super::super::fault::LineFaults;
 use super::super::set_ups::SetUps;
 use super::super::simulate::LeftOuts;
-use super::super::spindle::Spindle;
 use super::super::stream::Passages;
+use super::super::tools::Need;
 use super::super::warnings::Warnings;
 use super::super::{Fault, LeftOutReason, ProgramSource, WarningKind};
 use super::arc::ArcModes;
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
 use crate::contact::CutterBody;
-use crate::machine::Machine;
-use crate::motion::MotionKind;
+use crate::machine::{Machine, Tool};
+use crate::motion::{Motion, MotionKind};
 use crate::program::{Batch, Dialect};
 use crate::surface::SurfacePoint;
 use crate::units::Length;
@@ -54,6 +54,9 @@ pub fn verify_part(
     if !faults.is_empty() {
         return Err(Fault::Verification(faults));
     }
+    let need = Need { cutter: true, stated_by: "`tool`", agreement: true, ..Need::LENGTH };
+    let program = parameters.program.looked_through(parameters.tool, need, machine, source, stop)?;
+    let parameters = &VerificationParameters { program, ..parameters.clone() };
     let workshop = Workshop { machine, parameters, source, parts, stop };
     let found = workshop.cut(samples, parameters.resolution, parameters.max_pieces)?;
     if found.motions.total() == 0 {
@@ -108,19 +111,17 @@ impl Workshop<'_> {
     /// The whole program over these samples.
     fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
-        let body = parameters.body().map_err(|fault| Fault::Verification(vec![fault.into()]))?;
         let mut passages = Passages::open(self.source, machine, &parameters.program)?;
         let mut faults = LineFaults::default();
         let mut mill = Mill {
             workshop: self,
             set_ups: SetUps::new(machine, &parameters.program),
-            body,
+            body: None,
             resolution_mm: resolution.mm(),
             max_pieces,
             bed: NeedleBed::new(samples, parameters.stock),
             batch: SweepBatch::new(),
             modes: ArcModes::default(),
-            spindle: Spindle::default(),
             full: FIRST_BATCH,
             motions: MotionCounts::default(),
             left_out: LeftOuts::default(),
@@ -131,13 +132,12 @@ impl Workshop<'_> {
             let mut seen = 0;
             for motion in &passage.motions {
                 mill.scan(&passage.batch, &mut seen, motion.block as usize + 1);
-                if !mill.spindle.holds(parameters.tool_number) {
+                if !mill.enter(motion)? {
                     mill.left_out.add(Some(LeftOutReason::OtherTool), motion.line);
                     continue;
                 }
                 match Course::of(parameters, mill.modes, &passage.batch, motion) {
                     Ok(Some(course)) => {
-                        mill.set_ups.enter(motion);
                         let missing = mill.set_ups.now.missing_for_place();
                         if let Some(kind) = missing.filter(|_| course.hangs_on_set_up()) {
                             let block = passage.batch.blocks().get(motion.block as usize);
@@ -211,13 +211,13 @@ fn chosen(residuals: &[Option<Residual>]) -> Vec<usize> {
 struct Mill<'a> {
     workshop: &'a Workshop<'a>,
     set_ups: SetUps,
-    body: CutterBody,
+    /// Of the tool in the spindle.
+    body: Option<(Tool, CutterBody)>,
     resolution_mm: f64,
     max_pieces: u64,
     bed: NeedleBed,
     batch: SweepBatch,
     modes: ArcModes,
-    spindle: Spindle,
     /// Pieces that are worth cutting with at once, as far as the last batch tells.
     full: usize,
     motions: MotionCounts,
@@ -231,9 +231,22 @@ impl Mill<'_> {
     fn scan(&mut self, batch: &Batch, seen: &mut usize, end: usize) {
         for block in batch.blocks().get(*seen..end).unwrap_or_default() {
             self.modes.see(batch.words(block));
-            self.spindle.see(batch, block);
         }
         *seen = end;
+    }
+
+    /// Goes over to machine and cutter of a motion; whether its tool is known.
+    fn enter(&mut self, motion: &Motion) -> Result<bool, Fault> {
+        self.set_ups.enter(motion);
+        let Some(tool) = self.set_ups.now.cutter() else { return Ok(false) };
+        if self.body.as_ref().is_none_or(|(known, _)| *known != tool) {
+            // What was swept by the tool before is cut with its body.
+            self.flush()?;
+            let body = self.workshop.parameters.body(&tool);
+            let body = body.map_err(|fault| Fault::Verification(vec![fault.into()]))?;
+            self.body = Some((tool, body));
+        }
+        Ok(true)
     }
 
     /// Cuts along one motion.
@@ -246,10 +259,8 @@ impl Mill<'_> {
             MotionKind::Arc => self.motions.arcs += 1,
             MotionKind::Linear | MotionKind::Opaque => self.motions.linear += 1,
         }
-        if !by_rapid && self.spindle.cuts_with_another() {
-            self.warnings.add(WarningKind::CutWithOneTool, Some(course.line));
-        }
-        let pieces = course.pieces(machine, kinematics, &self.body, self.resolution_mm);
+        let Some((_, body)) = self.body.clone() else { return Ok(()) };
+        let pieces = course.pieces(machine, kinematics, &body, self.resolution_mm);
         self.pieces = self.pieces.saturating_add(pieces);
         if self.pieces > self.max_pieces {
             let what = "straight pieces that the program's motions divide into";
@@ -258,7 +269,7 @@ impl Mill<'_> {
         let mut from = course.pose_at(machine, kinematics, 0.0);
         for index in 1..=pieces {
             let to = course.pose_at(machine, kinematics, index as f64 / pieces as f64);
-            self.batch.push(&self.body, [&from, &to], self.resolution_mm, course.line, by_rapid);
+            self.batch.push(&body, [&from, &to], self.resolution_mm, course.line, by_rapid);
             if self.batch.len() >= self.full {
                 self.flush()?;
             }
@@ -271,8 +282,9 @@ impl Mill<'_> {
         if (self.workshop.stop)().is_break() {
             return Err(Fault::Cancelled);
         }
+        let Some((_, body)) = &self.body else { return Ok(()) };
         let before = self.bed.counts().work();
-        self.bed.cut(&self.body, &self.batch, self.workshop.parts);
+        self.bed.cut(body, &self.batch, self.workshop.parts);
         self.batch.clear();
         let pairs = self.bed.counts().work();
         let max_pairs = self.workshop.parameters.max_pairs;

@@ -1,7 +1,8 @@
 //! Where the nominal cutter touches at a point, how far the tip moves so that the worn one touches there, and where a
 //! cutter at a given pose does touch.
 
-use super::parameters::{Milling, WearParameters, WornCutter};
+use super::parameters::{Milling, WornCutter};
+use super::worn_tool::WornTool;
 use crate::contact::CutterContact;
 use crate::geometry::{Vec3, across, angle_between};
 use crate::kinematics::ToolPose;
@@ -108,23 +109,23 @@ fn depth_mm(tool: &Tool, axis: Vec3, normal: Vec3) -> f64 {
 
 /// The contact that a stated point in W gives.
 pub(super) fn by_point(
-    parameters: &WearParameters,
+    tool: &WornTool,
     pose: &ToolPose,
     contact_mm: Vec3,
 ) -> Result<WornContact, ShiftFault> {
-    let wear = parameters.cutter_wear();
-    if parameters.milling == Milling::Side {
+    let wear = tool.cutter_wear();
+    if tool.milling == Milling::Side {
         let stated = side_milling_shift_at(&wear, pose, contact_mm)?;
         let inward = across(pose.tip_mm - contact_mm, pose.axis).normalize();
         let (hold, shift_mm) = (Hold::Side { inward }, stated.shift.shift_mm);
         return Ok(WornContact { hold, shift_mm, note: None, off_tool_mm: stated.off_tool_mm });
     }
-    let (side, off_tool_mm) = stated_side(&parameters.nominal, pose, contact_mm)?;
-    match (side, &parameters.worn) {
+    let (side, off_tool_mm) = stated_side(&tool.nominal, pose, contact_mm)?;
+    match (side, &tool.worn) {
         (StatedSide::Corner { normal }, _) => {
-            Ok(WornContact { off_tool_mm, ..by_normal(parameters, pose, normal)? })
+            Ok(WornContact { off_tool_mm, ..by_normal(tool, pose, normal)? })
         }
-        (StatedSide::Flat, _) => Ok(flat(parameters, pose, off_tool_mm)),
+        (StatedSide::Flat, _) => Ok(flat(tool, pose, off_tool_mm)),
         (StatedSide::Edge { inward }, WornCutter::Tool(_)) => {
             let stated = end_milling_shift_at(&wear, pose, contact_mm)?;
             let (hold, shift_mm) = (Hold::Side { inward }, stated.shift.shift_mm);
@@ -136,18 +137,18 @@ pub(super) fn by_point(
 
 /// The contact that a surface normal in W gives.
 pub(super) fn by_normal(
-    parameters: &WearParameters,
+    tool: &WornTool,
     pose: &ToolPose,
     normal: Vec3,
 ) -> Result<WornContact, ShiftFault> {
-    let (axis, wear) = (pose.axis, parameters.cutter_wear());
-    if parameters.milling == Milling::Side {
+    let (axis, wear) = (pose.axis, tool.cutter_wear());
+    if tool.milling == Milling::Side {
         let shift = side_milling_shift(&wear, axis, normal)?;
         let inward = across(normal, axis).normalize();
         let (hold, shift_mm) = (Hold::Side { inward }, shift.shift_mm);
         return Ok(WornContact { hold, shift_mm, note: None, off_tool_mm: 0.0 });
     }
-    let (shift, hold) = match &parameters.worn {
+    let (shift, hold) = match &tool.worn {
         WornCutter::Tool(_) => {
             let shift = end_milling_shift(&wear, axis, normal)?;
             let normal = normal.normalize();
@@ -165,10 +166,10 @@ pub(super) fn by_normal(
 }
 
 /// The flat end, or no contact at all: only the length counts.
-pub(super) fn flat(parameters: &WearParameters, pose: &ToolPose, off_tool_mm: f64) -> WornContact {
+pub(super) fn flat(tool: &WornTool, pose: &ToolPose, off_tool_mm: f64) -> WornContact {
     WornContact {
         hold: Hold::Flat,
-        shift_mm: pose.axis * -parameters.unknown_to_control().mm(),
+        shift_mm: pose.axis * -tool.unknown_to_control.mm(),
         note: Some(FlatContact::Whole),
         off_tool_mm,
     }
@@ -179,8 +180,8 @@ pub(super) const TIP: WornContact =
     WornContact { hold: Hold::Flat, shift_mm: Vec3::new(0.0, 0.0, 0.0), note: None, off_tool_mm: 0.0 };
 
 /// No contact of its own: the length counts, and the shift of the last contact is kept.
-pub(super) fn carried(parameters: &WearParameters, pose: &ToolPose, carried_mm: Vec3) -> WornContact {
-    let plain = flat(parameters, pose, 0.0);
+pub(super) fn carried(tool: &WornTool, pose: &ToolPose, carried_mm: Vec3) -> WornContact {
+    let plain = flat(tool, pose, 0.0);
     let (hold, shift_mm) = (Hold::Carried { shift_mm: carried_mm }, plain.shift_mm + carried_mm);
     WornContact { hold, shift_mm, note: None, ..plain }
 }

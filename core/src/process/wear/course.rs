@@ -9,6 +9,7 @@ use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
 use super::parameters::{Moves, WearParameters};
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
+use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution};
 use crate::contact::{
     SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
@@ -70,6 +71,8 @@ pub(super) struct Pilot<'a> {
     pub(super) machine: &'a Machine,
     pub(super) moves: Moves<'a>,
     pub(super) parameters: &'a WearParameters,
+    /// The cutter of the section at hand, worn and nominal.
+    pub(super) tool: WornTool,
     /// The machine under which the written program runs.
     pub(super) written: SetUps,
     pub(super) contact: ContactSource,
@@ -104,7 +107,9 @@ impl Pilot<'_> {
     ) -> Result<Course, LineFaultKind> {
         let motion = &motions[index];
         self.points.enter(motion);
-        self.written.enter(motion);
+        if self.written.enter(motion) {
+            self.take_tool();
+        }
         if !self.is_its_tool {
             self.carried_mm = Vec3::zeros();
             if !self.moves.posts {
@@ -152,7 +157,7 @@ impl Pilot<'_> {
             _ if !self.is_its_tool => None,
             (ContactSource::Surface, None) => None,
             (ContactSource::Surface, Some(touched)) => {
-                Some(by_normal(self.parameters, &pose, touched.normal)?)
+                Some(by_normal(&self.tool, &pose, touched.normal)?)
             }
             _ => self.stated(motion, &end, &pose)?,
         };
@@ -174,6 +179,13 @@ impl Pilot<'_> {
         let mut point = self.point(motion, [pose, real], near, contact);
         point.is_assumed = is_assumed && point.has_contact;
         Ok(Course::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
+    }
+
+    /// Goes over to the cutter of the section at hand.
+    pub(super) fn take_tool(&mut self) {
+        let tool = self.moves.worn_tool(self.written.now.tool);
+        self.is_its_tool = tool.is_some() || !self.moves.has_wear;
+        self.tool = tool.unwrap_or(WornTool::NONE);
     }
 
     /// What has to be stated before it can be said where this motion has to end.
@@ -239,7 +251,7 @@ impl Pilot<'_> {
         near: NearWords,
         contact: Option<WornContact>,
     ) -> Point {
-        let behind = if self.is_its_tool { self.parameters.unknown_to_control() } else { Length::ZERO };
+        let behind = if self.is_its_tool { self.tool.unknown_to_control } else { Length::ZERO };
         let behind_mm = behind.mm();
         if let Some(found) = &contact {
             self.note(motion.line, found);
@@ -250,10 +262,10 @@ impl Pilot<'_> {
         let contact = contact.unwrap_or_else(|| {
             if !self.is_its_tool {
                 TIP
-            } else if self.parameters.is_larger() {
-                carried(self.parameters, &pose, self.carried_mm)
+            } else if self.tool.is_larger() {
+                carried(&self.tool, &pose, self.carried_mm)
             } else {
-                flat(self.parameters, &pose, 0.0)
+                flat(&self.tool, &pose, 0.0)
             }
         });
         Point { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
@@ -267,7 +279,7 @@ impl Pilot<'_> {
         if self.moves.posts {
             let by_vector = motion.tool_axis.is_some();
             let axis = if by_vector { pose.axis } else { self.written.now.kinematics.axis(rotary_rad) };
-            let tools = [&self.parameters.nominal, &self.parameters.cutter_wear().actual];
+            let tools = [&self.tool.nominal, &self.tool.actual()];
             tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
         }
         match self.points.mode(motion) {
@@ -292,10 +304,10 @@ impl Pilot<'_> {
                         self.points.source.now.kinematics.tip_mm(Vec3::from(words), rotary_rad)
                     }
                 };
-                by_point(self.parameters, pose, contact_mm).map(Some)
+                by_point(&self.tool, pose, contact_mm).map(Some)
             }
             (ContactSource::Normals, ContactWords::Normal(normal)) => {
-                by_normal(self.parameters, pose, Vec3::from(normal)).map(Some)
+                by_normal(&self.tool, pose, Vec3::from(normal)).map(Some)
             }
             _ => Ok(None),
         }
@@ -303,7 +315,7 @@ impl Pilot<'_> {
 
     /// Where the nominal cutter touches the part.
     fn on_surface(&self, pose: &ToolPose) -> Option<SurfaceContact> {
-        contact_on_surface(self.parameters.part.as_ref()?, &self.parameters.nominal, pose)
+        contact_on_surface(self.parameters.part.as_ref()?, &self.tool.nominal, pose)
     }
 
     /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid hands over to one. Nothing is
@@ -327,13 +339,13 @@ impl Pilot<'_> {
         if is_cut {
             self.assumption.take(path_mm, turns.contains(&true), found.is_some());
         }
-        found.map(|normal| by_normal(self.parameters, pose, normal)).transpose()
+        found.map(|normal| by_normal(&self.tool, pose, normal)).transpose()
     }
 
     /// The feed at a point between the poses before and after it: along the chord of both where one pass goes through, else
     /// along the side on which a rotary axis turns, the motion that ends here first.
     fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
-        let tool = &self.parameters.nominal;
+        let tool = &self.tool.nominal;
         let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
         let after = sides[1].and_then(|after| feed_direction(tool, [pose, &after]));
         match (before, after) {
@@ -427,7 +439,7 @@ impl Pilot<'_> {
             }
             _ => false,
         };
-        let touches = touches && self.is_its_tool && !self.parameters.has_nominal_shape();
+        let touches = touches && self.is_its_tool && !self.tool.has_nominal_shape();
         axes.is_off() || self.moves_everything || touches
     }
 

@@ -13,6 +13,7 @@ mod posting;
 mod report;
 mod run;
 mod verify;
+mod worn_tool;
 mod written;
 
 pub use assumption::Assumption;

@@ -15,6 +15,7 @@ use super::posting::Posting;
 use super::report::WearReport;
 use super::run::Run;
 use super::verify::{Outgoing, WearVerifier};
+use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::wear::{OneAfterAnother, SideBySide};
 
@@ -83,8 +84,11 @@ pub(in crate::process) fn move_program(
     survey.refuse_repeated(moves.steps(), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
+    let moves = &moves.with_tools(&survey.tools, machine, source, stop)?;
+    let worn_tools = moves.worn_tools();
+    let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
     // A cutter of nominal shape moves by its length alone, wherever it touches.
-    let needs_contact = moves.has_wear && !parameters.has_nominal_shape();
+    let needs_contact = moves.has_wear && !has_nominal_shape;
     if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
         return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
     }
@@ -131,10 +135,7 @@ pub(in crate::process) fn move_program(
     if run.faults.total > 0 {
         return Err(Fault::Lines(run.faults));
     }
-    if let Some(number) = parameters.tool_number.filter(|_| run.motions_of_its_tool == 0) {
-        return Err(Fault::NoSuchTool { number });
-    }
-    let asks_for_nothing = parameters.has_nominal_shape() && !run.pilot.moves_everything && !moves.posts;
+    let asks_for_nothing = has_nominal_shape && !run.pilot.moves_everything && !moves.posts;
     if run.motions_followed == 0 && !asks_for_nothing {
         // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
         return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });

@@ -1,12 +1,16 @@
 //! What a wear compensation is asked to do.
 
+use std::ops::ControlFlow;
+
 use super::super::set_ups::SetUps;
-use super::super::{CcParameters, ContactSource, ProgramSetup};
+use super::super::tools::{Need, ToolCalls, ToolUsed};
+use super::super::{CcParameters, ContactSource, Fault, ProgramSetup, ProgramSource};
+use super::worn_tool::WornTool;
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
 use crate::program::{Step, Steps};
 use crate::units::{Angle, Length};
-use crate::wear::{CutterWear, WearTable};
+use crate::wear::WearTable;
 
 /// Which part of the cutter makes the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,10 +55,10 @@ pub enum LengthInControl {
 /// The parameters of a wear compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearParameters {
-    /// The cutter (R, r) the program was made for.
-    pub nominal: Tool,
-    /// The cutter that cuts.
-    pub worn: WornCutter,
+    /// The cutter (R, r) the program was made for; `None`: each section's own from the machine's tool table.
+    pub nominal: Option<Tool>,
+    /// The cutter that cuts; `None`: as the table has it.
+    pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
     /// ΔL = L − L′; 0 where the lengths are not given.
@@ -65,8 +69,6 @@ pub struct WearParameters {
     pub contact: ContactSource,
     /// Where the feed turns by more, an assumed contact belongs to another pass.
     pub pass_break: Angle,
-    /// The T number of the cutter, in a program of several; the others' motions stay as they are.
-    pub tool_number: Option<u32>,
     /// What the text does not say, with the nominal tool length.
     pub program: ProgramSetup,
     /// The part's surface.
@@ -108,9 +110,54 @@ impl<'a> Moves<'a> {
 
     /// What holds for the written program.
     pub(in crate::process) fn program_behind(&self) -> ProgramSetup {
-        let shorter_by = self.parameters.known_to_control();
-        let tool_length = self.written_program.tool_length.map(|length| length - shorter_by);
-        ProgramSetup { tool_length, ..self.written_program.clone() }
+        let tools = self.written_program.tools.behind_wear(self.parameters.known_to_control());
+        ProgramSetup { tools, ..self.written_program.clone() }
+    }
+
+    /// The worn cutter of a section; `None` where nothing is known of its tool or of its wear. Without wear a cutter of nominal
+    /// shape.
+    pub(super) fn worn_tool(&self, used: Option<ToolUsed>) -> Option<WornTool> {
+        let (used, parameters) = (used?, self.parameters);
+        let nominal = used.nominal.or(parameters.nominal)?;
+        let worn = if self.has_wear {
+            parameters.worn.clone().or(used.worn.map(WornCutter::Tool))?
+        } else {
+            WornCutter::Tool(nominal)
+        };
+        let unknown_to_control = parameters.shorter_by - parameters.known_to_control();
+        Some(WornTool { nominal, worn, milling: parameters.milling, unknown_to_control })
+    }
+
+    /// The worn cutters of a program that was looked through.
+    pub(super) fn worn_tools(&self) -> Vec<WornTool> {
+        let tooling = self.source_program.tools.tooling();
+        tooling.all_tools().filter_map(|used| self.worn_tool(Some(used))).collect()
+    }
+
+    /// The same for a program that was looked through, with the tool of each section.
+    ///
+    /// # Errors
+    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    pub(super) fn with_tools(
+        &self,
+        calls: &ToolCalls,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
+        let need = Need {
+            cutter: self.has_wear,
+            worn: self.has_wear && self.parameters.worn.is_none(),
+            is_for_one: self.has_wear && self.parameters.worn.is_some(),
+            stated_by: "`nominal_tool`",
+            agreement: self.has_wear,
+        };
+        let stated = self.parameters.nominal.filter(|_| self.has_wear);
+        let source_program =
+            self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
+        let written_program =
+            ProgramSetup { tools: source_program.tools.clone(), ..self.written_program.clone() };
+        Ok(Self { source_program, written_program, ..self.clone() })
     }
 
     /// The machine as it is set up for the source's motions, and for those of the written program.
@@ -118,7 +165,7 @@ impl<'a> Moves<'a> {
         let shorter_by = self.parameters.known_to_control();
         [
             SetUps::new(machine, &self.source_program),
-            SetUps::with_shorter_tool(machine, &self.written_program, shorter_by),
+            SetUps::new(machine, &self.written_program.with_shorter_tools(shorter_by)),
         ]
     }
 
@@ -137,32 +184,30 @@ impl<'a> Moves<'a> {
 impl WearParameters {
     /// End milling with the worn cutter's own length in the control, contact found by itself.
     #[must_use]
-    pub fn new(nominal: Tool, worn: WornCutter, program: ProgramSetup) -> Self {
+    pub fn new(
+        nominal: impl Into<Option<Tool>>,
+        worn: impl Into<Option<WornCutter>>,
+        program: ProgramSetup,
+    ) -> Self {
         Self {
-            nominal,
-            worn,
+            nominal: nominal.into(),
+            worn: worn.into(),
             milling: Milling::End,
             shorter_by: Length::ZERO,
             length_in_control: LengthInControl::Nominal,
             contact: ContactSource::Auto,
             pass_break: Angle::from_deg(CcParameters::PASS_BREAK_DEG),
-            tool_number: None,
             program,
             part: None,
         }
     }
 
-    /// ΔL as far as the control does not know of it.
-    pub(super) fn unknown_to_control(&self) -> Length {
-        match self.length_in_control {
-            LengthInControl::Nominal => self.shorter_by,
-            LengthInControl::Measured => Length::ZERO,
-        }
-    }
-
     /// ΔL as far as the control knows of it.
     pub(super) fn known_to_control(&self) -> Length {
-        self.shorter_by - self.unknown_to_control()
+        match self.length_in_control {
+            LengthInControl::Nominal => Length::ZERO,
+            LengthInControl::Measured => self.shorter_by,
+        }
     }
 
     /// Whether the length alone moves the words of every point, rapids too.
@@ -170,32 +215,5 @@ impl WearParameters {
         let has_head = machine.rotary_axes().iter().any(|axis| axis.side == Side::Head);
         let shorter_mm = self.shorter_by.mm().abs();
         shorter_mm > 0.0 && (has_head || self.length_in_control == LengthInControl::Nominal)
-    }
-
-    /// Whether the worn cutter has the nominal one's shape.
-    pub(super) fn has_nominal_shape(&self) -> bool {
-        match &self.worn {
-            WornCutter::Tool(tool) => *tool == self.nominal,
-            WornCutter::Table(table) => table.is_zero(),
-        }
-    }
-
-    /// Whether the worn cutter, tip on tip, reaches beyond the nominal one anywhere.
-    pub(super) fn is_larger(&self) -> bool {
-        match &self.worn {
-            WornCutter::Tool(tool) => {
-                tool.radius() > self.nominal.radius() || tool.core_radius() > self.nominal.core_radius()
-            }
-            WornCutter::Table(table) => table.is_above_zero(),
-        }
-    }
-
-    /// The wear as the formulas of tool (R, r) take it; of a table the nominal cutter and the length.
-    pub(super) fn cutter_wear(&self) -> CutterWear {
-        let actual = match &self.worn {
-            WornCutter::Tool(tool) => *tool,
-            WornCutter::Table(_) => self.nominal,
-        };
-        CutterWear { nominal: self.nominal, actual, shorter_by: self.unknown_to_control() }
     }
 }

@@ -5,7 +5,6 @@ use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults};
 use super::super::inventory::Inventory;
 use super::super::reading::ProgramReading;
-use super::super::spindle::Spindle;
 use super::super::stream::{Passage, Stretch};
 use super::super::survey::Survey;
 use super::super::warnings::Warnings;
@@ -20,6 +19,7 @@ use super::points::Points;
 use super::posting::Posting;
 use super::report::{CurvatureAcross, WearReport};
 use super::verify::{Expected, Outgoing, WearVerifier};
+use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
@@ -54,14 +54,11 @@ pub(super) struct Run<'a> {
     pub(super) out: Outgoing,
     /// Blocks looked through for codes that matter.
     scanned: usize,
-    spindle: Spindle,
     uses_tcp: bool,
     blocks_changed: u64,
     contacts_kept: u64,
     contacts_assumed: u64,
     motions_shifted: u64,
-    /// Motions that are looked at: all, or those of the tool asked for.
-    pub(super) motions_of_its_tool: u64,
     /// Motions whose end was looked at, whatever the tool.
     pub(super) motions_followed: u64,
     feeds_lowered: u64,
@@ -81,10 +78,11 @@ impl<'a> Run<'a> {
         let [source, written] = moves.set_ups(machine);
         let parameters = moves.parameters;
         let real = moves.posts.then(|| written.clone());
-        let pilot = Pilot {
+        let mut pilot = Pilot {
             machine,
             moves: moves.clone(),
             parameters,
+            tool: WornTool::NONE,
             written,
             contact,
             points: Points::new(machine, source, parameters.program.interpolation, real),
@@ -97,6 +95,7 @@ impl<'a> Run<'a> {
             curvature: CurvatureAcross::default(),
             assumption: Assumption::default(),
         };
+        pilot.take_tool();
         Self {
             survey,
             pilot,
@@ -108,13 +107,11 @@ impl<'a> Run<'a> {
             inventory: Inventory::default(),
             out: Outgoing::default(),
             scanned: 0,
-            spindle: Spindle::default(),
             uses_tcp: false,
             blocks_changed: 0,
             contacts_kept: 0,
             contacts_assumed: 0,
             motions_shifted: 0,
-            motions_of_its_tool: 0,
             motions_followed: 0,
             feeds_lowered: 0,
             max_shift: (0.0, None),
@@ -149,7 +146,6 @@ impl<'a> Run<'a> {
                 return Err(Fault::Cancelled);
             }
             self.scan(batch, motion.block as usize);
-            self.pilot.is_its_tool = self.spindle.holds(self.pilot.parameters.tool_number);
             let resolutions = self.resolutions(motion);
             let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
             let done = match course {
@@ -175,28 +171,24 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Why the tool in the spindle cannot be moved for.
+    /// Why a motion of a tool of which nothing is known cannot be moved.
     fn foreign_tool(&mut self, motion: &Motion, is_looked_at: bool) -> Option<LineFaultKind> {
-        let Pilot { moves, is_its_tool, .. } = &self.pilot;
-        let length_counts = moves.posts && self.pilot.needs_length(motion);
-        if !is_looked_at || motion.kind == MotionKind::Rapid {
+        let pilot = &mut self.pilot;
+        if !is_looked_at || motion.kind == MotionKind::Rapid || pilot.is_its_tool && !pilot.written.now.is_foreign()
+        {
             return None;
         }
-        if !is_its_tool {
-            return length_counts.then_some(LineFaultKind::OtherToolLength);
+        if pilot.moves.has_wear && pilot.written.tells_unknown_tools() {
+            pilot.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
         }
-        if !moves.has_wear && !length_counts {
-            return None;
-        }
-        let kind = if moves.has_wear { LineFaultKind::AnotherTool } else { LineFaultKind::OtherToolLength };
-        self.spindle.cuts_with_another().then_some(kind)
+        let length_counts = pilot.moves.posts && pilot.needs_length(motion);
+        (length_counts && pilot.written.now.lacks_foreign_length()).then_some(LineFaultKind::OtherToolLength)
     }
 
     /// Looks for codes that make no motion in the blocks up to and with this one.
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
-            self.spindle.see(batch, block);
             if self.moves_points {
                 let stated = self.points.stated_in(batch.words(block));
                 self.points.leave(&stated, false);
@@ -376,7 +368,6 @@ impl<'a> Run<'a> {
 
     fn count(&mut self, motion: &Motion, point: Option<&Point>) {
         self.motions_followed += 1;
-        self.motions_of_its_tool += u64::from(self.pilot.is_its_tool);
         let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
         self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;
         self.motions_shifted += u64::from(self.axes.is_off());
@@ -457,10 +448,11 @@ impl<'a> Run<'a> {
         reading: ProgramReading,
     ) -> Moved {
         let moves = self.pilot.moves.clone();
-        let is_larger = self.pilot.parameters.is_larger();
+        let tools = moves.worn_tools();
+        let is_larger = tools.iter().any(WornTool::is_larger);
         let warnings = &mut self.pilot.warnings;
         let contacts = self.contacts_kept + self.contacts_assumed;
-        let needs_contact = moves.has_wear && !self.pilot.parameters.has_nominal_shape();
+        let needs_contact = moves.has_wear && !tools.iter().all(WornTool::has_nominal_shape);
         if is_larger && contacts > 0 {
             warnings.add(WarningKind::LargerCutter, None);
         }

@@ -14,10 +14,11 @@ use super::course::Point;
 use super::parameters::{Moves, WearParameters};
 use super::posting::Largest;
 use super::run::ASK_EVERY;
+use super::worn_tool::WornTool;
 use super::written::Resolution;
 use crate::contact::{Sampled, Station};
 use crate::geometry::{Vec3, angle_between};
-use crate::machine::{Machine, Tool};
+use crate::machine::Machine;
 use crate::motion::{Motion, MotionKind};
 use crate::program::Dialect;
 use crate::units::Angle;
@@ -68,10 +69,12 @@ impl Awaited for Expected {
 pub(super) struct WearVerifier<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
+    moves: Moves<'a>,
     written: SetUps,
     posts: bool,
     has_wear: bool,
-    actual: Tool,
+    /// The cutter of the section at hand, worn and nominal.
+    tool: WornTool,
     read_back: ReadBack<Expected>,
     /// The last contact of the source, where a motion at feed may go on from it.
     contact_mm: Option<Vec3>,
@@ -91,10 +94,11 @@ impl<'a> WearVerifier<'a> {
         Self {
             machine,
             parameters,
+            tool: moves.worn_tool(written.now.tool).unwrap_or(WornTool::NONE),
+            moves: moves.clone(),
             written,
             posts: moves.posts,
             has_wear: moves.has_wear,
-            actual: parameters.cutter_wear().actual,
             read_back: ReadBack::new(machine, dialect, &moves.source_program),
             contact_mm: None,
             found: BeforeAfter::default(),
@@ -151,7 +155,9 @@ impl<'a> WearVerifier<'a> {
             return Ok(());
         };
         let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
-        self.written.enter(read);
+        if self.written.enter(read) {
+            self.tool = self.moves.worn_tool(self.written.now.tool).unwrap_or(WornTool::NONE);
+        }
         let written = &self.written.now.kinematics;
         let mut pose = Station::new(self.machine, written, mode, words).pose;
         if read.tool_axis.is_some() {
@@ -160,8 +166,8 @@ impl<'a> WearVerifier<'a> {
         // Where the control believes in the nominal length, the worn tip stands ΔL behind.
         pose.tip_mm += pose.axis * point.behind_mm;
         let hold = &point.contact.hold;
-        let nominal = &self.parameters.nominal;
-        let off_mm = hold.residual_mm(nominal, &self.actual, &point.pose, &pose);
+        let (nominal, actual) = (&self.tool.nominal, &self.tool.actual());
+        let off_mm = hold.residual_mm(nominal, actual, &point.pose, &pose);
         let [linear, turned] = next.resolutions;
         let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
@@ -213,7 +219,7 @@ impl<'a> WearVerifier<'a> {
             axis_before_rad = angle_between(point.real.axis, point.pose.axis);
             change.axis_rad = axis_before_rad;
             before.location_errors_mm =
-                contact.hold.miss_mm(&self.parameters.nominal, &point.pose, &point.real).norm();
+                contact.hold.miss_mm(&self.tool.nominal, &point.pose, &point.real).norm();
         }
         change.error = BlockError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
     }

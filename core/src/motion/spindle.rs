@@ -1,0 +1,466 @@
+//! Which tool is in the spindle, as far as the program says.
+
+use std::fmt;
+
+use super::Interpreter;
+use crate::program::{Address, Batch, Block, Dialect, Keyword, Word, WordForm};
+use crate::units::Length;
+
+/// M6, in tenths.
+const TOOL_CHANGE: u32 = 60;
+/// The edge that counts where no D is written, and D0, which takes its lengths off.
+const FIRST_EDGES: [f64; 2] = [1.0, 0.0];
+
+/// The name of a tool: 64 bytes at most, told apart without regard to case.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ToolName {
+    /// In upper case; zeros behind its end.
+    bytes: [u8; Self::MAX_BYTES],
+    length: u8,
+}
+
+impl ToolName {
+    /// Longest name.
+    pub const MAX_BYTES: usize = 64;
+
+    /// A name; `None` where there is none, or where it is longer than [`Self::MAX_BYTES`].
+    #[must_use]
+    pub fn new(text: &[u8]) -> Option<Self> {
+        let text = text.trim_ascii();
+        let mut name = Self { bytes: [0; Self::MAX_BYTES], length: u8::try_from(text.len()).ok()? };
+        name.bytes.get_mut(..text.len())?.copy_from_slice(text);
+        name.bytes.make_ascii_uppercase();
+        (!text.is_empty()).then_some(name)
+    }
+
+    /// The name in upper case.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.length)).unwrap_or_default()
+    }
+
+    /// The tool with this name.
+    #[must_use]
+    pub fn key(&self) -> ToolKey {
+        // FNV-1a, 64 bits.
+        let digest = self.as_bytes().iter().fold(0xcbf2_9ce4_8422_2325_u64, |digest, &byte| {
+            (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        ToolKey::Name(digest)
+    }
+}
+
+impl fmt::Debug for ToolName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", String::from_utf8_lossy(self.as_bytes()))
+    }
+}
+
+impl fmt::Display for ToolName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\"", String::from_utf8_lossy(self.as_bytes()))
+    }
+}
+
+/// What a tool is called by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ToolKey {
+    /// The number of its T word.
+    Number(u32),
+    /// The digest of its [name](ToolName::key).
+    Name(u64),
+}
+
+impl ToolKey {
+    /// No tool: T0 empties the spindle.
+    pub const NONE: Self = Self::Number(0);
+}
+
+/// The tool in the spindle, as the program called it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CalledTool {
+    /// The one that was there from the start: none was called so far.
+    #[default]
+    NotCalled,
+    /// One that the text does not tell: T is an expression, an edge other than the first, a subprogram that may have changed it.
+    /// With how many there were of these so far: two are not taken for one.
+    Unknown(u16),
+    /// It was put in (M6, `TOOL CALL`, `LOADTL/`).
+    Changed(ToolKey),
+    /// A T word called it in a Sinumerik program that has had no M6 yet: T may have been the change itself.
+    Selected(ToolKey),
+}
+
+impl CalledTool {
+    /// What it was called by.
+    #[must_use]
+    pub const fn key(self) -> Option<ToolKey> {
+        match self {
+            Self::NotCalled | Self::Unknown(_) => None,
+            Self::Changed(key) | Self::Selected(key) => Some(key),
+        }
+    }
+}
+
+/// What `CUTTER/` says of the tool that cuts behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StatedCutter {
+    /// The tool.
+    pub tool: CalledTool,
+    /// Its diameter.
+    pub diameter: Length,
+    /// Its corner radius, where it is stated.
+    pub corner_radius: Option<Length>,
+    /// Line of the first motion with it.
+    pub line: u64,
+}
+
+/// Most of them that are kept.
+const MAX_STATED: usize = 1000;
+
+impl Interpreter {
+    /// Behind a motion of a cutter location program.
+    #[inline]
+    pub(super) fn note_shape(&mut self) {
+        let spindle = &mut self.modal.spindle;
+        if !std::mem::take(&mut spindle.is_described) {
+            return;
+        }
+        let stated = spindle.shape.and_then(|shape| shape.diameter_and_corner).zip(self.modal.mm_per_unit);
+        if let Some(((diameter, corner), mm)) = stated.filter(|_| self.stated_cutters.len() < MAX_STATED) {
+            self.stated_cutters.push(StatedCutter {
+                tool: self.modal.spindle.tool(),
+                diameter: Length::from_mm(diameter * mm),
+                corner_radius: corner.map(|corner| Length::from_mm(corner * mm)),
+                line: self.line,
+            });
+        }
+    }
+
+    /// Takes what a block says of tools.
+    pub(super) fn see_tools(&mut self, batch: &Batch, block: &Block) {
+        let name = self.modal.spindle.see(batch, block);
+        if let Some(name) = name.filter(|name| !self.tool_names.contains(name))
+            && self.tool_names.len() < MAX_STATED
+        {
+            self.tool_names.push(name);
+        }
+    }
+
+    /// The names by which tools were called so far, each once; the first 1000.
+    #[must_use]
+    pub fn tool_names(&self) -> &[ToolName] {
+        &self.tool_names
+    }
+
+    /// What `CUTTER/` says of the tools that have cut so far; the first 1000.
+    #[must_use]
+    pub fn stated_cutters(&self) -> &[StatedCutter] {
+        &self.stated_cutters
+    }
+}
+
+/// The shape of a cutter as `CUTTER/` states it, in the program's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StatedShape {
+    /// Equal texts have equal ones.
+    digest: u64,
+    /// Diameter and corner radius, where they are plain numbers.
+    pub(super) diameter_and_corner: Option<(f64, Option<f64>)>,
+}
+
+/// The spindle along a program: a T word makes a tool ready, M6 puts it in; `TOOL CALL` and `LOADTL/` do both. In a Sinumerik
+/// program that has had no M6 yet, T may be the change itself, and another D is another edge. A `CUTTER/` describes the tool of
+/// the `LOADTL/` beside it; where none stands beside it, another shape is another tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Spindle {
+    /// `None`: no tool, or one that is not told.
+    ready: Option<ToolKey>,
+    holds: CalledTool,
+    has_changer: bool,
+    is_other_edge: bool,
+    /// How many tools were not told so far.
+    unknown: u16,
+    pub(super) shape: Option<StatedShape>,
+    /// A `LOADTL/` or `CUTTER/` came since the last motion, or nothing moved yet.
+    pub(super) is_described: bool,
+}
+
+impl Spindle {
+    /// Before the first block.
+    pub(crate) const START: Self = Self {
+        ready: None,
+        holds: CalledTool::NotCalled,
+        has_changer: false,
+        is_other_edge: false,
+        unknown: 0,
+        shape: None,
+        is_described: true,
+    };
+
+    /// Nothing is known of it.
+    pub(super) const UNKNOWN: Self = Self { holds: CalledTool::Unknown(0), ..Self::START };
+
+    /// The tool in the spindle.
+    #[inline]
+    pub(crate) fn tool(&self) -> CalledTool {
+        if self.is_other_edge { CalledTool::Unknown(self.unknown) } else { self.holds }
+    }
+
+    /// Whether a `CUTTER/` states the tool's shape.
+    pub(crate) fn has_shape(&self) -> bool {
+        self.shape.is_some()
+    }
+
+    /// Whether M6 changed a tool so far.
+    pub(crate) fn has_changer(&self) -> bool {
+        self.has_changer
+    }
+
+    /// Takes the words of a block, in the order of the program; gives the name that a T word calls a tool by. T counts for an M6
+    /// of its own block wherever it stands; where one stands before the M6 and another one after it, the first is put in and the
+    /// second made ready.
+    pub(crate) fn see(&mut self, batch: &Batch, block: &Block) -> Option<ToolName> {
+        let dialect = batch.dialect();
+        let (mut puts_in, mut is_cutter, mut names_tool, mut edge) = (false, false, false, None);
+        let mut name = None;
+        // What the T words before an M6 say.
+        let mut named_before = None;
+        for word in batch.words(block) {
+            match word.address {
+                Address::G => match word.keyword() {
+                    Some(Keyword::ToolCall) => (puts_in, self.ready) = (true, None),
+                    Some(Keyword::Cutter) => is_cutter = true,
+                    _ => {}
+                },
+                Address::P if is_cutter => self.take_shape(word.value.to_bits(), batch.block_text(block)),
+                Address::T => {
+                    names_tool = true;
+                    (self.ready, name) = called_by(batch, word);
+                }
+                Address::D if dialect == Dialect::Siemens => {
+                    let value = if word.form == WordForm::Number { word.value } else { f64::NAN };
+                    edge = Some(value);
+                }
+                Address::M if word.code_tenths() == Some(TOOL_CHANGE) => {
+                    puts_in = true;
+                    self.has_changer = true;
+                    named_before = names_tool.then_some(self.ready);
+                }
+                _ => {}
+            }
+        }
+        if names_tool || edge.is_some() {
+            // NaN is no first edge.
+            self.is_other_edge = edge.is_some_and(|edge| !FIRST_EDGES.contains(&edge));
+            self.unknown = self.unknown.saturating_add(u16::from(self.is_other_edge));
+        }
+        if puts_in {
+            let put_in = named_before.unwrap_or(self.ready);
+            self.hold(put_in.map(CalledTool::Changed));
+            self.is_described = true;
+        } else if names_tool && dialect == Dialect::Siemens && !self.has_changer {
+            self.hold(self.ready.map(CalledTool::Selected));
+        }
+        name
+    }
+
+    /// This tool, or one that is not told.
+    fn hold(&mut self, tool: Option<CalledTool>) {
+        if tool.is_none() {
+            self.unknown = self.unknown.saturating_add(1);
+        }
+        self.holds = tool.unwrap_or(CalledTool::Unknown(self.unknown));
+    }
+
+    /// `CUTTER/10.,2.`
+    fn take_shape(&mut self, digest: u64, text: &[u8]) {
+        if self.shape.is_some_and(|shape| shape.digest == digest) {
+            return;
+        }
+        let numbers = text.split(|byte| *byte == b'/').nth(1).unwrap_or_default();
+        let numbers = numbers.split(|byte| matches!(byte, b'$' | b'\r' | b'\n')).next().unwrap_or_default();
+        let mut numbers = numbers.split(|byte| *byte == b',').map(|number| {
+            std::str::from_utf8(number).ok().and_then(|number| number.trim().parse::<f64>().ok())
+        });
+        let diameter_and_corner = match (numbers.next().flatten(), numbers.next()) {
+            (Some(diameter), None) => Some((diameter, None)),
+            (Some(diameter), Some(Some(corner))) => Some((diameter, Some(corner))),
+            _ => None,
+        };
+        self.shape = Some(StatedShape { digest, diameter_and_corner });
+        if !self.is_described {
+            self.hold(None);
+            self.is_described = true;
+        }
+    }
+
+    /// Behind a call of something that is not read: where a tool was made ready, it may have been put in.
+    pub(super) fn pass_call(&mut self) {
+        if self.ready.is_some() && self.ready != self.holds.key() {
+            self.hold(None);
+        }
+    }
+
+    /// What is the same whether a block was executed or skipped.
+    pub(super) fn common(&self, skipped: &Self) -> Self {
+        if self == skipped {
+            return *self;
+        }
+        let unknown = self.unknown.saturating_add(1);
+        let holds = CalledTool::Unknown(unknown);
+        Self { holds, unknown, has_changer: self.has_changer, ..Self::START }
+    }
+}
+
+/// What a T word calls a tool by, and the name where it is one; neither where that cannot be told.
+fn called_by(batch: &Batch, word: &Word) -> (Option<ToolKey>, Option<ToolName>) {
+    if let Some(name) = batch.name(word) {
+        let name = ToolName::new(name);
+        return (name.as_ref().map(ToolName::key), name);
+    }
+    let is_number = word.form == WordForm::Number && word.value.fract() == 0.0;
+    if !is_number || !(0.0..=f64::from(u32::MAX)).contains(&word.value) {
+        return (None, None);
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number in range")]
+    let number = word.value as u32;
+    (Some(ToolKey::Number(number)), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CalledTool::{Changed, NotCalled, Selected};
+    use super::*;
+    use crate::program::{ReadLimits, Reader};
+
+    /// The tool behind each line of a program.
+    fn tools(dialect: Dialect, text: &str) -> Vec<CalledTool> {
+        let mut reader = Reader::new(Some(dialect), ReadLimits::default());
+        reader.feed(text.as_bytes());
+        reader.finish();
+        let (mut batch, mut spindle, mut tools) = (Batch::new(), Spindle::START, Vec::new());
+        while reader.next_batch(&mut batch).unwrap() {
+            for block in batch.blocks() {
+                let _name = spindle.see(&batch, block);
+                tools.push(told(spindle.tool()));
+                if batch.words(block).iter().any(|word| word.address == Address::X) {
+                    spindle.is_described = false;
+                }
+            }
+        }
+        tools
+    }
+
+    const UNKNOWN: CalledTool = CalledTool::Unknown(0);
+
+    /// The tool, however many were not told before it.
+    fn told(tool: CalledTool) -> CalledTool {
+        if matches!(tool, CalledTool::Unknown(_)) { UNKNOWN } else { tool }
+    }
+
+    const fn changed(number: u32) -> CalledTool {
+        Changed(ToolKey::Number(number))
+    }
+
+    fn key(name: &str) -> ToolKey {
+        ToolName::new(name.as_bytes()).unwrap().key()
+    }
+
+    #[test]
+    fn the_tool_before_a_change_comes_in_and_the_one_after_it_is_made_ready() {
+        let text = "G0 X1\nT1 M6 T2\nG1 X2\nM6\nM6 T3\nT4\nT5 M6\nT#1 M6\n";
+        let expected =
+            [NotCalled, changed(1), changed(1), changed(2), changed(3), changed(3), changed(5), UNKNOWN];
+        assert_eq!(tools(Dialect::Iso, text), expected);
+    }
+
+    #[test]
+    fn tools_are_told_apart_by_their_names_whatever_their_case() {
+        let text = "T=\"BALL_10\"\nM6\nT1=\"ball_10\"\nM6\nT=\"FLAT 5\" M6\nT7 M6\nT=\"A\"<<\"B\"\nM6\n";
+        let ball = key("Ball_10");
+        assert_eq!(
+            tools(Dialect::Siemens, text),
+            [
+                Selected(ball),
+                Changed(ball),
+                Changed(ball),
+                Changed(ball),
+                Changed(key("FLAT 5")),
+                changed(7),
+                changed(7),
+                UNKNOWN
+            ]
+        );
+        let conversational =
+            "1 TOOL CALL \"BALL_10\" Z S1000\n2 TOOL CALL S500\n3 TOOL CALL 5 Z\n4 TOOL CALL QS1 Z\n";
+        assert_eq!(
+            tools(Dialect::Heidenhain, conversational),
+            [Changed(ball), Changed(ball), changed(5), UNKNOWN]
+        );
+    }
+
+    #[test]
+    fn a_name_is_kept_up_to_64_bytes_and_no_name_is_none() {
+        let longest = "B".repeat(ToolName::MAX_BYTES);
+        assert_eq!(ToolName::new(longest.as_bytes()).unwrap().as_bytes(), longest.as_bytes());
+        assert_eq!(ToolName::new(format!("{longest}B").as_bytes()), None);
+        assert_eq!(ToolName::new(b"  "), None);
+        let text = format!("T=\"{longest}B\" M6\nT=\"\" M6\n");
+        assert_eq!(tools(Dialect::Siemens, &text), [UNKNOWN, UNKNOWN]);
+        // The digests of FNV-1a.
+        assert_eq!(key("A"), ToolKey::Name(0xaf63_fc4c_8602_22ec));
+    }
+
+    #[test]
+    fn without_an_m6_t_is_what_a_sinumerik_program_calls_and_another_edge_is_not_told() {
+        let text = "T5\nD1\nG1 X1\nD2\nD1\nT6 D3\nT7\nM6\nT8\n";
+        let of = |number| Selected(ToolKey::Number(number));
+        let expected = [of(5), of(5), of(5), UNKNOWN, of(5), UNKNOWN, of(7), changed(7), changed(7)];
+        assert_eq!(tools(Dialect::Siemens, text), expected);
+    }
+
+    #[test]
+    fn a_cutter_statement_describes_the_tool_beside_it_and_alone_is_another_tool() {
+        let text = "CUTTER/10.,5.\nLOADTL/3\nGOTO/1,2,3\nCUTTER/10.,5.\nCUTTER/12.\nLOADTL/4\nCUTTER/8.\nGOTO/2,2,3\nLOADTL/4\n\
+                    CUTTER/6.\n";
+        let expected = [
+            NotCalled,
+            changed(3),
+            changed(3),
+            changed(3),
+            UNKNOWN,
+            changed(4),
+            changed(4),
+            changed(4),
+            changed(4),
+            changed(4),
+        ];
+        assert_eq!(tools(Dialect::Apt, text), expected);
+    }
+
+    #[test]
+    fn two_tools_that_are_not_told_are_not_one() {
+        let mut spindle = Spindle { ready: Some(ToolKey::Number(5)), ..Spindle::START };
+        spindle.pass_call();
+        let first = spindle.tool();
+        spindle.pass_call();
+        assert_ne!(first, spindle.tool());
+    }
+
+    #[test]
+    fn a_call_may_have_put_in_what_was_made_ready() {
+        let ready = |ready, holds| Spindle { ready, holds, ..Spindle::START };
+        let five = Some(ToolKey::Number(5));
+        for (mut spindle, expected) in [
+            (ready(None, NotCalled), NotCalled),
+            (ready(five, NotCalled), UNKNOWN),
+            (ready(five, changed(5)), changed(5)),
+            (ready(five, changed(4)), UNKNOWN),
+            (ready(five, Selected(ToolKey::Number(5))), Selected(ToolKey::Number(5))),
+        ] {
+            spindle.pass_call();
+            assert_eq!(told(spindle.tool()), expected);
+        }
+    }
+}
