@@ -18,21 +18,24 @@ fn points(text: &str) -> Vec<[f64; 6]> {
     .collect()
 }
 
-/// X Y Z A C of every motion of a posted program.
+/// X Y Z A C at every point of a posted program.
 fn words(program: &str) -> Vec<Value> {
-    let motions = program.lines().filter(|line| line.contains('X'));
-    motions
-        .map(|line| {
-            let mut joint = serde_json::Map::new();
-            for letter in ["X", "Y", "Z", "A", "C"] {
-                let rest = line.split_once(letter).unwrap().1;
-                let end =
-                    rest.find(|c: char| !c.is_ascii_digit() && !"+-.".contains(c)).unwrap_or(rest.len());
-                joint.insert(letter.to_owned(), rest[..end].parse::<f64>().unwrap().into());
-            }
-            Value::Object(joint)
-        })
-        .collect()
+    let mut joint = serde_json::Map::new();
+    let mut joints = Vec::new();
+    for line in program.lines().filter(|line| !line.starts_with('(')) {
+        let mut moves = false;
+        for letter in ["X", "Y", "Z", "A", "C"] {
+            let Some((_, rest)) = line.split_once(letter) else { continue };
+            let end = rest.find(|c: char| !c.is_ascii_digit() && !"+-.".contains(c)).unwrap_or(rest.len());
+            joint.insert(letter.to_owned(), rest[..end].parse::<f64>().unwrap().into());
+            moves = true;
+        }
+        // The first approach takes more than one block.
+        if moves && joint.len() == 5 {
+            joints.push(Value::Object(joint.clone()));
+        }
+    }
+    joints
 }
 
 async fn posted(app: &App, query: &str, program: &str) -> reqwest::Response {

@@ -83,6 +83,21 @@ async fn faults_of_programs_are_problems_with_their_line() {
 }
 
 #[tokio::test]
+async fn dialects_that_are_not_read_and_doubtful_comments_are_problems_with_their_line() {
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
+    let path = format!("{PATH}?tool_radius_mm=5&contact=tip");
+    let post = |body: String| app.post_text(&path, "text/plain", body);
+    let body = problem(post(format!("%PM9001\nN9001 (PART)\n{PROGRAM}")).await, "program-fault").await;
+    let detail = body["detail"].as_str().unwrap();
+    assert!(detail.contains("Heidenhain MillPlus") && detail.contains("not supported"), "{body}");
+    assert_eq!((&body["line"], pointers(&body)), (&1.into(), vec!["/program/1".to_owned()]), "{body}");
+    let commented = PROGRAM.replace("M30", "(OLD (Z5) G1 X10.)\nM30");
+    let body = problem(post(commented).await, "program-fault").await;
+    assert_eq!(body["line"], 7, "{body}");
+    assert_eq!(app.files(), (0, 0));
+}
+
+#[tokio::test]
 async fn contact_words_that_only_a_blocks_end_has_stay_at_its_end() {
     let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
     let iso = "G90 G21 G94\nG1 X20.000 Y5.000 Z-2.000 A25.000 C60.000 F1000\nG1 X40.000 Y0.000 Z0.000 U1 V2 W3A30.000 C95.000\nM30\n";

@@ -29,14 +29,25 @@ fn tips(text: &str) -> Vec<[f64; 3]> {
     .collect()
 }
 
-/// X Y Z of every motion that was written.
+/// X Y Z at every point of a posted program.
 fn written(program: &str) -> Vec<[f64; 3]> {
-    let word = |line: &str, letter: char| -> f64 {
-        let rest = line.split_once(letter).unwrap().1;
-        rest[..rest.find(|c: char| c.is_ascii_uppercase()).unwrap_or(rest.len())].trim().parse().unwrap()
+    let word = |line: &str, letter: char| -> Option<f64> {
+        let rest = line.split_once(letter)?.1;
+        let end = rest.find(|c: char| c.is_ascii_uppercase()).unwrap_or(rest.len());
+        Some(rest[..end].trim().parse().unwrap())
     };
-    let motions = program.lines().filter(|line| !line.starts_with('(') && line.contains('X'));
-    motions.map(|line| ['X', 'Y', 'Z'].map(|letter| word(line, letter))).collect()
+    let mut now = [None; 3];
+    let motions = program.lines().filter(|line| !line.starts_with('(') && line.contains(['X', 'Y', 'Z']));
+    motions
+        .filter_map(|line| {
+            for (at, letter) in now.iter_mut().zip(['X', 'Y', 'Z']) {
+                *at = word(line, letter).or(*at);
+            }
+            // The first approach takes more than one block.
+            let [Some(x), Some(y), Some(z)] = now else { return None };
+            Some([x, y, z])
+        })
+        .collect()
 }
 
 #[test]

@@ -5,12 +5,16 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 use trunnion::machine::Machine;
-use trunnion::process::{Fault, LineFaultKind, NotPosted, PostForm, PostParameters, PostReport, post};
+use trunnion::process::{
+    ContactSource, Fault, LineFaultKind, NotPosted, PostForm, PostParameters, PostReport, WearParameters,
+    WornCutter, compensate_wear, post,
+};
+use trunnion::units::Length;
 
 use crate::compensation::witness;
 use crate::conversational::apt;
 use crate::models::finishing::{ac_machine, blade, dome_near_pole, impeller_flank, tool};
-use crate::models::witness::scan;
+use crate::models::witness::{Line, scan};
 
 /// Half the last of four decimals in each of three words [mm].
 const ROUNDING_MM: f64 = 0.000_05 * 1.732_051 + 1e-6;
@@ -22,6 +26,11 @@ fn run(machine: &Machine, parameters: &PostParameters, text: &str) -> Result<(St
     let report =
         post(machine, parameters, &text.as_bytes().to_vec(), &mut output, &|| ControlFlow::Continue(()))?;
     Ok((String::from_utf8(output).expect("text"), report))
+}
+
+/// Where a posted program has gone at each of its points: the blocks behind the two that lead to the first one.
+fn reached(output: &str, letters: [char; 2]) -> Vec<Line> {
+    scan(output, letters).split_off(2)
 }
 
 /// Tip and tool axis of every point of cutter location data.
@@ -48,7 +57,7 @@ fn the_machine_reaches_every_point_with_its_tool_axis_in_both_forms() {
                 PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(zero()) };
             let (output, report) = run(&part.machine, &parameters, &source).expect("posted");
             let tables = witness(&part, form == PostForm::Tcp);
-            let lines = scan(&output, tables.letters);
+            let lines = reached(&output, tables.letters);
             assert_eq!(lines.len(), points.len(), "{}", part.name);
             let mut worst = [0.0_f64; 2];
             for (line, (tip, axis)) in lines.iter().zip(&points) {
@@ -74,7 +83,7 @@ fn feeds_are_the_tips_under_tcp_and_times_in_machine_coordinates() {
         let parameters = PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(zero()) };
         let (output, _) = run(&part.machine, &parameters, &source).expect("posted");
         let tables = witness(&part, form == PostForm::Tcp);
-        let lines = scan(&output, tables.letters);
+        let lines = reached(&output, tables.letters);
         for pair in lines.windows(2).filter(|pair| !pair[1].rapid) {
             let [from, to] = [&pair[0], &pair[1]].map(|line| tables.forward(line.q, line.angle).0);
             let minutes = (to - from).norm() / 1200.0;
@@ -117,7 +126,7 @@ fn arcs_become_chords_within_their_tolerance_in_the_sense_of_their_axis() {
         let text =
             format!("RAPID\nGOTO/10.,0,5.\nFEDRAT/500.,MMPM\nCIRCLE/0,0,5.,{axis},10.\nGOTO/-10.,0,5.\n");
         let (output, report) = run(&ac_machine(), &PostParameters::new(zero()), &text).expect("posted");
-        let lines = scan(&output, ['A', 'C']);
+        let lines = reached(&output, ['A', 'C']);
         assert_eq!((report.arcs, lines.len() as u64), (1, report.points));
         let half = lines[lines.len() / 2].q;
         assert!((half.y - middle).abs() < 1.0 && half.x.abs() < 2.0, "{half}");
@@ -181,26 +190,115 @@ fn a_posted_program_leaves_the_control_in_feed_per_minute_and_without_tool_centr
 }
 
 #[test]
-fn the_first_cut_takes_its_feed_where_nobody_knows_from_where_it_comes_and_its_time_where_the_source_says() {
+fn the_first_cut_takes_its_feed_and_the_next_one_its_time() {
     let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::new(zero()) };
-    let unknown = blocks("FEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n", &parameters);
-    assert!(unknown[3].starts_with("G1 X10.0000") && unknown[3].ends_with(" F100.0"), "{unknown:?}");
-    // 5 mm at 100 mm/min are a twentieth of a minute.
-    assert!(unknown[4].starts_with("G93 X15.0000") && unknown[4].ends_with(" F20.0"), "{unknown:?}");
-    let from = blocks("FROM/8,0,0\nFEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n", &parameters);
-    assert!(from[3].starts_with("G93 G1 X10.0000") && from[3].ends_with(" F50.0"), "{from:?}");
-    assert!(from[4].starts_with("X15.0000") && from[4].ends_with(" F20.0"), "{from:?}");
+    // Where the machine stands before the first point nobody knows, whatever FROM/ says.
+    for head in ["", "FROM/8,0,0\n"] {
+        let first = blocks(&format!("{head}FEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n"), &parameters);
+        assert_eq!(first[3..6], ["G1 A0.0000 C0.0000 F100.0", "X10.0000 Y0.0000", "Z0.0000"], "{first:?}");
+        // 5 mm at 100 mm/min are a twentieth of a minute.
+        assert!(first[6].starts_with("G93 X15.0000") && first[6].ends_with(" F20.0"), "{first:?}");
+    }
     // FROM/ behind a point does not move it: the longer way counts, and no block is lost.
     for from in ["FROM/100,0,0", "FROM/99.99,0,0"] {
         let text = format!("FEDRAT/100,MMPM\nGOTO/0,0,0\n{from}\nGOTO/100,0,0\nGOTO/200,0,0\n");
         let behind = blocks(&text, &parameters);
-        assert!(behind[4].starts_with("G93 X100.0000") && behind[4].ends_with(" F1.0"), "{behind:?}");
-        assert!(behind[5].starts_with("X200.0000") && behind[5].ends_with(" F1.0"), "{behind:?}");
+        assert!(behind[6].starts_with("G93 X100.0000") && behind[6].ends_with(" F1.0"), "{behind:?}");
+        assert!(behind[7].starts_with("X200.0000") && behind[7].ends_with(" F1.0"), "{behind:?}");
     }
     // A tool change moves the machine.
     let behind_a_change = "RAPID\nGOTO/0,0,9\nLOADTL/1\nFEDRAT/100,MMPM\nGOTO/10,0,0\n";
     let changed = blocks(behind_a_change, &parameters);
-    assert!(changed[4].starts_with("G1 X10.0000") && changed[4].ends_with(" F100.0"), "{changed:?}");
+    assert!(changed[6].starts_with("G1 X10.0000") && changed[6].ends_with(" F100.0"), "{changed:?}");
+}
+
+/// The lines of a posted program up to the first point.
+fn opening(machine: &Machine, form: PostForm, text: &str) -> Vec<String> {
+    let parameters = PostParameters { form, ..PostParameters::new(zero()) };
+    let (output, report) = run(machine, &parameters, text).expect("posted");
+    assert_eq!(report.blocks_out, output.lines().filter(|line| !line.starts_with('(')).count() as u64);
+    output.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn the_first_approach_turns_the_table_alone_and_comes_along_the_tool_last() {
+    let upright =
+        "SPINDL/RPM,900,CLW\nMULTAX/ON\nRAPID\nGOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
+    let retract = "(RETRACT THE TOOL BEFORE THE START: WHERE THE MACHINE STANDS IS NOT KNOWN)";
+    let order = "(A C TURN FIRST AND ALONE, THEN X Y MOVE, Z COMES LAST)";
+    let tcp = opening(&ac_machine(), PostForm::Tcp, upright);
+    let start = ["%", "G21 G17 G90 G40 G80 G94", "G54", "S900 M3", retract, order, "G0 A0.0000 C0.0000"];
+    assert_eq!(tcp[..7], start);
+    // With tool-centre-point control on, the turn would take the linear axes along.
+    assert_eq!(tcp[7..10], ["G43.4 H1", "X10.0000 Y20.0000", "Z5.0000"]);
+    let machine = opening(&ac_machine(), PostForm::Machine, upright);
+    assert_eq!(machine[..7], start);
+    assert_eq!(machine[7..9], ["X10.0000 Y20.0000", "Z5.0000"]);
+    // A cut becomes no rapid.
+    let cut = opening(&ac_machine(), PostForm::Tcp, "FEDRAT/100,MMPM\nGOTO/10,20,5\nGOTO/15,20,5\n");
+    assert_eq!(cut[5..9], ["G1 A0.0000 C0.0000 F100.0", "G43.4 H1", "X10.0000 Y20.0000", "Z5.0000"]);
+    assert!(cut.iter().all(|line| !line.contains("G0 ")), "{cut:?}");
+}
+
+#[test]
+fn a_posted_program_can_be_moved_where_its_first_point_is_a_rapid() {
+    let shorter = WearParameters {
+        shorter_by: Length::from_mm(0.5),
+        contact: ContactSource::FeedPlane,
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)))
+    };
+    let points = "GOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
+    let moved = |text: &str| {
+        let (posted, _) = run(&ac_machine(), &PostParameters::new(zero()), text).expect("posted");
+        let (source, mut output) = (posted.into_bytes(), Vec::new());
+        compensate_wear(&ac_machine(), &shorter, &source, &mut output, &|| ControlFlow::Continue(()))
+            .map(|_| String::from_utf8(output).expect("text"))
+    };
+    let output = moved(&format!("MULTAX/ON\nRAPID\n{points}")).expect("moved");
+    // The tool is upright: the last block of the approach goes lower, and so do the points.
+    let approach = "G0 A0.0000 C0.0000\nG43.4 H1\nX10.0000 Y20.0000\nZ4.5000\nG1 X15.0000 Y20.0000 Z4.5000 ";
+    assert!(output.contains(approach), "{output}");
+    match moved(&format!("MULTAX/ON\nFEDRAT/100,MMPM\n{points}")) {
+        Err(Fault::Lines(faults)) => {
+            assert_eq!((faults.kept[0].line, &faults.kept[0].kind), (6, &LineFaultKind::PositionUnknown));
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn the_axis_that_is_nearest_to_the_tool_comes_last() {
+    let head = |id: &str| {
+        let mut parts = trunnion::machine::Preset::by_id(id).expect("a preset").parts();
+        parts.rotary_axes.iter_mut().for_each(|axis| axis.travel_deg = None);
+        Machine::new(parts).expect("a machine")
+    };
+    let last = |machine: &Machine, form, axis: &str| {
+        let text = format!("MULTAX/ON\nRAPID\nGOTO/10,20,5,{axis}\nFEDRAT/100,MMPM\nGOTO/10,20,6,{axis}\n");
+        let lines = opening(machine, form, &text);
+        let turn = lines.iter().position(|line| line.starts_with("G0 ")).expect("a turn");
+        let letters = |line: &str| -> String { line.chars().filter(|c| "XYZABC".contains(*c)).collect() };
+        let parts: Vec<String> =
+            lines[turn..].iter().map(|line| letters(line)).filter(|letters| !letters.is_empty()).collect();
+        assert!(parts[0].len() == 2 && parts[0].chars().all(|c| "ABC".contains(c)), "{lines:?}");
+        assert!(parts[1].len() == 2 && parts[2].len() == 1 && parts[3].len() == 5, "{lines:?}");
+        assert!(parts[1..3].concat().chars().all(|c| "XYZ".contains(c)), "{lines:?}");
+        parts[2].clone()
+    };
+    let tables = head("ac-table");
+    for (axis, expected) in
+        [("0,0,1", "Z"), ("0,-0.8,0.6", "Y"), ("0,0.6,0.8", "Z"), ("0.9,0.1,0.4242641", "X")]
+    {
+        assert_eq!(last(&tables, PostForm::Tcp, axis), expected, "{axis}");
+        // The table turns the part: the spindle stays upright.
+        assert_eq!(last(&tables, PostForm::Machine, axis), "Z", "{axis}");
+    }
+    // Heads turn the tool: words of the machine count along it as tips do.
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        assert_eq!(last(&head("ac-head"), form, "0,-0.8,0.6"), "Y");
+        assert_eq!(last(&head("bc-head"), form, "0.8,0,0.6"), "X");
+        assert_eq!(last(&head("bc-head"), form, "0.6,0,0.8"), "Z");
+    }
 }
 
 #[test]
@@ -212,9 +310,9 @@ fn where_a_from_behind_a_point_says_the_tool_is_no_way_of_the_machine_is_left_ou
                 "FEDRAT/100,MMPM\nGOTO/0,0,50\nFROM/{from}\nGOTO/100,0,0\nGOTO/200,0,0\nGOTO/200,0,0\n"
             );
             let (output, _) = run(&ac_machine(), &parameters, &text).expect("posted");
-            let lines = scan(&output, ['A', 'C']);
-            let reached: Vec<_> = lines.iter().map(|line| (line.q.x, line.q.z)).collect();
-            assert_eq!(reached[..3], [(0.0, 50.0), (100.0, 0.0), (200.0, 0.0)], "{from} {reached:?}");
+            let lines = reached(&output, ['A', 'C']);
+            let places: Vec<_> = lines.iter().map(|line| (line.q.x, line.q.z)).collect();
+            assert_eq!(places[..3], [(0.0, 50.0), (100.0, 0.0), (200.0, 0.0)], "{from} {places:?}");
             if form == PostForm::Machine {
                 // The way from the point before, or a longer one, at 100 mm/min.
                 let way_mm = 100.0 / lines[1].feed;

@@ -128,21 +128,15 @@ fn has_fraction<const N: usize>(text: &[u8]) -> bool {
 mod tests {
     use super::super::numbering::Numbering;
     use super::*;
-    use crate::program::Steps;
     use crate::program::{ReadLimits, Reader};
 
     const ROTARY: [char; 2] = ['A', 'C'];
 
     fn survey(linear_decimals: u8, rotary_decimals: u8) -> Survey {
         let numbering = Numbering::default();
-        Survey {
-            stated: None,
-            linear_decimals,
-            rotary_decimals,
-            has_feed_column: true,
-            numbering,
-            borne: Steps::NONE,
-        }
+        let mut survey = Survey { linear_decimals, rotary_decimals, numbering, ..Survey::nothing() };
+        survey.tools.pass_over();
+        survey
     }
 
     /// The survey when these lines were read, behind a head that has no part in it.
@@ -177,6 +171,8 @@ mod tests {
             ("", true),
             (".5 X1", true),
             ("O7", false),
+            ("T5", false),
+            ("M6", false),
         ];
         for (line, expected) in lines {
             for known in [survey(4, 3), survey(0, 0), survey(2, 6), survey(6, 6)] {

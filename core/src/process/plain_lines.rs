@@ -213,15 +213,15 @@ impl Line<'_> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::numbering::Numbering;
     use super::*;
     use crate::program::{Batch, ReadLimits, Reader};
 
     const ROTARY: [char; 2] = ['A', 'C'];
 
     fn survey() -> Survey {
-        let numbering = Numbering::default();
-        Survey { stated: None, linear_decimals: 0, rotary_decimals: 0, has_feed_column: true, numbering }
+        let mut survey = Survey::nothing();
+        survey.tools.pass_over();
+        survey
     }
 
     /// The survey when these lines were read as words.

@@ -11,7 +11,7 @@ use super::{Fault, ProgramSetup, Series, SeriesPoint};
 use crate::contact::Sampled;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, Motion};
-use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity, Word};
 
 /// What the next motion of the written program has to be.
 pub(super) trait Awaited {
@@ -110,6 +110,14 @@ impl<E: Awaited> ReadBack<E> {
     pub(super) fn eager(mut self) -> Self {
         self.is_eager = true;
         self
+    }
+
+    /// The words that name places, of the block that makes the motion read last.
+    pub(super) fn coordinates_read(&self) -> impl Iterator<Item = &Word> {
+        let last = self.seen.checked_sub(1).and_then(|index| self.motions.get(index));
+        let block = last.and_then(|motion| self.batch.blocks().get(motion.block as usize));
+        let words = block.map_or(&[][..], |block| self.batch.words(block));
+        words.iter().filter(|word| word.address.is_coordinate())
     }
 
     /// How many blocks stand before that of the motion read last.

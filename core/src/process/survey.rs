@@ -38,14 +38,9 @@ const CUTTING_CODES: [u32; 22] =
     [0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 430, 434, 490, 540, 550, 560, 570, 580, 590, 900, 930, 940];
 
 impl Survey {
-    /// Looks through the program.
-    pub(super) fn of(
-        machine: &Machine,
-        dialect: Option<Dialect>,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, Fault> {
-        let mut survey = Self {
+    /// Before the first byte.
+    pub(super) fn nothing() -> Self {
+        Self {
             stated: None,
             linear_decimals: 0,
             rotary_decimals: 0,
@@ -53,7 +48,17 @@ impl Survey {
             numbering: Numbering::default(),
             tools: ToolCalls::default(),
             borne: Steps::NONE,
-        };
+        }
+    }
+
+    /// Looks through the program.
+    pub(super) fn of(
+        machine: &Machine,
+        dialect: Option<Dialect>,
+        source: &dyn ProgramSource,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
+        let mut survey = Self::nothing();
         let mut stamps = StampFinder::default();
         let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let mut reader = Reader::new(dialect, ReadLimits::default());
@@ -197,16 +202,7 @@ mod tests {
 
     /// What all of the text tells where every word is read.
     fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
-        let numbering = Numbering::default();
-        let mut survey = Survey {
-            stated: None,
-            linear_decimals: 0,
-            rotary_decimals: 0,
-            has_feed_column: true,
-            numbering,
-            tools: ToolCalls::default(),
-            borne: Steps::NONE,
-        };
+        let mut survey = Survey::nothing();
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let mut batch = Batch::new();
         reader.feed(text);

@@ -3,13 +3,16 @@
 
 use super::number::read_unsigned;
 
+/// A comment with brackets in it that is longer ends at its first `)`: no control takes a block of this length, and no line
+/// is looked through again and again [bytes].
+const MAX_NESTED_BYTES: usize = 1024;
 /// Words that do nothing by themselves, as comments have them: `D10`, `R5`.
 const IDLE: &[u8] = b"DLNPQR";
 
 /// Where the comment that begins at the `(` at `at` ends: one past its `)`, or the line end where it is not closed.
 ///
-/// A comment with brackets in it that are all closed on its line is one comment, to its last bracket. Other brackets
-/// within it are text: it ends at its first `)`.
+/// A comment with brackets in it that are all closed on its line is one comment, to its last bracket, up to
+/// [`MAX_NESTED_BYTES`]. Other brackets within it are text: it ends at its first `)`.
 ///
 /// # Errors
 /// The text between the first `)` and the last bracket reads as words that move or set something. A control that ends
@@ -25,7 +28,9 @@ pub(super) fn comment_end(text: &[u8], at: usize) -> Result<usize, AmbiguousComm
     if memchr::memchr(b'(', inner).is_none() {
         return Ok(at + first + 1);
     }
-    let Some(last) = closing_bracket(rest) else { return Ok(at + first + 1) };
+    let Some(last) = closing_bracket(rest.get(..MAX_NESTED_BYTES).unwrap_or(rest)) else {
+        return Ok(at + first + 1);
+    };
     if commands(rest.get(first + 1..last).unwrap_or_default()) {
         return Err(AmbiguousComment);
     }
@@ -128,6 +133,17 @@ mod tests {
     fn brackets_that_are_not_closed_are_text() {
         assert_eq!(rest_behind("(TOOL (BALL) X1"), Ok(" X1"));
         assert_eq!(rest_behind("(TOOL (BALL) X1\n)"), Ok(" X1\n)"));
+    }
+
+    #[test]
+    fn a_line_of_brackets_is_looked_through_once() {
+        let line = "((a)".repeat(1 << 16);
+        let mut at = 0;
+        while at < line.len() {
+            at = comment_end(line.as_bytes(), at).unwrap();
+        }
+        let long = format!("(A (B) {}) X1", "C".repeat(MAX_NESTED_BYTES));
+        assert_eq!(rest_behind(&long), Ok(&long[6..]));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Posting: cutter location data becomes an ISO program for one machine by the inverse kinematics.
 
+mod approach;
 mod arc;
 mod fault;
 mod parameters;

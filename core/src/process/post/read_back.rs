@@ -3,13 +3,14 @@
 use std::collections::VecDeque;
 
 use super::super::ProgramSetup;
+use super::approach::Coordinates;
 use super::points::Point;
 use super::{PostForm, PostParameters};
 use crate::contact::Station;
 use crate::geometry::angle_between;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{Interpolation, Motion, MotionKind};
+use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
 use crate::process::Fault;
 use crate::process::read_back::{Awaited, MachineWord, ReadBack, failed};
 use crate::program::{Address, Dialect};
@@ -25,6 +26,21 @@ pub(super) struct Expected {
     pub(super) feed: Option<f64>,
     /// How far the axes at best miss the point's axis \[rad\].
     pub(super) residual_rad: f64,
+    /// Which part of the first approach it is, where it is one.
+    pub(super) part: Option<Part>,
+}
+
+/// A block of the first approach.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// Of the first point.
+    pub(super) words: AxisWords,
+    /// Which of them the block has, and no others.
+    pub(super) coordinates: Coordinates,
+    /// The rotary axes turn, and tool-centre-point control is off.
+    pub(super) is_first: bool,
+    /// The first point is reached.
+    pub(super) is_last: bool,
 }
 
 impl Awaited for Expected {
@@ -116,13 +132,21 @@ impl<'a> PostedAgain<'a> {
     fn check(&mut self, read: &Motion, next: &Expected) -> Result<(), Fault> {
         let line = next.point.line;
         let kind = if next.point.rapid { MotionKind::Rapid } else { MotionKind::Linear };
-        let Some(words) = read.end else { return Err(failed(line, "a point has no known end")) };
-        if read.kind != kind || read.unfollowable.is_some() || read.interpolation != self.mode {
+        let turns_first = next.part.is_some_and(|part| part.is_first);
+        let mode = if turns_first { Interpolation::Machine } else { self.mode };
+        if read.kind != kind || read.unfollowable.is_some() || read.interpolation != mode {
             return Err(failed(line, "a point is reached by another kind of motion"));
+        }
+        if let Some(part) = next.part {
+            self.check_part(line, read, &part)?;
         }
         if !next.point.rapid && next.feed != read.feed.value {
             return Err(failed(line, "a point is reached at another feed"));
         }
+        if next.part.is_some_and(|part| !part.is_last) {
+            return Ok(());
+        }
+        let Some(words) = read.end else { return Err(failed(line, "a point has no known end")) };
         let pose = Station::new(self.machine, self.kinematics, self.mode, words).pose;
         let tip_mm = (pose.tip_mm - next.point.pose.tip_mm).norm();
         let axis_rad = angle_between(pose.axis, next.point.pose.axis);
@@ -130,6 +154,22 @@ impl<'a> PostedAgain<'a> {
         self.largest_axis_rad = self.largest_axis_rad.max(axis_rad);
         if !(tip_mm <= self.tip_mm && axis_rad <= self.axis_rad + next.residual_rad) {
             return Err(failed(line, "a point stands elsewhere than in the source"));
+        }
+        Ok(())
+    }
+
+    /// A block of the first approach moves its axes and no others, and nobody knows from where.
+    fn check_part(&self, line: u64, read: &Motion, part: &Part) -> Result<(), Fault> {
+        let [first, second] = self.machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+        let [x, y, z] = part.words.linear_mm;
+        let [a, b] = part.words.rotary_deg;
+        let wanted = [('X', x), ('Y', y), ('Z', z), (first, a), (second, b)];
+        let wanted = wanted.into_iter().zip(part.coordinates).filter(|(_, is_stated)| *is_stated);
+        let wanted = wanted.map(|((letter, value), _)| (Some(letter), value));
+        let stated = self.read_back.coordinates_read();
+        let stated = stated.map(|word| (word.address.letter().map(char::from), word.value));
+        if !wanted.eq(stated) || read.start.is_some() || read.end.is_some() != part.is_last {
+            return Err(failed(line, "the first approach moves other axes than it should"));
         }
         Ok(())
     }
@@ -156,12 +196,52 @@ mod tests {
         for (line, x_mm) in [(1, 0.0), (2, 10.0)] {
             let pose = ToolPose { tip_mm: Vec3::new(x_mm, 0.0, 5.0), axis: Vec3::z() };
             let point = Point { line, rapid: true, pose, from_mm: None, feed: None };
-            again.await_next(Expected { point, feed: None, residual_rad: 0.0 });
+            again.await_next(Expected { point, feed: None, residual_rad: 0.0, part: None });
             again.await_words("G4 P250");
         }
         again.await_words("M30");
         again.take(text.as_bytes())?;
         again.finish()
+    }
+
+    /// The first approach to X10 Y20 Z5 A30 C40 under tool-centre-point control, read back as `text`.
+    fn approach(text: &str) -> Result<(), Fault> {
+        let (machine, parameters) = (tables(), PostParameters::new(ProgramSetup::default()));
+        let kinematics = Kinematics::new(&machine, &Setup::default());
+        let words = AxisWords { linear_mm: [10.0, 20.0, 5.0], rotary_deg: [30.0, 40.0] };
+        let pose = Station::new(&machine, &kinematics, Interpolation::Tcp, words).pose;
+        let point = Point { line: 1, rapid: true, pose, from_mm: None, feed: None };
+        let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
+        for (index, stated) in ["AC", "XY", "Z"].into_iter().enumerate() {
+            let coordinates = ["X", "Y", "Z", "A", "C"].map(|letter| stated.contains(letter));
+            let part = Some(Part { words, coordinates, is_first: index == 0, is_last: index == 2 });
+            again.await_next(Expected { point, feed: None, residual_rad: 0.0, part });
+        }
+        again.take(text.as_bytes())?;
+        again.finish()
+    }
+
+    #[test]
+    fn the_first_approach_is_what_was_meant_and_nothing_else() {
+        let sound = "G21 G17 G90 G94\nG0 A30 C40\nG43.4 H1\nX10 Y20\nZ5\n";
+        assert_eq!(approach(sound).map_err(|fault| fault.to_string()), Ok(()));
+        for (from, to) in [
+            ("G0 A30 C40", "G0 X10 A30 C40"),
+            ("G0 A30 C40", "G0 A30"),
+            ("G0 A30 C40", "G0 A30 C41"),
+            ("G0 A30 C40", "G1 A30 C40 F100"),
+            ("G0 A30 C40\nG43.4 H1", "G43.4 H1\nG0 A30 C40"),
+            ("G43.4 H1\n", ""),
+            ("X10 Y20\nZ5", "Z5\nX10 Y20"),
+            ("X10 Y20\nZ5", "X10 Y20 Z5"),
+            ("X10 Y20\nZ5", "X10 Y20\nZ6"),
+            ("X10 Y20\nZ5", "X10 Y21\nZ5"),
+            ("X10 Y20\nZ5", "X10 Y20 A30\nZ5"),
+            ("X10 Y20\nZ5", "G91 X10 Y20\nG90 Z5"),
+        ] {
+            assert!(sound.contains(from));
+            assert!(approach(&sound.replacen(from, to, 1)).is_err(), "{to}");
+        }
     }
 
     #[test]

@@ -4,8 +4,9 @@ use std::io::Write;
 use std::ops::ControlFlow;
 
 use super::super::set_ups::SetUps;
+use super::approach::{ALL, Approach};
 use super::points::{Item, Point, Points};
-use super::read_back::{Expected, PostedAgain};
+use super::read_back::{Expected, Part, PostedAgain};
 use super::write::{Writer, words};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::contact::{Station, rotary_rad};
@@ -117,7 +118,7 @@ pub fn post(
         faults: LineFaults::default(),
         report: PostReport::default(),
     };
-    run.writer.open(parameters, &mut run.out);
+    run.writer.open(&mut run.out);
     passages.work(stop, |passage, _, dialect| {
         if dialect != Dialect::Apt {
             return Err(Fault::NotCutterLocationData { dialect });
@@ -332,7 +333,10 @@ impl Run<'_> {
     fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {
         let words = words(self.machine, self.kinematics, point, rotary_deg, self.parameters);
         let minutes = match (self.parameters.form, point.feed) {
-            (PostForm::Machine, Some((FeedMode::PerMinute, feed))) => self.minutes(&words, point, feed),
+            // The machine stands nowhere that is known before the first point, whatever FROM/ says.
+            (PostForm::Machine, Some((FeedMode::PerMinute, feed))) if self.last.is_some() => {
+                self.minutes(&words, point, feed)
+            }
             _ => None,
         };
         if let Some((before, pose)) = self.last.filter(|_| !point.rapid) {
@@ -352,11 +356,33 @@ impl Run<'_> {
             // The machine stays at the point before: ways are measured from there.
             return;
         }
-        let written = self.writer.point(self.machine, &words, point, minutes, self.parameters, &mut self.out);
-        self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad });
+        if self.last.is_none() {
+            self.approach(point, &words, residual_rad);
+        } else {
+            let (machine, parameters) = (self.machine, self.parameters);
+            let written = self.writer.point(machine, &words, ALL, point, minutes, parameters, &mut self.out);
+            let part = None;
+            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad, part });
+        }
         self.report.points += 1;
         self.start_words_deg = Some(words.rotary_deg);
         self.last = Some((words, point.pose));
+    }
+
+    /// The blocks that lead to the first point.
+    fn approach(&mut self, point: &Point, words: &AxisWords, residual_rad: f64) {
+        let (machine, parameters) = (self.machine, self.parameters);
+        let approach = Approach::of(machine, self.kinematics, parameters.form, &point.pose, words.rotary_deg);
+        Writer::announce(approach, machine, &mut self.out);
+        for (index, coordinates) in approach.parts().into_iter().enumerate() {
+            let written =
+                self.writer.point(machine, words, coordinates, point, None, parameters, &mut self.out);
+            let part = Some(Part { words: *words, coordinates, is_first: index == 0, is_last: index == 2 });
+            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad, part });
+            if index == 0 {
+                self.writer.take_length(parameters, &mut self.out);
+            }
+        }
     }
 
     /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests. `None`

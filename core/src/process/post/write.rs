@@ -1,5 +1,6 @@
 //! The text of a posted program.
 
+use super::approach::{Approach, Coordinates};
 use super::points::Point;
 use super::{PostForm, PostParameters};
 use crate::contact::rotary_rad;
@@ -36,14 +37,26 @@ impl Writer {
         self.blocks += 1;
     }
 
-    pub(super) fn open(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
+    pub(super) fn open(&mut self, out: &mut Vec<u8>) {
         self.line("%", out);
         self.line("G21 G17 G90 G40 G80 G94", out);
         self.line("G54", out);
+        self.mode = Some(FeedMode::PerMinute);
+    }
+
+    /// What the operator has to know of the first approach, before its blocks.
+    pub(super) fn announce(approach: Approach, machine: &Machine, out: &mut Vec<u8>) {
+        for note in approach.notes(machine) {
+            out.extend_from_slice(note.as_bytes());
+            out.push(b'\n');
+        }
+    }
+
+    /// Tool-centre-point control on, with its length.
+    pub(super) fn take_length(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
         if parameters.form == PostForm::Tcp {
             self.line(&format!("G43.4 H{}", parameters.length_number), out);
         }
-        self.mode = Some(FeedMode::PerMinute);
     }
 
     /// Leaves the control as it was found: M30 takes back neither inverse time nor tool-centre-point control everywhere, and
@@ -59,11 +72,13 @@ impl Writer {
         self.line("%", out);
     }
 
-    /// A block with all five words; F where it changes, in inverse time always.
+    /// A block with these of its five words; F where it changes, in inverse time always.
+    #[expect(clippy::too_many_arguments, reason = "all that makes one block, used here only")]
     pub(super) fn point(
         &mut self,
         machine: &Machine,
         words: &AxisWords,
+        coordinates: Coordinates,
         point: &Point,
         minutes: Option<f64>,
         parameters: &PostParameters,
@@ -101,8 +116,10 @@ impl Writer {
         let [x, y, z] = words.linear_mm;
         let [a, b] = words.rotary_deg;
         let (linear, rotary) = (parameters.linear_decimals, parameters.rotary_decimals);
-        for (letter, value, decimals) in
-            [('X', x, linear), ('Y', y, linear), ('Z', z, linear), (first, a, rotary), (second, b, rotary)]
+        let all =
+            [('X', x, linear), ('Y', y, linear), ('Z', z, linear), (first, a, rotary), (second, b, rotary)];
+        for ((letter, value, decimals), _) in
+            all.into_iter().zip(coordinates).filter(|(_, is_stated)| *is_stated)
         {
             let mut text = [0; 4];
             put(letter.encode_utf8(&mut text).as_bytes(), out);

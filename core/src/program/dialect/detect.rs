@@ -11,8 +11,14 @@ pub(in crate::program) const MAX_LINES: usize = 200;
 pub(in crate::program) const MAX_BYTES: usize = 64 * 1024;
 
 /// Words that open a Sinumerik statement and no ISO block.
-const SIEMENS: [&[u8]; 25] = [
+const SIEMENS: [&[u8]; 31] = [
     b"RET",
+    b"REPEAT",
+    b"REPEATB",
+    b"UNTIL",
+    b"ENDFOR",
+    b"ENDWHILE",
+    b"ENDLOOP",
     b"TRAORI",
     b"TRAFOOF",
     b"SUPA",
