@@ -15,7 +15,7 @@ use super::settings::say;
 use crate::config::Settings;
 use crate::jobs::{
     CompensatorFault, Compute, Cost, CutterContactCompensator, Finished, InputFile, JobFault, MachineUsed,
-    Means, ProgramWork, Sizes, Spool, Workplace,
+    Means, ProgramWork, Sizes, Spool, ToolShelf, Workplace,
 };
 use crate::store::{Blobs, Draft};
 use crate::wire::{JobOperation, MachineProfile, read_json};
@@ -104,7 +104,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
             _told = tokio::signal::ctrl_c() => Err(CommandFault::Stopped),
         }
     })?;
-    let Finished { report, output, changes } = finished;
+    let Finished { report, output, changes, .. } = finished;
     if arguments.report.is_none() {
         // A report that nobody gets leaves no program either.
         say(&report)?;
@@ -197,22 +197,23 @@ fn folder_of(path: &Path) -> &Path {
 
 fn machine(path: &Path, limit_bytes: u64) -> Result<MachineUsed, CommandFault> {
     let text = read_within(path, "max_json_bytes", limit_bytes)?;
-    let (text, revision) = profile_alone(text);
+    let (text, machine_id, revision) = profile_alone(text);
     let profile: MachineProfile = read_json(&text).map_err(CommandFault::UnreadableMachine)?;
-    let drives = profile.drives.clone();
-    let (_, machine) = profile.into_machine().map_err(CommandFault::Machine)?;
-    Ok(MachineUsed::new(revision, machine, drives))
+    let machine_id = machine_id.unwrap_or_else(|| profile.name.clone());
+    MachineUsed::new(machine_id, revision, profile, ToolShelf::default()).map_err(CommandFault::Machine)
 }
 
-/// A profile as it is sent to a service, and its revision where it was read from one; 0 where it was not.
-fn profile_alone(text: Vec<u8>) -> (Vec<u8>, i64) {
-    let Ok(serde_json::Value::Object(mut members)) = serde_json::from_slice(&text) else { return (text, 0) };
-    if members.remove("machine_id").is_none() {
-        return (text, 0);
-    }
+/// A profile as it is sent to a service, and its id and revision where it was read from one; revision 0 where it was not.
+fn profile_alone(text: Vec<u8>) -> (Vec<u8>, Option<String>, i64) {
+    let Ok(serde_json::Value::Object(mut members)) = serde_json::from_slice(&text) else {
+        return (text, None, 0);
+    };
+    let Some(machine_id) = members.remove("machine_id") else { return (text, None, 0) };
+    let machine_id = machine_id.as_str().map(str::to_owned);
     members.remove("created_at");
     let revision = members.remove("revision").and_then(|revision| revision.as_i64());
-    (serde_json::Value::Object(members).to_string().into_bytes(), revision.unwrap_or_default())
+    let text = serde_json::Value::Object(members).to_string().into_bytes();
+    (text, machine_id, revision.unwrap_or_default())
 }
 
 /// A file copied to where nobody changes it while it is worked on, up to the limit of a setting.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::AppState;
 use super::problem::Problem;
-use crate::jobs::MachineUsed;
+use crate::jobs::{MachineUsed, ToolShelf};
 
 /// The machine with this id, at its current revision.
 pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<Arc<MachineUsed>, Problem> {
@@ -19,14 +19,11 @@ pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<
 /// The machine from the database, kept for the next request if nothing is written meanwhile.
 async fn read(app: &AppState, machine_id: &str, writes: u64) -> Result<Arc<MachineUsed>, Problem> {
     let found = app.store.machine(machine_id).await?.ok_or_else(|| Problem::machine_not_found(machine_id))?;
-    let revision = found.document.revision;
-    let drives = found.document.profile.drives.clone();
-    let (_, machine) = found
-        .document
-        .profile
-        .into_machine()
+    let shelf = ToolShelf::new(app.store.tools(machine_id).await?);
+    let (revision, profile) = (found.document.revision, found.document.profile);
+    let used = MachineUsed::new(machine_id.to_owned(), revision, profile, shelf)
         .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
-    let used = Arc::new(MachineUsed::new(revision, machine, drives));
+    let used = Arc::new(used);
     app.machines.keep(machine_id, writes, &used);
     Ok(used)
 }

@@ -26,6 +26,7 @@ mod openapi;
 mod pages;
 mod paging;
 pub mod problem;
+mod problem_type;
 mod programs;
 mod range;
 mod rates;

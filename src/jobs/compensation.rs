@@ -6,16 +6,18 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::cutter_contact::core_parameters;
 use super::one_pass::Resting;
 use super::part_surface::part_surface;
 use super::program_job::{Finished, Workplace, written};
+use super::stamping::Leaving;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
-use crate::contact::PartSurface;
-use crate::machine::{Machine, Tool};
+use crate::machine::Machine;
 use crate::meter;
-use crate::process::{self, Stop};
+use crate::process::{self, ProgramReading, ProgramSetup, Stop};
+use crate::program::{Dialect, Step, Steps};
 use crate::wear::SideBySide;
-use crate::wire::{CcFindings, CcParameters, CcReport, Fault, JobOperation};
+use crate::wire::{CcFindings, CcParameters, CcReport, Contact, Fault, JobOperation, SingularityAction};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
 pub trait Compensator: Send + Sync + fmt::Debug {
@@ -30,26 +32,30 @@ pub trait Compensator: Send + Sync + fmt::Debug {
     fn compensate(
         &self,
         machine: &Machine,
-        parameters: &CcParameters,
-        contact: ToolAndPart,
+        asked: &process::CcParameters,
+        singularity: &process::SingularityParameters,
         source: &dyn process::ProgramSource,
         output: &mut dyn Write,
         spool: &dyn process::Spool,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
-    ) -> Result<CcFindings, CompensatorFault>;
+    ) -> Result<Compensated, CompensatorFault>;
 
     /// The figure of a report, as SVG text.
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
 }
 
-/// What touches what.
+/// What came of a program.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ToolAndPart {
-    /// The tool, if there is one.
-    pub tool: Option<Tool>,
-    /// The part, if its surface came with the program.
-    pub part: Option<PartSurface>,
+pub struct Compensated {
+    /// For the report.
+    pub findings: CcFindings,
+    /// The dialect it was read in.
+    pub dialect: Dialect,
+    /// The steps that changed something.
+    pub steps: Steps,
+    /// How it was read.
+    pub reading: ProgramReading,
 }
 
 /// What a program is refused for.
@@ -65,6 +71,10 @@ pub enum RefusalClass {
     Parameter,
     /// More work than one request may cause.
     TooCostly,
+    /// Nobody says in which unit the program counts.
+    UnitUnknown,
+    /// A step that was done to the program before.
+    AlreadyCompensated,
 }
 
 /// Why a program is refused.
@@ -108,20 +118,37 @@ impl ProgramParameters for CcParameters {
     const OPERATION: JobOperation = JobOperation::CcCompensation;
     const LOOKS_AT_PART: bool = true;
 
+    fn steps(&self) -> Steps {
+        let steps = treats(self.singularity).with(Step::Cc);
+        if self.allow_repeated { Steps::NONE } else { steps }
+    }
+
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let tool = self.check(sizes.has_part())?;
+        if tool.is_none() && self.contact != Contact::Tip && on.shelf.is_empty() {
+            let detail = "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
+            return Err(vec![Fault::new("/tool_radius_mm", detail)]);
+        }
+        let parameters = serde_json::to_value(&self).unwrap_or_default();
+        let program = ProgramSetup {
+            allow_repeated: self.allow_repeated,
+            ..on.program(&self.statements(), true)?
+        };
+        let mut asked = core_parameters(&self, tool, program);
+        asked.max_feed = on.statements.max_feed(self.max_feed_mm_per_min);
+        asked.block_time_s = on.statements.block_time_s();
+        let singularity = self.singular_regions.to_core(self.singularity);
         let cost = Cost::of_program(sizes.program_length, self.tolerance_um) + sizes.cost_of_part();
         let compensator = Arc::clone(&means.compensator);
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
             let mut output = place.output()?;
-            let part = part_surface(surface, &self.surface_reading(), stop)?;
-            let contact = ToolAndPart { tool, part };
+            asked.part = part_surface(surface, &self.surface_reading(), stop)?;
             let resting = Resting::new(spool.blobs().clone());
-            let findings = compensator.compensate(
+            let Compensated { findings, dialect, steps, reading } = compensator.compensate(
                 &on.machine,
-                &self,
-                contact,
+                &asked,
+                &singularity,
                 program,
                 &mut output,
                 &resting,
@@ -129,10 +156,32 @@ impl ProgramParameters for CcParameters {
                 stop,
             )?;
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let output = written(output)?;
-            let provenance = on.provenance(program, &output);
-            let report = serde_json::to_string(&CcReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output), changes: None })
+            let resolved = on
+                .resolved(&self.statements(), &reading)
+                .with_max_feed(self.max_feed_mm_per_min, &on.statements);
+            let leaving = Leaving {
+                on: &on,
+                operation: Self::OPERATION,
+                parameters: &parameters,
+                resolved: &resolved,
+                form: self.stamp,
+                dialect,
+                steps,
+            };
+            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
+            let motions_checked = findings.motions_checked;
+            let report = CcReport { provenance, resolved: Some(resolved), findings };
+            Ok(Finished {
+                output: Some(output),
+                steps: Some(steps),
+                motions_checked: Some(motions_checked),
+                ..Finished::of(&report)?
+            })
         }))
     }
+}
+
+/// The step that treats singular regions, where they are more than reported.
+pub(super) fn treats(action: SingularityAction) -> Steps {
+    if action == SingularityAction::Report { Steps::NONE } else { Steps::of(&[Step::Singularity]) }
 }

@@ -3,18 +3,15 @@
 use std::io::Write;
 
 use super::refusals::in_words_of_the_wire;
-use super::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
+use super::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
 use crate::contact::Correction as CoreCorrection;
-use crate::geometry::Vec3;
-use crate::kinematics::Setup;
 use crate::machine::{Machine, Tool};
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, Stop};
-use crate::units::{Feedrate, Length, UM_PER_MM};
+use crate::process::{self, ProgramSetup, SingularityAction, SingularityParameters, Stop};
+use crate::units::{Angle, Length, UM_PER_MM};
 use crate::wear::SideBySide;
 use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault,
-    Interpolation, Output, SingularityAction,
+    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault, Output,
 };
 
 /// Compensates programs with the core.
@@ -28,22 +25,20 @@ impl Compensator for CutterContactCompensator {
     fn compensate(
         &self,
         machine: &Machine,
-        parameters: &CcParameters,
-        ToolAndPart { tool, part }: ToolAndPart,
+        asked: &process::CcParameters,
+        singularity: &SingularityParameters,
         source: &dyn process::ProgramSource,
         output: &mut dyn Write,
         spool: &dyn process::Spool,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
-    ) -> Result<CcFindings, CompensatorFault> {
-        let budget = self.budget;
-        let core = process::CcParameters { budget, part, ..core_parameters(parameters, tool)? };
-        let singularity = parameters.singular_regions.to_core(parameters.singularity);
-        if parameters.singularity != SingularityAction::Report {
+    ) -> Result<Compensated, CompensatorFault> {
+        let core = process::CcParameters { budget: self.budget, ..asked.clone() };
+        if singularity.action != SingularityAction::Report {
             let both = process::treat_and_compensate(
                 machine,
                 &core,
-                &singularity,
+                singularity,
                 source,
                 spool,
                 output,
@@ -51,13 +46,15 @@ impl Compensator for CutterContactCompensator {
                 stop,
             );
             let (treated, report) = both.map_err(in_words_of_the_wire)?;
-            return Ok(CcFindings { singularity: Some((&treated).into()), ..findings(&report) });
+            let steps = report.steps.and(treated.steps());
+            let findings = CcFindings { singularity: Some((&treated).into()), ..findings(&report) };
+            return Ok(Compensated { findings, steps, ..compensated(report) });
         }
         let report = process::compensate_side_by_side(machine, &core, source, output, parts, stop)
             .map_err(in_words_of_the_wire)?;
         // What is only to be reported refuses nothing.
         let nowhere = &mut std::io::sink();
-        let found = process::treat_singular_regions(machine, &core, &singularity, source, nowhere, stop);
+        let found = process::treat_singular_regions(machine, &core, singularity, source, nowhere, stop);
         let singularity = match found {
             Ok(found) => Some((&found).into()),
             Err(fault @ (process::Fault::Cancelled | process::Fault::Io(_))) => {
@@ -65,7 +62,8 @@ impl Compensator for CutterContactCompensator {
             }
             Err(_) => None,
         };
-        Ok(CcFindings { singularity, ..findings(&report) })
+        let findings = CcFindings { singularity, ..findings(&report) };
+        Ok(Compensated { findings, ..compensated(report) })
     }
 
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
@@ -90,17 +88,21 @@ impl Compensator for CutterContactCompensator {
     }
 }
 
+fn compensated(report: process::CcReport) -> Compensated {
+    Compensated {
+        findings: findings(&report),
+        dialect: report.dialect,
+        steps: report.steps,
+        reading: report.reading,
+    }
+}
+
 /// The parameters in the core's terms.
 pub(super) fn core_parameters(
     wire: &CcParameters,
     tool: Option<Tool>,
-) -> Result<process::CcParameters, CompensatorFault> {
-    // With the tip as contact the tool's shape does not enter.
-    let point = Length::from_mm(1.0);
-    let tool = match tool {
-        Some(tool) => tool,
-        None => Tool::new(point, point).map_err(|fault| parameter("/tool_radius_mm", fault.to_string()))?,
-    };
+    program: ProgramSetup,
+) -> process::CcParameters {
     let contact = match wire.contact {
         Contact::Auto => process::ContactSource::Auto,
         Contact::Program => process::ContactSource::Program,
@@ -109,11 +111,10 @@ pub(super) fn core_parameters(
         Contact::Tip => process::ContactSource::Tip,
         Contact::Surface => process::ContactSource::Surface,
     };
-    let dialect = wire.dialect.to_core();
-    Ok(process::CcParameters {
+    process::CcParameters {
         tolerance: Length::from_um(wire.tolerance_um),
         contact,
-        interpolation: wire.interpolation.map(Interpolation::to_core),
+        pass_break: Angle::from_deg(wire.pass_break_deg),
         correction: match wire.correction {
             Correction::Even => CoreCorrection::Even,
             Correction::Foot => CoreCorrection::Foot,
@@ -123,15 +124,8 @@ pub(super) fn core_parameters(
             Output::Minimal => process::OutputForm::Minimal,
             Output::Interpolated => process::OutputForm::Interpolated,
         },
-        setup: Setup {
-            work_offset_mm: Vec3::from(wire.work_offset_mm.0),
-            tool_length_mm: wire.tool_length_mm,
-            apply_errors: true,
-        },
-        feed: wire.feed_mm_per_min.map(Feedrate::from_mm_per_min),
-        dialect,
-        ..process::CcParameters::new(tool)
-    })
+        ..process::CcParameters::new(tool, program)
+    }
 }
 
 /// The core's report in the words of the wire.
@@ -146,6 +140,7 @@ pub(super) fn findings(report: &process::CcReport) -> CcFindings {
         feeds_restored: report.feeds_restored,
         motions_checked: report.motions_checked,
         motions_over_tolerance: report.motions_over_tolerance,
+        motions_left_over: report.motions_left_over,
         before: summary(&report.before),
         after: summary(&report.after),
         cc_path_length_mm: report.cc_path_length_mm,
@@ -184,15 +179,4 @@ pub(super) fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
         max_gouge_um: summary.max_gouge_mm * UM_PER_MM,
         worst_line: summary.worst_line,
     }
-}
-
-fn parameter(pointer: &str, detail: String) -> CompensatorFault {
-    unfit(vec![Fault::new(pointer, detail)])
-}
-
-/// Parameters that do not fit.
-pub(super) fn unfit(errors: Vec<Fault>) -> CompensatorFault {
-    let detail = errors.first().map_or_else(String::new, |fault| fault.detail.clone());
-    let class = RefusalClass::Parameter;
-    CompensatorFault::Refused(Box::new(Refusal { class, detail, line: None, block: None, errors }))
 }

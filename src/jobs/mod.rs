@@ -1,5 +1,6 @@
 //! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
 
+mod acceptance;
 mod api_keys;
 mod calibration;
 mod clock;
@@ -20,16 +21,19 @@ mod refusals;
 mod servo;
 mod servo_program;
 mod spool;
+mod stamping;
+mod tool_shelf;
 mod verification;
 mod wear;
 mod wear_program;
 mod webhooks;
 mod work;
 
+pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
-pub use compensation::{Compensator, CompensatorFault, Refusal, RefusalClass, ToolAndPart};
+pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
@@ -42,6 +46,7 @@ pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job
 pub use queue::{Besides, Describe, JobOrder, Queue, QueueLimits, QueueReading};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
+pub use tool_shelf::{KeptShelf, ToolShelf};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;

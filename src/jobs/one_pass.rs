@@ -5,19 +5,22 @@ use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
+use super::compensation::treats;
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
-use super::wear_program::findings as wear_findings;
-use super::{CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
+use super::stamping::Leaving;
+use super::wear_program::{findings as wear_findings, missing_from_table};
+use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, CcStep, Place, ServoStep, WearStep};
+use crate::process::{self, CcStep, Place, ProgramSetup, ServoStep, WearStep};
+use crate::program::{Step, Steps};
 use crate::store::Blobs;
 use crate::wire::{
-    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Fault,
-    FaultList, Interpolation, JobOperation, fault_of_table, looks_at,
+    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
+    Fault, FaultList, JobOperation, Statements, fault_of_table, looks_at,
 };
 
 /// Most samples of the drives for an error budget: ten seconds of one core.
@@ -27,31 +30,53 @@ impl ProgramParameters for CompensationParameters {
     const OPERATION: JobOperation = JobOperation::Compensation;
     const LOOKS_AT_PART: bool = true;
 
+    fn steps(&self) -> Steps {
+        let mut steps = Steps::NONE;
+        if self.wear.is_some() {
+            steps = steps.with(Step::Wear);
+        }
+        if self.location_errors {
+            steps = steps.with(Step::LocationErrors);
+        }
+        if self.allow_repeated {
+            return steps;
+        }
+        if self.cc.is_some() {
+            steps = steps.with(Step::Cc);
+        }
+        steps.and(treats(self.singularity))
+    }
+
+    fn cutter_id(&self) -> Option<&str> {
+        self.wear.as_ref().filter(|step| step.from.is_some()).and_then(|step| step.cutter_id.as_deref())
+    }
+
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         self.check(sizes.has_part())?;
+        let mut core = in_core_terms(&self, sizes.has_part(), &on)?;
+        let parameters = serde_json::to_value(&self).unwrap_or_default();
         let mut faults = FaultList::default();
         let drives = on.drives.as_ref().map(|drives| drives.to_core("/drives", &mut faults));
         faults.into_result()?;
         let max_cost_s = means.max_cost_s;
+        if let Some(step) = &mut core.cc {
+            step.budget = Cost::budget_within(max_cost_s);
+        }
+        core.servo = drives.filter(|_| self.servo_lag).map(|drives| ServoStep {
+            max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(max_cost_s)),
+            ..ServoStep::new(drives)
+        });
         // Ends are moved, then the path between them is compensated.
         let length = sizes.program_length;
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
         Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
-            let mut core = in_core_terms(&self, surface.is_some())?;
-            if let Some(step) = &mut core.cc {
-                step.budget = Cost::budget_within(max_cost_s);
-            }
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
-            core.servo = drives.filter(|_| self.servo_lag).map(|drives| ServoStep {
-                max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(max_cost_s)),
-                ..ServoStep::new(drives)
-            });
             let mut output = place.output()?;
             let mut changes = ChangeTable::new(place.output()?)
                 .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
             let resting = Resting::new(spool.blobs().clone());
-            let report = process::compensate_program(
+            let done = process::compensate_program(
                 &on.machine,
                 &core,
                 program,
@@ -62,45 +87,80 @@ impl ProgramParameters for CompensationParameters {
                 stop,
             )
             .map_err(in_words_of_the_wire)?;
-            let output = written(output)?;
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
-            let provenance = on.provenance(program, &output);
-            let findings = findings(&self, changes.sha256(), &report);
+            let findings = findings(&self, changes.sha256(), &done);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let report = serde_json::to_string(&CompensationReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output), changes: Some(changes) })
+            let statements = Statements { tool_number: self.tool(), ..self.statements() };
+            let resolved = on
+                .resolved(&statements, &done.reading)
+                .with_max_feed(self.max_feed_mm_per_min, &on.statements);
+            let leaving = Leaving {
+                on: &on,
+                operation: Self::OPERATION,
+                parameters: &parameters,
+                resolved: &resolved,
+                form: self.stamp,
+                dialect: done.dialect,
+                steps: done.steps,
+            };
+            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
+            let checked = motions_checked(&findings);
+            let report = CompensationReport { provenance, resolved: Some(resolved), findings };
+            Ok(Finished {
+                output: Some(output),
+                changes: Some(changes),
+                steps: Some(done.steps),
+                motions_checked: Some(checked),
+                ..Finished::of(&report)?
+            })
         }))
     }
+}
+
+/// Motions that were looked at by the step that looks at most of them.
+fn motions_checked(findings: &CompensationFindings) -> u64 {
+    let cc = findings.cc.as_ref().map_or(0, |cc| cc.motions_checked);
+    let wear = findings.wear.as_ref().map_or(0, |wear| wear.contacts_kept + wear.contacts_assumed);
+    let posted = findings.location_errors.as_ref().map_or(0, |errors| errors.motions_posted);
+    cc.max(wear).max(posted)
 }
 
 /// The parameters in the core's terms, part and drives apart.
 fn in_core_terms(
     parameters: &CompensationParameters,
     has_part: bool,
-) -> Result<process::CompensationParameters, JobFault> {
+    on: &MachineUsed,
+) -> Result<process::CompensationParameters, Vec<Fault>> {
+    let statements = Statements { tool_number: parameters.tool(), ..parameters.statements() };
+    let program =
+        ProgramSetup { allow_repeated: parameters.allow_repeated, ..on.program(&statements, true)? };
     let wear = match parameters.wear_alone() {
         None => None,
         Some(step) => {
-            let core =
-                step.to_core(looks_at(step.contact, has_part)).map_err(super::cutter_contact::unfit)?;
-            let plain = WearStep::new(core.nominal, core.worn);
+            let core = step.to_core(looks_at(step.contact, has_part))?;
+            missing_from_table(step.nominal_tool.is_none(), "/wear", on)?;
             Some(WearStep {
                 milling: core.milling,
                 shorter_by: core.shorter_by,
                 length_in_control: core.length_in_control,
                 contact: core.contact,
-                tool_number: core.tool_number,
-                ..plain
+                pass_break: core.pass_break,
+                ..WearStep::new(core.nominal, core.worn)
             })
         }
     };
     let cc = match parameters.cc_alone() {
         None => None,
         Some(step) => {
-            let tool = step.check(looks_at(step.contact, has_part)).map_err(super::cutter_contact::unfit)?;
-            let core = core_parameters(&step, tool)?;
-            let process::CcParameters { tool, tolerance, contact, correction, output, budget, .. } = core;
-            Some(CcStep { tool, tolerance, contact, correction, output, budget })
+            let tool = step.check(looks_at(step.contact, has_part))?;
+            if tool.is_none() && step.contact != Contact::Tip && on.shelf.is_empty() {
+                let detail =
+                    "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
+                return Err(vec![Fault::new("/cc/tool_radius_mm", detail)]);
+            }
+            let process::CcParameters { tolerance, contact, pass_break, correction, output, budget, .. } =
+                core_parameters(&step, tool, program.clone());
+            Some(CcStep { tool, tolerance, contact, pass_break, correction, output, budget })
         }
     };
     Ok(process::CompensationParameters {
@@ -108,11 +168,9 @@ fn in_core_terms(
         location_errors: parameters.location_errors,
         singularity: Some(parameters.singular_regions.to_core(parameters.singularity)),
         cc,
-        setup: parameters.setup(),
-        interpolation: parameters.interpolation.map(Interpolation::to_core),
-        feed: parameters.feed(),
-        dialect: parameters.dialect.to_core(),
-        ..process::CompensationParameters::new()
+        max_feed: on.statements.max_feed(parameters.max_feed_mm_per_min),
+        block_time_s: on.statements.block_time_s(),
+        ..process::CompensationParameters::new(program)
     })
 }
 

@@ -4,7 +4,7 @@ use super::program_job::{Finished, Workplace, written};
 use super::refusals::{in_words_of_the_wire, of_program};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
-use crate::wire::{Fault, JobOperation, PostingFindings, PostingParameters, PostingReport};
+use crate::wire::{Fault, JobOperation, LocationErrors, PostingFindings, PostingParameters, PostingReport};
 
 /// Longest distance of the tip from the straight line half way between two points \[mm\] that is still posted: beyond it
 /// the points are too far apart for machine coordinates, and what lies between them is no finishing any more.
@@ -36,6 +36,7 @@ impl ProgramParameters for PostingParameters {
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut core = self.to_core(&on.machine)?;
+        core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
         core.max_blocks_out = core.max_blocks_out.min(Cost::budget_within(means.max_cost_s).max_blocks_out);
         Ok(Prepared::new(Cost::of_posting(sizes.program_length), move |place| {
             let Workplace { program, stop, .. } = place;
@@ -45,9 +46,10 @@ impl ProgramParameters for PostingParameters {
             unless_it_leaves_its_path(&report)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
+            let resolved = Some(on.resolved(&self.statements(), &report.reading));
             let findings = PostingFindings::of(&self, &report);
-            let report = serde_json::to_string(&PostingReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output), changes: None })
+            let report = PostingReport { provenance, resolved, findings };
+            Ok(Finished { output: Some(output), ..Finished::of(&report)? })
         }))
     }
 }

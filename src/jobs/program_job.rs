@@ -11,6 +11,7 @@ use super::{
     Threads, TooCostly,
 };
 use crate::process::Stop;
+use crate::program::Steps;
 use crate::store::{
     Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
 };
@@ -25,6 +26,8 @@ pub struct ProgramJob {
     pub machine_revision: i64,
     /// What is done, with which parameters.
     pub work: ProgramWork,
+    /// A step that is asked for and was done to the program before: a posted job fails with that.
+    pub repeats: Option<String>,
     /// The upload.
     pub program: Draft,
     /// The part's surface, where one came with it.
@@ -82,6 +85,18 @@ pub struct Finished {
     pub output: Option<Draft>,
     /// The table of changes, where it makes one.
     pub changes: Option<Draft>,
+    /// The steps that changed the program, where the operation has any.
+    pub steps: Option<Steps>,
+    /// Motions of a compensated program that were looked at.
+    pub motions_checked: Option<u64>,
+}
+
+impl Finished {
+    /// A report, and nothing else yet.
+    pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
+        let report = serde_json::to_string(report)?;
+        Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })
+    }
 }
 
 /// Why there is no job.
@@ -163,7 +178,7 @@ pub async fn run_program_job(
         let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
         let (program, surface) = (InputFile::from(&job.program), job.surface.as_ref().map(InputFile::from));
         let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
-        let Finished { report, output, changes } = job.work.run(place)?;
+        let Finished { report, output, changes, steps, motions_checked } = job.work.run(place)?;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -190,7 +205,15 @@ pub async fn run_program_job(
         };
         let drafts = [Some(job.program), job.surface, output, changes];
         let report_sha256 = sha256_hex(report.as_bytes());
-        Ok((drafts, NewJob { document, file_name: job.file_name, report, report_sha256 }, job.used))
+        let new = NewJob {
+            document,
+            file_name: job.file_name,
+            report,
+            report_sha256,
+            steps: steps.map(|steps| steps.to_string()),
+            motions_checked: in_rows(motions_checked),
+        };
+        Ok((drafts, new, job.used))
     };
     let (drafts, job, used) = compute.run_in_parts(worked).await??;
     let naming = blobs.naming().await;
@@ -198,11 +221,25 @@ pub async fn run_program_job(
     let added = store.add_job(&job, used.as_ref(), &by).await?;
     drop(naming);
     if added {
-        let NewJob { document, file_name, report, report_sha256 } = job;
+        let NewJob { document, file_name, report, report_sha256, motions_checked, .. } = job;
         let (report, report_sha256) = (Some(report), Some(report_sha256));
-        return Ok(JobRow { document, file_name, report, report_sha256, traceparent: None });
+        let (traceparent, accepted) = (None, None);
+        return Ok(JobRow {
+            document,
+            file_name,
+            report,
+            report_sha256,
+            traceparent,
+            motions_checked,
+            accepted,
+        });
     }
     job_of_key(store, used.as_ref()).await
+}
+
+/// A count as the database has it.
+pub(super) fn in_rows(count: Option<u64>) -> Option<i64> {
+    count.map(|count| i64::try_from(count).unwrap_or(i64::MAX))
 }
 
 /// The job of a key that came twice at once, where the other request was faster.

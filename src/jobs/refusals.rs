@@ -1,8 +1,8 @@
 //! Why a program is not worked on, in the words of the wire.
 
 use super::{CompensatorFault, Refusal, RefusalClass};
-use crate::process::{self, LineFault, LineFaultKind, LineFaults};
-use crate::program::Diagnostics;
+use crate::process::{self, LineFault, LineFaultKind, LineFaults, ToolUnknown};
+use crate::program::{Diagnostic, DiagnosticCode, Diagnostics};
 use crate::wire::{Fault, verification_fault};
 
 /// A fault of the core as the service tells it.
@@ -32,10 +32,19 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
-        process::Fault::NothingAsked => plain(RefusalClass::Parameter, None, Vec::new()),
-        process::Fault::NoSuchTool { .. } => {
-            plain(RefusalClass::Parameter, None, vec![Fault::new("/tool_number", detail.clone())])
+        process::Fault::ContactUnknown { .. } => {
+            plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
+        process::Fault::AlreadyCompensated { .. } => plain(RefusalClass::AlreadyCompensated, None, Vec::new()),
+        process::Fault::Tool(unknown) => {
+            let line = match unknown {
+                ToolUnknown::CutterDiffers { line, .. } => Some(*line),
+                _ => None,
+            };
+            let errors = vec![Fault::new(pointer_of(unknown), detail.clone())];
+            plain(RefusalClass::Parameter, line, errors)
+        }
+        process::Fault::NothingAsked => plain(RefusalClass::Parameter, None, Vec::new()),
         process::Fault::Verification(faults) => {
             plain(RefusalClass::Parameter, None, faults.iter().map(verification_fault).collect())
         }
@@ -60,8 +69,29 @@ fn other(fault: process::Fault) -> CompensatorFault {
 fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
     let errors: Vec<Fault> =
         diagnostics.refusals().map(|diagnostic| at_line(diagnostic.line, diagnostic.to_string())).collect();
-    let line = diagnostics.refusals().next().map(|first| first.line);
+    let first = diagnostics.refusals().next();
+    let line = first.map(|first| first.line);
+    let is_unit = |diagnostic: &Diagnostic| matches!(diagnostic.code, DiagnosticCode::UnitUnknown { .. });
+    if let Some(unknown) = first.filter(|first| is_unit(first)) {
+        let detail = unknown.to_string();
+        return Refusal { class: RefusalClass::UnitUnknown, detail, line, block: None, errors };
+    }
     Refusal { class: RefusalClass::Program, detail, line, block: None, errors }
+}
+
+/// The member of the request that cures it.
+fn pointer_of(unknown: &ToolUnknown) -> &'static str {
+    match unknown {
+        ToolUnknown::Several { .. } | ToolUnknown::NoSuchTool { .. } => "/tool_number",
+        ToolUnknown::NotListed { stated, .. } | ToolUnknown::Missing { stated } => match *stated {
+            "`nominal_tool`" => "/nominal_tool",
+            "`tool`" => "/tool",
+            "`tool_length_mm`" => "/tool_length_mm",
+            _ => "/tool_radius_mm",
+        },
+        ToolUnknown::NoWear { .. } => "/wear/cutter_id",
+        ToolUnknown::CutterDiffers { .. } => "/program",
+    }
 }
 
 fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
@@ -69,7 +99,12 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
     let class = match first.map(|fault| &fault.kind) {
         Some(LineFaultKind::OutOfTravel { .. }) => RefusalClass::OutOfTravel,
         Some(LineFaultKind::ToleranceOutOfReach { .. }) => RefusalClass::ToleranceOutOfReach,
+        Some(LineFaultKind::Unstated(_)) => RefusalClass::Parameter,
         _ => RefusalClass::Program,
+    };
+    let at = |fault: &LineFault| match fault.kind {
+        LineFaultKind::Unstated(unstated) => Fault::new(format!("/{}", unstated.member()), fault.to_string()),
+        _ => at_line(fault.line, fault.to_string()),
     };
     let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
     let detail = if reachable_um > 0.0 {
@@ -82,7 +117,7 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
         detail,
         line: first.map(|fault| fault.line),
         block: first.map(|fault| fault.block.clone()).filter(|block| !block.is_empty()),
-        errors: faults.kept.iter().map(|fault| at_line(fault.line, fault.to_string())).collect(),
+        errors: faults.kept.iter().map(at).collect(),
     }
 }
 

@@ -4,7 +4,7 @@ use super::program_job::{Finished, Workplace};
 use super::refusals::in_words_of_the_wire;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
-use crate::wire::{Fault, FaultList, JobOperation, ServoProgramParameters, ServoReport};
+use crate::wire::{Fault, FaultList, JobOperation, LocationErrors, ServoProgramParameters, ServoReport};
 
 /// The cost follows from the running time of the program, which a first reading finds: it bounds the number of samples.
 impl ProgramParameters for ServoProgramParameters {
@@ -15,6 +15,7 @@ impl ProgramParameters for ServoProgramParameters {
         let mut faults = FaultList::default();
         let mut core = self.to_core(on.drives.as_ref(), &mut faults);
         faults.into_result()?;
+        core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
         core.max_samples = core.max_samples.min(Cost::servo_samples_within(means.max_cost_s));
         let cost = Cost::of_program_reading(sizes.program_length);
         Ok(Prepared::new(cost, move |Workplace { program, stop, .. }| {
@@ -23,8 +24,10 @@ impl ProgramParameters for ServoProgramParameters {
                 Err(process::Fault::Servo(fault)) => return Err(fault.into()),
                 Err(fault) => return Err(in_words_of_the_wire(fault).into()),
             };
-            let report = ServoReport::of(on.revision, program.sha256.clone(), &core.drives, &simulation);
-            Ok(Finished { report: serde_json::to_string(&report)?, output: None, changes: None })
+            let resolved = on.resolved(&self.statements(), &simulation.reading);
+            let report =
+                ServoReport::of(on.revision, program.sha256.clone(), resolved, &core.drives, &simulation);
+            Finished::of(&report)
         }))
     }
 }

@@ -16,7 +16,7 @@ use crate::store::{BlobFault, Blobs, Draft};
 use crate::surface::EvenSamples;
 use crate::units::Length;
 use crate::wire::{
-    Fault, JobOperation, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
+    Fault, JobOperation, LocationErrors, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
     fault_of_table,
 };
 
@@ -25,7 +25,12 @@ impl ProgramParameters for VerificationParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
-        let (core, surface) = self.to_core(sizes.has_part())?;
+        let (mut core, surface) = self.to_core(sizes.has_part())?;
+        if self.tool.is_none() && on.shelf.is_empty() {
+            let detail = "missing: the cutter that cuts, as the machine's tool table is empty";
+            return Err(vec![Fault::new("/tool", detail)]);
+        }
+        core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
         // No block has its contact looked for on the part.
         let part = Sizes { program_length: 0, ..sizes }.cost_of_part();
         let cost = Cost::of_verification(sizes.program_length, self.samples) + part;
@@ -53,11 +58,12 @@ impl ProgramParameters for VerificationParameters {
                     sample_spacing_mm: samples.spacing_mm,
                     area_mm2: samples.area_mm2,
                     mesh: part.as_ref().map(|part| *part.report()),
+                    resolved: on.resolved(&self.statements(), &verification.reading),
                 },
                 core,
                 &verification,
             );
-            Ok(Finished { report: serde_json::to_string(&report)?, output: Some(table), changes: None })
+            Ok(Finished { output: Some(table), ..Finished::of(&report)? })
         }))
     }
 }

@@ -4,10 +4,12 @@ use super::cutter_contact::{contact, series, summary};
 use super::part_surface::part_surface;
 use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
+use super::stamping::Leaving;
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process;
+use crate::process::{self, ProgramSetup};
+use crate::program::{Step, Steps};
 use crate::units::Angle;
 use crate::wire::{Fault, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
 
@@ -15,8 +17,22 @@ impl ProgramParameters for WearParameters {
     const OPERATION: JobOperation = JobOperation::WearCompensation;
     const LOOKS_AT_PART: bool = true;
 
+    fn steps(&self) -> Steps {
+        Steps::of(&[Step::Wear])
+    }
+
+    fn cutter_id(&self) -> Option<&str> {
+        self.wear.as_ref().map(|source| source.cutter_id.as_str())
+    }
+
     fn prepare(self, on: MachineUsed, sizes: Sizes, _means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut core = self.to_core(sizes.has_part())?;
+        missing_from_table(self.nominal_tool.is_none(), "", &on)?;
+        let parameters = serde_json::to_value(&self).unwrap_or_default();
+        core.program = ProgramSetup {
+            allow_repeated: self.allow_repeated,
+            ..on.program(&self.statements(), true)?
+        };
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, threads, stop, .. } = place;
@@ -30,15 +46,43 @@ impl ProgramParameters for WearParameters {
                 threads,
                 stop,
             );
-            let report = moved.map_err(in_words_of_the_wire)?;
-            let output = written(output)?;
-            let provenance = on.provenance(program, &output);
-            let findings = findings(&self, &report);
+            let moved = moved.map_err(in_words_of_the_wire)?;
+            let findings = findings(&self, &moved);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let report = serde_json::to_string(&WearReport { provenance, findings })?;
-            Ok(Finished { report, output: Some(output), changes: None })
+            let resolved = on.resolved(&self.statements(), &moved.reading);
+            let leaving = Leaving {
+                on: &on,
+                operation: Self::OPERATION,
+                parameters: &parameters,
+                resolved: &resolved,
+                form: self.stamp,
+                dialect: moved.dialect,
+                steps: moved.steps,
+            };
+            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
+            let checked = findings.contacts_kept + findings.contacts_assumed;
+            let report = WearReport { provenance, resolved: Some(resolved), findings };
+            Ok(Finished {
+                output: Some(output),
+                steps: Some(moved.steps),
+                motions_checked: Some(checked),
+                ..Finished::of(&report)?
+            })
         }))
     }
+}
+
+/// Where nothing states the nominal cutter the machine's tool table has to.
+pub(super) fn missing_from_table(
+    is_missing: bool,
+    pointer: &str,
+    on: &MachineUsed,
+) -> Result<(), Vec<Fault>> {
+    if is_missing && on.shelf.is_empty() {
+        let detail = "missing: the cutter that the program was made for, as the machine's tool table is empty";
+        return Err(vec![Fault::new(format!("{pointer}/nominal_tool"), detail)]);
+    }
+    Ok(())
 }
 
 /// The core's report in the words of the wire.
@@ -51,6 +95,8 @@ pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport
         blocks_out: report.blocks_out,
         blocks_changed: report.blocks_changed,
         contacts_kept: report.contacts_kept,
+        contacts_assumed: report.contacts_assumed,
+        assumption: report.assumption.as_ref().map(Into::into),
         motions_shifted: report.motions_shifted,
         feeds_lowered: report.feeds_lowered,
         feeds_restored: report.feeds_restored,
@@ -59,6 +105,7 @@ pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport
         contact_angle_deg: report.contact_angles.map(|angles| Fixed(angles.map(Angle::deg))),
         before: summary(&report.before),
         after: summary(&report.after),
+        after_if_assumed: report.after_if_assumed.as_ref().map(summary),
         cc_path_length_mm: report.cc_path_length_mm,
         series: series(&report.series),
         advice: parameters.advice(report.contact_angles, report.curvature.as_ref()),

@@ -10,34 +10,70 @@ use serde::de::DeserializeOwned;
 
 use super::part_surface::facets_of;
 use super::program_job::{Finished, Workplace};
-use super::{Compensator, Cost, InputFile, JobFault};
+use super::{Compensator, Cost, InputFile, JobFault, ToolShelf};
 use crate::kinematics::{BareKinematics, Kinematics, Setup};
 use crate::machine::Machine;
+use crate::process::{ProgramReading, ProgramSetup};
+use crate::program::Steps;
 use crate::store::Draft;
 use crate::wire::{
-    CcParameters, CompensationParameters, Drives, Fault, JobOperation, PostingParameters, Provenance,
-    ServoProgramParameters, VerificationParameters, WearParameters, read_json,
+    CcParameters, CompensationParameters, Drives, Fault, FaultList, JobOperation, MachineProfile,
+    MachineStatements, PostingParameters, Provenance, ResolvedInputs, ServoProgramParameters, Statements,
+    VerificationParameters, WearParameters, read_json,
 };
 
 /// The machine that a program is for.
 #[derive(Debug, Clone)]
 pub struct MachineUsed {
+    /// Its id.
+    pub machine_id: String,
     /// Its revision.
     pub revision: i64,
     /// The machine at this revision.
     pub machine: Machine,
     /// Its drives, where the profile has any.
     pub drives: Option<Drives>,
+    /// What the profile states of programs.
+    pub statements: Arc<MachineStatements>,
+    /// Its tools as they are when the work is accepted.
+    pub shelf: ToolShelf,
     /// The machine without a set-up, with its errors and without.
     bare: [BareKinematics; 2],
 }
 
 impl MachineUsed {
-    /// The machine at this revision.
-    #[must_use]
-    pub fn new(revision: i64, machine: Machine, drives: Option<Drives>) -> Self {
+    /// The machine at this revision, with these tools.
+    ///
+    /// # Errors
+    /// Every fault of the profile, with its pointer.
+    pub fn new(
+        machine_id: String,
+        revision: i64,
+        profile: MachineProfile,
+        shelf: ToolShelf,
+    ) -> Result<Self, Vec<Fault>> {
+        let drives = profile.drives.clone();
+        let statements = Arc::new(MachineStatements::of(&profile));
+        let (_, machine) = profile.into_machine()?;
         let bare = [true, false].map(|apply_errors| BareKinematics::new(&machine, apply_errors));
-        Self { revision, machine, drives, bare }
+        Ok(Self { machine_id, revision, machine, drives, statements, shelf, bare })
+    }
+
+    /// How a program runs on it of which a request states this.
+    pub(super) fn program(&self, statements: &Statements<'_>, apply_errors: bool) -> Result<ProgramSetup, Vec<Fault>> {
+        let mut faults = FaultList::default();
+        let program =
+            statements.to_core(&self.machine, &self.statements, self.shelf.table(), apply_errors, &mut faults);
+        faults.into_result().map(|()| program)
+    }
+
+    /// What a result rests on, of a program that was read in this way.
+    pub(super) fn resolved(&self, statements: &Statements<'_>, reading: &ProgramReading) -> ResolvedInputs {
+        let table = |place| self.shelf.place(place);
+        ResolvedInputs {
+            wear: self.shelf.wear().to_vec(),
+            ..ResolvedInputs::of(statements, &self.statements, &table, reading)
+        }
     }
 
     /// The machine with this set-up.
@@ -54,6 +90,7 @@ impl MachineUsed {
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
             input_sha256: program.sha256.clone(),
             output_sha256: output.sha256(),
+            steps: None,
         }
     }
 }
@@ -104,6 +141,17 @@ pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
     const OPERATION: JobOperation;
     /// Whether it looks at the part's surface, where one comes with the program.
     const LOOKS_AT_PART: bool;
+
+    /// The steps that are asked for and that must not be done twice: to a program that is a stored output of one of them it is
+    /// refused.
+    fn steps(&self) -> Steps {
+        Steps::NONE
+    }
+
+    /// The cutter whose wear entries count, where its wear is theirs.
+    fn cutter_id(&self) -> Option<&str> {
+        None
+    }
 
     /// The work, its cost estimated; nothing is read yet.
     ///
@@ -163,6 +211,8 @@ pub struct ProgramWork {
     pub operation: JobOperation,
     /// With which parameters, defaults filled in.
     pub parameters: serde_json::Value,
+    /// The machine's tools that it was accepted with.
+    pub shelf: ToolShelf,
     prepared: Prepared,
 }
 
@@ -178,9 +228,10 @@ impl ProgramWork {
         means: &Means,
     ) -> Result<Self, JobFault> {
         let kept = serde_json::to_value(&parameters)?;
+        let shelf = on.shelf.clone();
         let prepared = parameters.prepare(on, sizes, means).map_err(JobFault::Parameters)?;
         prepared.cost.within(means.max_cost_s)?;
-        Ok(Self { operation: P::OPERATION, parameters: kept, prepared })
+        Ok(Self { operation: P::OPERATION, parameters: kept, shelf, prepared })
     }
 
     /// The same for an operation by its name, its parameters as JSON text.

@@ -24,6 +24,10 @@ pub struct JobRow {
     pub report_sha256: Option<String>,
     /// The trace that it belongs to, as `traceparent` has it.
     pub traceparent: Option<String>,
+    /// Motions of a compensated program that were looked at.
+    pub motions_checked: Option<i64>,
+    /// What it was accepted with beside its parameters, as JSON text.
+    pub accepted: Option<String>,
 }
 
 /// A job that has succeeded and is about to be stored.
@@ -37,6 +41,10 @@ pub struct NewJob {
     pub report: String,
     /// Its digest.
     pub report_sha256: String,
+    /// The steps that changed the program, separated by commas; none where the operation has no steps.
+    pub steps: Option<String>,
+    /// Motions of a compensated program that were looked at.
+    pub motions_checked: Option<i64>,
 }
 
 /// Which jobs are wanted.
@@ -83,6 +91,10 @@ pub(super) struct StoredJob {
     pub(super) attempts: i64,
     pub(super) callback_url: Option<String>,
     pub(super) traceparent: Option<String>,
+    pub(super) motions_checked: Option<i64>,
+    pub(super) accepted: Option<String>,
+    #[expect(dead_code, reason = "looked for, never shown")]
+    pub(super) steps: Option<String>,
     #[expect(dead_code, reason = "read by the queue, where it is")]
     pub(super) cancel_requested: i64,
     #[expect(dead_code, reason = "read by the queue, where it is")]
@@ -120,7 +132,8 @@ impl StoredJob {
         };
         let (report, report_sha256) = (self.report, self.report_sha256);
         let (file_name, traceparent) = (self.file_name, self.traceparent);
-        Ok(JobRow { document, file_name, report, report_sha256, traceparent })
+        let (motions_checked, accepted) = (self.motions_checked, self.accepted);
+        Ok(JobRow { document, file_name, report, report_sha256, traceparent, motions_checked, accepted })
     }
 }
 
@@ -195,7 +208,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn add_job(&self, job: &NewJob, used: Option<&KeyUse>, by: &Actor) -> Result<bool, StoreError> {
-        let NewJob { document, file_name, report, report_sha256 } = job.clone();
+        let NewJob { document, file_name, report, report_sha256, steps, motions_checked } = job.clone();
         let (used, by) = (used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let added = self
@@ -205,8 +218,9 @@ impl Store {
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, output_sha256, changes_sha256, report,
-                             report_sha256, external_id, software_version, created_at, started_at, finished_at)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                             report_sha256, external_id, software_version, created_at, started_at, finished_at,
+                             steps, motions_checked)
+                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -225,7 +239,9 @@ impl Store {
                         document.software_version,
                         document.created_at,
                         document.started_at,
-                        document.finished_at
+                        document.finished_at,
+                        steps,
+                        motions_checked
                     )
                     .execute(&mut *connection)
                     .await?;
@@ -237,6 +253,30 @@ impl Store {
             })
             .await;
         unless_key_taken(added)
+    }
+
+    /// The steps that made a program of this digest out of another one, on any of these machines where there is a list; each job's
+    /// separated by commas.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn steps_behind(
+        &self,
+        sha256: &str,
+        machines: Option<&BTreeSet<String>>,
+    ) -> Result<Vec<String>, StoreError> {
+        let machines = as_array(machines);
+        let rows = sqlx::query_scalar!(
+            "SELECT DISTINCT steps AS \"steps!: String\" FROM jobs
+             WHERE output_sha256 = ?1 AND steps <> '' AND input_sha256 <> ?1
+               AND (?2 IS NULL OR machine_id IN (SELECT value FROM json_each(?2)))",
+            sha256,
+            machines
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("looking for what a program was made from")?;
+        Ok(rows)
     }
 
     /// Digests of every file that a job names.

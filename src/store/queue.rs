@@ -44,6 +44,10 @@ pub enum Ending {
         output_sha256: Option<String>,
         /// Digest of the table of changes.
         changes_sha256: Option<String>,
+        /// The steps that changed the program, separated by commas; none where the operation has no steps.
+        steps: Option<String>,
+        /// Motions of a compensated program that were looked at.
+        motions_checked: Option<i64>,
     },
     /// Without one.
     Failed {
@@ -115,7 +119,7 @@ impl Store {
         by: &Actor,
         max_queued: usize,
     ) -> Result<Enqueued, StoreError> {
-        let (JobRow { document, file_name, traceparent, .. }, used, by) =
+        let (JobRow { document, file_name, traceparent, accepted, .. }, used, by) =
             (job.clone(), used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let max_queued = i64::try_from(max_queued).unwrap_or(i64::MAX);
@@ -133,8 +137,8 @@ impl Store {
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, external_id, callback_url, attempts,
-                             software_version, created_at, traceparent)
-                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?)",
+                             software_version, created_at, traceparent, accepted)
+                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -148,6 +152,7 @@ impl Store {
                         document.software_version,
                         document.created_at,
                         traceparent,
+                        accepted,
                     )
                     .execute(&mut *connection)
                     .await?;
@@ -227,15 +232,25 @@ impl Store {
         self.write("ending a job", |connection| {
             Box::pin(async move {
                 let done = match ending {
-                    Ending::Succeeded { report, report_sha256, output_sha256, changes_sha256 } => {
+                    Ending::Succeeded {
+                        report,
+                        report_sha256,
+                        output_sha256,
+                        changes_sha256,
+                        steps,
+                        motions_checked,
+                    } => {
                         sqlx::query!(
                             "UPDATE jobs SET state = 'succeeded', progress = 1, report = ?, report_sha256 = ?,
-                                 output_sha256 = ?, changes_sha256 = ?, finished_at = ?, lease = NULL
+                                 output_sha256 = ?, changes_sha256 = ?, steps = ?, motions_checked = ?,
+                                 finished_at = ?, lease = NULL
                              WHERE id = ? AND state = 'running' AND lease = ? AND cancel_requested = 0",
                             report,
                             report_sha256,
                             output_sha256,
                             changes_sha256,
+                            steps,
+                            motions_checked,
                             now,
                             id,
                             lease

@@ -121,6 +121,35 @@ impl Store {
         read.collect()
     }
 
+    /// Tools of a machine at these revisions, also of deleted ones, by `tool_id` in the order of its bytes.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn tools_at(
+        &self,
+        machine_id: &str,
+        revisions: &[(String, i64)],
+    ) -> Result<Vec<StoredTool>, StoreError> {
+        // Strings and whole numbers always print.
+        let wanted = serde_json::to_string(revisions).unwrap_or_default();
+        let rows = sqlx::query!(
+            "SELECT r.tool_id, r.revision, r.document FROM tool_revisions r
+             JOIN json_each(?2) w ON r.tool_id = json_extract(w.value, '$[0]')
+               AND r.revision = json_extract(w.value, '$[1]')
+             WHERE r.machine_id = ?1 ORDER BY r.tool_id",
+            machine_id,
+            wanted
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading the tools of a job")?;
+        let read = rows.into_iter().map(|row| {
+            let document = read_tool(machine_id, &row.tool_id, row.revision, &row.document)?;
+            Ok(StoredTool { tool_id: row.tool_id, revision: row.revision, document })
+        });
+        read.collect()
+    }
+
     /// The current revision of a tool.
     ///
     /// # Errors

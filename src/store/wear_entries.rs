@@ -201,47 +201,14 @@ impl Store {
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
 
-    /// The entry of a tool that was measured last and counts (of those of one time the one stored last), with its id and its time; of
-    /// one cutter only, where one is named.
-    ///
-    /// A cutter that is measured edge by edge has several entries of one occasion: see [`Self::newest_wear_of_edges`].
+    /// Of every edge of a cutter the radius wear that was measured last and counts, whichever tools of the machine it is entered under:
+    /// by tool, then by edge. One without an edge is of the cutter as a whole and comes first.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn newest_wear_entry(
+    pub async fn newest_radius_wear(
         &self,
         machine_id: &str,
-        tool_id: &str,
-        cutter_id: Option<&str>,
-    ) -> Result<Option<WearEntry>, StoreError> {
-        let row = sqlx::query_as!(
-            StoredEntry,
-            r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
-                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
-                   NULL AS "reason?: String"
-               FROM wear_entries
-               WHERE machine_id = ?1 AND tool_id = ?2 AND (?3 IS NULL OR cutter_id = ?3)
-                 AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
-               ORDER BY measured_at DESC, seq DESC LIMIT 1"#,
-            machine_id,
-            tool_id,
-            cutter_id
-        )
-        .fetch_optional(&self.readers)
-        .await
-        .doing("reading the newest wear entry")?;
-        Ok(row.map(StoredEntry::read))
-    }
-
-    /// Of every edge of a cutter the entry that was measured last and counts, by edge. One without an edge is of the cutter as a
-    /// whole and comes first.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn newest_wear_of_edges(
-        &self,
-        machine_id: &str,
-        tool_id: &str,
         cutter_id: &str,
     ) -> Result<Vec<WearEntry>, StoreError> {
         let rows = sqlx::query_as!(
@@ -251,14 +218,14 @@ impl Store {
                    NULL AS "reason?: String"
                FROM wear_entries
                WHERE seq IN (SELECT newest FROM (
-                   SELECT seq AS newest, ROW_NUMBER() OVER (PARTITION BY edge ORDER BY measured_at DESC, seq DESC) AS place
+                   SELECT seq AS newest, ROW_NUMBER() OVER (
+                       PARTITION BY tool_id, edge ORDER BY measured_at DESC, seq DESC) AS place
                    FROM wear_entries
-                   WHERE machine_id = ? AND tool_id = ? AND cutter_id = ?
+                   WHERE machine_id = ? AND cutter_id = ? AND quantity = 'radius'
                      AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
                ) WHERE place = 1)
-               ORDER BY edge"#,
+               ORDER BY tool_id, edge"#,
             machine_id,
-            tool_id,
             cutter_id
         )
         .fetch_all(&self.readers)

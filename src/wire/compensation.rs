@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::statements::program_parameters;
-use super::{Fault, FaultList, StampForm, SurfaceReading};
+use super::{Fault, FaultList, ResolvedInputs, StampForm, SurfaceReading};
 use super::{SingularRegions, SingularityAction, SingularityFindings};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
@@ -134,7 +134,7 @@ program_parameters! {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CcParameters {
-    /// Cutter radius R. Only `contact=tip` can do without.
+    /// Cutter radius R; that of the machine's tool table when absent. Only `contact=tip` can do without either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub tool_radius_mm: Option<f64>,
@@ -167,9 +167,6 @@ pub struct CcParameters {
     /// Which blocks the answer has.
     #[serde(default)]
     pub output: Output,
-    /// Number of the tool, in a program of several: only its sections are compensated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tool_number: Option<u32>,
     /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
     /// when absent, and where that is not stated ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -203,7 +200,6 @@ impl Default for CcParameters {
             pass_break_deg: Self::default_pass_break_deg(),
             correction: Correction::default(),
             output: Output::default(),
-            tool_number: None,
             max_feed_mm_per_min: None,
             stamp: StampForm::default(),
             allow_repeated: false,
@@ -214,6 +210,7 @@ impl Default for CcParameters {
             work_offset_mm: None,
             work_offsets_mm: None,
             tool_length_mm: None,
+            tool_number: None,
             start: None,
             feed_mm_per_min: None,
             dialect: Dialect::default(),
@@ -253,7 +250,8 @@ impl CcParameters {
         }
     }
 
-    /// The tool, if one is given; `has_part` says whether the part's surface came with the program.
+    /// The tool, if one is stated; `has_part` says whether the part's surface came with the program. Whether it has to be shows
+    /// with the machine's tool table and the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -272,10 +270,9 @@ impl CcParameters {
 
     fn tool(&self, faults: &mut FaultList) -> Option<Tool> {
         let Some(radius_mm) = self.tool_radius_mm else {
-            if self.contact != Contact::Tip {
-                faults.push(|| {
-                    Fault::new("/tool_radius_mm", "missing: only contact tip can do without a tool")
-                });
+            if self.corner_radius_mm.is_some() {
+                let detail = "missing: a corner radius needs the radius that it belongs to";
+                faults.push(|| Fault::new("/tool_radius_mm", detail));
             }
             return None;
         };
@@ -386,6 +383,41 @@ pub struct Provenance {
     pub input_sha256: String,
     /// SHA-256 of the answer.
     pub output_sha256: String,
+    /// The steps that changed the program; null where an older version did not say so.
+    #[serde(default)]
+    #[schema(example = json!(["cc"]))]
+    pub steps: Option<Vec<StepName>>,
+}
+
+/// A step of a compensation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StepName {
+    /// Ends of motions were moved for a worn cutter.
+    Wear,
+    /// They were moved for the machine as it is.
+    LocationErrors,
+    /// The cutter-contact path between the ends was corrected.
+    Cc,
+    /// Singular regions were treated.
+    Singularity,
+}
+
+impl StepName {
+    /// The names of steps.
+    #[must_use]
+    pub fn all_of(steps: program::Steps) -> Vec<Self> {
+        steps.iter().map(Self::of).collect()
+    }
+
+    const fn of(step: program::Step) -> Self {
+        match step {
+            program::Step::Wear => Self::Wear,
+            program::Step::LocationErrors => Self::LocationErrors,
+            program::Step::Cc => Self::Cc,
+            program::Step::Singularity => Self::Singularity,
+        }
+    }
 }
 
 /// What the compensation found and did.
@@ -410,6 +442,9 @@ pub struct CcFindings {
     pub motions_checked: u64,
     /// Those of them that exceeded the tolerance.
     pub motions_over_tolerance: u64,
+    /// Those that still do: a warning says why.
+    #[serde(default)]
+    pub motions_left_over: u64,
     /// The upload's deviation.
     pub before: DeviationSummary,
     /// The answer's deviation, from its own text.
@@ -431,6 +466,9 @@ pub struct CcReport {
     /// What it was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// What was found and done.
     #[serde(flatten)]
     pub findings: CcFindings,

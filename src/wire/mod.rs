@@ -27,6 +27,7 @@ mod printable;
 mod query;
 mod reading;
 mod residuals;
+mod resolved;
 mod rows;
 mod servo;
 mod servo_answer;
@@ -68,7 +69,7 @@ pub use calibration_run::{fit_fault, sphere_fault};
 pub use callback_url::{CallbackFault, CallbackUrl, Host};
 pub use compensation::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
-    Interpolation, Output, Provenance, Warning,
+    Interpolation, Output, Provenance, StepName, Warning,
 };
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
@@ -97,6 +98,7 @@ pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, preset
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
 pub use residuals::{ResidualRow, fault_of_table};
+pub use resolved::{ResolvedInputs, ResolvedOffset, ResolvedTool, ResolvedWear, StatedBy, TablePlace};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
     FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,
@@ -127,7 +129,8 @@ pub use wear_history::{
 };
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_program::{
-    LengthInControl, Milling, WearFindings, WearParameters, WearReport, WearTableDoc,
+    AssumptionDoc, LengthInControl, Milling, WearFindings, WearFrom, WearParameters, WearReport, WearSource,
+    WearTableDoc,
 };
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;

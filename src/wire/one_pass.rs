@@ -7,18 +7,26 @@ use super::compensation::check_max_feed;
 use super::statements::program_parameters;
 use super::{
     CcParameters, Contact, Correction, Fault, FaultList, LengthInControl, Milling, Output, SingularRegions,
-    SingularityAction, StampForm, SurfaceReading, ToolDoc, WearParameters, WearTableDoc,
+    SingularityAction, StampForm, SurfaceReading, ToolDoc, WearFrom, WearParameters, WearSource, WearTableDoc,
 };
 
 /// The step for a worn cutter; its members mean what they do in a wear compensation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearStep {
-    /// The cutter the program was made for.
-    pub nominal_tool: ToolDoc,
-    /// The cutter as measured; this or `wear_table`.
+    /// The cutter the program was made for; that of the machine's tool table when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal_tool: Option<ToolDoc>,
+    /// The cutter as measured; this, `wear_table`, or `from` with `cutter_id`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actual_tool: Option<ToolDoc>,
+    /// Where the wear comes from, in place of `actual_tool`: both cutters are then the tool table's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<WearFrom>,
+    /// With `from`: which cutter is in the holder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "1", max_length = 100)]
+    pub cutter_id: Option<String>,
     /// Wear along the corner, for end milling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear_table: Option<WearTableDoc>,
@@ -35,7 +43,7 @@ pub struct WearStep {
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
-    /// T number of the cutter, in a program of several: motions of other tools are not moved for wear.
+    /// As `tool_number` beside it, which holds for every step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_number: Option<u32>,
 }
@@ -127,6 +135,17 @@ const fn yes() -> bool {
     true
 }
 
+impl WearStep {
+    fn check_source(&self, faults: &mut FaultList) {
+        let (pointer, detail) = match (self.from.is_some(), self.cutter_id.is_some()) {
+            (true, false) => ("/wear/cutter_id", "missing: the cutter whose wear entries count"),
+            (false, true) => ("/wear/from", "missing: entries, for the machine's wear entries of this cutter"),
+            _ => return,
+        };
+        faults.push(|| Fault::new(pointer, detail));
+    }
+}
+
 impl CompensationParameters {
     /// How an uploaded surface is read.
     #[must_use]
@@ -144,17 +163,23 @@ impl CompensationParameters {
         self.cc.as_ref().map_or_else(CcParameters::default_tolerance_um, |step| step.tolerance_um)
     }
 
+    /// The number of the tool that is meant, wherever it is stated.
+    #[must_use]
+    pub fn tool(&self) -> Option<u32> {
+        self.tool_number.or(self.wear.as_ref().and_then(|step| step.tool_number))
+    }
+
     /// The step for a worn cutter as parameters of a wear compensation, what the steps share apart.
     #[must_use]
     pub fn wear_alone(&self) -> Option<WearParameters> {
         self.wear.clone().map(|step| WearParameters {
             actual_tool: step.actual_tool,
+            wear: step.from.zip(step.cutter_id).map(|(from, cutter_id)| WearSource { from, cutter_id }),
             wear_table: step.wear_table,
             milling: step.milling,
             length_in_control: step.length_in_control,
             contact: step.contact,
             pass_break_deg: step.pass_break_deg,
-            tool_number: step.tool_number,
             ..WearParameters::of(step.nominal_tool)
         })
     }
@@ -164,7 +189,7 @@ impl CompensationParameters {
     pub fn cc_alone(&self) -> Option<CcParameters> {
         let step = self.cc.clone()?;
         let nominal =
-            self.wear.as_ref().map(|wear| wear.nominal_tool).filter(|_| step.tool_radius_mm.is_none());
+            self.wear.as_ref().and_then(|wear| wear.nominal_tool).filter(|_| step.tool_radius_mm.is_none());
         Some(CcParameters {
             tool_radius_mm: step.tool_radius_mm.or(nominal.map(|tool| tool.radius_mm)),
             corner_radius_mm: step.corner_radius_mm.or(nominal.and_then(|tool| tool.corner_radius_mm)),
@@ -186,6 +211,13 @@ impl CompensationParameters {
         if self.wear.is_none() && !self.location_errors && self.cc.is_none() {
             faults.push(|| Fault::new("", "nothing is asked for: name wear, location_errors or cc"));
         }
+        if let Some(step) = &self.wear {
+            step.check_source(faults);
+            if step.tool_number.zip(self.tool_number).is_some_and(|(step, all)| step != all) {
+                let detail = "another one than tool_number beside the step: one tool is meant for all steps";
+                faults.push(|| Fault::new("/wear/tool_number", detail));
+            }
+        }
         let contacts =
             [self.wear.as_ref().map(|step| step.contact), self.cc.as_ref().map(|step| step.contact)];
         if has_part && !contacts.into_iter().flatten().any(|contact| looks_at(contact, has_part)) {
@@ -205,7 +237,10 @@ impl CompensationParameters {
         let cc = self.cc_alone().map(|step| step.check(looks_at(step.contact, has_part)).map(|_| ()));
         for (name, found) in [("/wear", wear), ("/cc", cc)] {
             for fault in found.and_then(Result::err).into_iter().flatten() {
-                faults.push(|| Fault { pointer: format!("{name}{}", fault.pointer), ..fault });
+                // Here the step is the source itself.
+                let own = fault.pointer.strip_prefix("/wear").filter(|rest| rest.starts_with('/'));
+                let pointer = own.unwrap_or(&fault.pointer);
+                faults.push(|| Fault { pointer: format!("{name}{pointer}"), ..fault.clone() });
             }
         }
         faults.into_result()

@@ -5,7 +5,9 @@ use std::io::Write;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{CcFindings, Dialect, Interpolation, Provenance, SingularityFindings, Warning, WearFindings};
+use super::{
+    CcFindings, Dialect, Interpolation, Provenance, ResolvedInputs, SingularityFindings, Warning, WearFindings,
+};
 use crate::motion::MotionKind;
 use crate::process;
 use crate::units::{Angle, Length};
@@ -336,6 +338,9 @@ pub struct CompensationReport {
     /// What it was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// What was found and done.
     #[serde(flatten)]
     pub findings: CompensationFindings,

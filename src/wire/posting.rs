@@ -1,14 +1,14 @@
 //! Posting of cutter location data to a machine: parameters and report.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use utoipa::ToSchema;
 
 use super::{
-    Dialect, Fault, FaultList, Fixed, Interpolation, KinematicsOptions, LocationErrors, Provenance,
-    RotaryWords, Warning,
+    Dialect, Fault, FaultList, Fixed, Interpolation, LocationErrors, ProgramUnit, Provenance, ResolvedInputs,
+    RotaryWords, Statements, Warning,
 };
 use crate::machine::Machine;
-use crate::process::{PostForm, PostParameters, PostReport};
+use crate::process::{PostForm, PostParameters, PostReport, ProgramSetup};
 use crate::program;
 use crate::units::Length;
 
@@ -20,57 +20,58 @@ const ARC_TOLERANCE_RANGE_UM: [f64; 2] = [0.1, 1000.0];
 const MAX_LENGTH_NUMBER: u32 = 9999;
 
 /// What a posting is asked to do.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
-#[into_params(parameter_in = Query)]
 pub struct PostingParameters {
     /// What X Y Z of the program are: tool tips under G43.4 with the tip's feed (`tcp`), or axis positions with inverse time
     /// (`machine`).
     #[schema(default = "tcp")]
-    #[param(inline, default = "tcp")]
     pub interpolation: Interpolation,
-    /// Origin of the workpiece in machine coordinates at zero pose.
-    #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
-    pub work_offset_mm: Fixed<3>,
-    /// Tool length; matters to head axes only.
+    /// Unit of the lengths in data that state none; the machine's `program_unit` when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<ProgramUnit>,
+    /// Origin of the workpiece in machine coordinates at zero pose. Zero is an answer; it is asked for where words depend on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!([0.0, 0.0, 0.0]))]
+    pub work_offset_mm: Option<Fixed<3>>,
+    /// Length of the tool, which only head axes turn. Zero is an answer; without one the machine's tool table counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
-    #[param(minimum = 0)]
-    pub tool_length_mm: f64,
+    pub tool_length_mm: Option<f64>,
+    /// Number of the tool; the one that the data load when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = 12)]
+    pub tool_number: Option<u32>,
     /// Whether measured errors of the machine count.
-    #[param(inline)]
     pub location_errors: LocationErrors,
     /// Rotary words before the first point, one parameter for each: `start.A`, `start.C`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[param(inline)]
     pub start: Option<RotaryWords>,
     /// H of G43.4; H0 would be no length at all.
     #[schema(default = 1, minimum = 1, maximum = 9999)]
-    #[param(default = 1, minimum = 1, maximum = 9999)]
     pub length_offset_number: u32,
     /// Digits behind the point of X Y Z.
     #[schema(default = 4, minimum = 1, maximum = 6)]
-    #[param(default = 4, minimum = 1, maximum = 6)]
     pub linear_decimals: u8,
     /// Digits behind the point of the rotary words.
     #[schema(default = 4, minimum = 1, maximum = 6)]
-    #[param(default = 4, minimum = 1, maximum = 6)]
     pub rotary_decimals: u8,
     /// How far lines in place of an arc may stand off it.
     #[schema(default = 5.0)]
-    #[param(default = 5.0)]
     pub arc_tolerance_um: f64,
     /// The form of the program text: cutter location data, so `auto` or `apt`.
-    #[param(inline)]
     pub dialect: Dialect,
 }
 
 impl Default for PostingParameters {
     fn default() -> Self {
-        let core = PostParameters::default();
+        let core = PostParameters::new(ProgramSetup::default());
         Self {
             interpolation: Interpolation::Tcp,
-            work_offset_mm: Fixed::default(),
-            tool_length_mm: 0.0,
+            unit: None,
+            work_offset_mm: None,
+            tool_length_mm: None,
+            tool_number: None,
             location_errors: LocationErrors::default(),
             start: None,
             length_offset_number: core.length_number,
@@ -83,7 +84,23 @@ impl Default for PostingParameters {
 }
 
 impl PostingParameters {
-    /// The parameters in the core's terms.
+    /// What the request states of the data.
+    #[must_use]
+    pub fn statements(&self) -> Statements<'_> {
+        Statements {
+            interpolation: None,
+            unit: self.unit,
+            work_offset_mm: self.work_offset_mm,
+            work_offsets_mm: None,
+            tool_length_mm: self.tool_length_mm,
+            tool_number: self.tool_number,
+            start: None,
+            feed_mm_per_min: None,
+            dialect: self.dialect,
+        }
+    }
+
+    /// The parameters in the core's terms, the program's set-up apart.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -98,25 +115,15 @@ impl PostingParameters {
         faults.check_range(|| "/arc_tolerance_um".to_owned(), self.arc_tolerance_um, min, max);
         let number = f64::from(self.length_offset_number);
         faults.check_range(|| "/length_offset_number".to_owned(), number, 1.0, f64::from(MAX_LENGTH_NUMBER));
-        if self.tool_length_mm < 0.0 {
+        if self.tool_length_mm.is_some_and(|length_mm| length_mm < 0.0) {
             faults.push(|| Fault::new("/tool_length_mm", "a tool reaches out of its spindle: not negative"));
         }
         if !matches!(self.dialect, Dialect::Auto | Dialect::Apt) {
             faults.push(|| Fault::new("/dialect", "only cutter location data is posted: auto or apt"));
         }
-        let options = KinematicsOptions {
-            work_offset_mm: self.work_offset_mm,
-            tool_length_mm: self.tool_length_mm,
-            selection: None,
-            start: self.start,
-            location_errors: self.location_errors,
-        };
-        let (setup, start_words_deg) = options.to_setup(machine).unwrap_or_else(|found| {
-            for fault in found {
-                faults.push(|| fault);
-            }
-            Default::default()
-        });
+        self.statements().check(&mut faults);
+        let start_words_deg =
+            self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
         for (axis, word) in machine.rotary_axes().iter().zip(start_words_deg.into_iter().flatten()) {
             if let Some(travel) = axis.travel_deg {
                 let at = || format!("/start/{}", axis.letter.as_char());
@@ -125,7 +132,6 @@ impl PostingParameters {
         }
         faults.into_result()?;
         Ok(PostParameters {
-            setup,
             form: match self.interpolation {
                 Interpolation::Tcp => PostForm::Tcp,
                 Interpolation::Machine => PostForm::Machine,
@@ -135,8 +141,7 @@ impl PostingParameters {
             linear_decimals: self.linear_decimals,
             rotary_decimals: self.rotary_decimals,
             arc_tolerance: Length::from_um(self.arc_tolerance_um),
-            dialect: self.dialect.to_core(),
-            ..PostParameters::default()
+            ..PostParameters::new(ProgramSetup::default())
         })
     }
 }
@@ -281,6 +286,7 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
         line,
         worst_line: None,
         max_distance_um: None,
+        min_time_ms: None,
     })
     .collect()
 }
@@ -291,6 +297,9 @@ pub struct PostingReport {
     /// What it was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// What was made.
     #[serde(flatten)]
     pub findings: PostingFindings,

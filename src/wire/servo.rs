@@ -63,12 +63,13 @@ macro_rules! servo_request {
             /// Jerk-limited feed; without it the command starts and ends with a step of speed.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub feed_profile: Option<FeedProfileDoc>,
-            /// Origin of the workpiece in machine coordinates at zero pose.
-            #[serde(default)]
-            pub work_offset_mm: Fixed<3>,
-            /// Tool length, added along the zero-pose tool axis; matters to head axes only.
-            #[serde(default)]
-            pub tool_length_mm: f64,
+            /// Origin of the workpiece in machine coordinates at zero pose; zero unless said, but of a program, which has to have
+            /// it stated where a result depends on it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub work_offset_mm: Option<Fixed<3>>,
+            /// Tool length, added along the zero-pose tool axis; matters to head axes only. As `work_offset_mm` where it is absent.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub tool_length_mm: Option<f64>,
             /// Whether measured errors of the machine count.
             #[serde(default)]
             pub location_errors: LocationErrors,
@@ -87,8 +88,8 @@ macro_rules! servo_request {
                     laps: self.laps,
                     feed_profile: self.feed_profile,
                     kinematics: KinematicsOptions {
-                        work_offset_mm: self.work_offset_mm,
-                        tool_length_mm: self.tool_length_mm,
+                        work_offset_mm: self.work_offset_mm.unwrap_or_default(),
+                        tool_length_mm: self.tool_length_mm.unwrap_or_default(),
                         selection: None,
                         start: None,
                         location_errors: self.location_errors,

@@ -4,7 +4,9 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
-use super::{Dialect, Fault, FaultList, Fixed, Interpolation};
+use super::{
+    Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, StartWords, WorkOffsets,
+};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, RotaryLetter};
@@ -135,6 +137,18 @@ pub enum ServoPathDoc {
         /// What the control interpolates; as the program switches it when absent.
         #[serde(default)]
         interpolation: Option<Interpolation>,
+        /// Unit of its lengths where the text does not state one; the machine's `program_unit` when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        unit: Option<ProgramUnit>,
+        /// Where the work offsets are that it names.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        work_offsets_mm: Option<WorkOffsets>,
+        /// Number of the tool that is meant, in a program of several.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        tool_number: Option<u32>,
+        /// Where the axes stand before its first block.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        start: Option<StartWords>,
         /// The form of the text.
         #[serde(default)]
         dialect: Dialect,
@@ -203,6 +217,10 @@ struct Members {
     text: Option<String>,
     file_name: Option<String>,
     interpolation: Option<Interpolation>,
+    unit: Option<ProgramUnit>,
+    work_offsets_mm: Option<WorkOffsets>,
+    tool_number: Option<u32>,
+    start: Option<StartWords>,
     #[serde(default, deserialize_with = "stated")]
     dialect: Option<Dialect>,
 }
@@ -241,6 +259,10 @@ impl Members {
                 text: needed(&mut self.text, "text")?,
                 file_name: self.file_name.take(),
                 interpolation: self.interpolation.take(),
+                unit: self.unit.take(),
+                work_offsets_mm: self.work_offsets_mm.take(),
+                tool_number: self.tool_number.take(),
+                start: self.start.take(),
                 dialect: self.dialect.take().unwrap_or_default(),
                 plane: self.plane.take(),
             },
@@ -271,6 +293,10 @@ impl Members {
             ("text", self.text.is_some()),
             ("file_name", self.file_name.is_some()),
             ("interpolation", self.interpolation.is_some()),
+            ("unit", self.unit.is_some()),
+            ("work_offsets_mm", self.work_offsets_mm.is_some()),
+            ("tool_number", self.tool_number.is_some()),
+            ("start", self.start.is_some()),
             ("dialect", self.dialect.is_some()),
         ]
         .into_iter()

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::servo::{check_feed, check_period, scale_gains};
+use super::statements::program_parameters;
 use super::{
-    AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, Fixed,
-    GainScales, Interpolation, KinematicsOptions, LocationErrors, Plane, ServoSamples, SimulationRequest,
+    AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, GainScales,
+    LocationErrors, Plane, ResolvedInputs, ServoPathDoc, ServoSamples, SimulationRequest,
 };
-use crate::process::{LeftOut, ProgramSimulation, SimulationParameters};
+use crate::process::{LeftOut, ProgramSetup, ProgramSimulation, SimulationParameters};
 use crate::servo::DriveSet;
-use crate::units::Feedrate;
 
 program_parameters! {
 /// What the simulation of a program needs to know.
@@ -44,29 +44,42 @@ fn one_millisecond() -> f64 {
 }
 
 impl ServoProgramParameters {
-    /// Those of a request whose path is a program.
+    /// Those of a request whose path is a program; `None` where it is none.
     #[must_use]
-    pub fn of(
-        request: &SimulationRequest,
-        interpolation: Option<Interpolation>,
-        plane: Option<Plane>,
-        dialect: Dialect,
-    ) -> Self {
-        Self {
-            sample_period_s: request.sample_period_s,
+    pub fn of(request: &SimulationRequest) -> Option<Self> {
+        let ServoPathDoc::Program {
             interpolation,
+            unit,
+            work_offsets_mm,
+            tool_number,
+            start,
+            dialect,
+            plane,
+            ..
+        } = &request.path
+        else {
+            return None;
+        };
+        Some(Self {
+            sample_period_s: request.sample_period_s,
+            interpolation: *interpolation,
+            unit: *unit,
+            work_offset_mm: request.work_offset_mm,
+            work_offsets_mm: work_offsets_mm.clone(),
+            tool_length_mm: request.tool_length_mm,
+            tool_number: *tool_number,
+            start: *start,
             feed_mm_per_min: request.feed_mm_per_min,
             position_gain_scale: request.position_gain_scale.clone(),
             feed_profile: request.feed_profile,
-            plane,
-            work_offset_mm: request.work_offset_mm,
-            tool_length_mm: request.tool_length_mm,
+            plane: *plane,
             location_errors: request.location_errors,
-            dialect,
-        }
+            dialect: *dialect,
+        })
     }
 
-    /// The parameters in the core's terms, with the drives of the machine's profile; faults join `faults`.
+    /// The parameters in the core's terms, the program's set-up apart, with the drives of the machine's profile; faults join
+    /// `faults`.
     pub fn to_core(&self, drives: Option<&Drives>, faults: &mut FaultList) -> SimulationParameters {
         if drives.is_none() {
             faults.push(|| Fault::new("/machine_id", "a program needs a machine whose profile has drives"));
@@ -78,25 +91,13 @@ impl ServoProgramParameters {
             check_feed(feed, || "/feed_mm_per_min".to_owned(), faults);
         }
         let profile = self.feed_profile.map(|profile| profile.to_core(faults));
-        let options = KinematicsOptions {
-            work_offset_mm: self.work_offset_mm,
-            tool_length_mm: self.tool_length_mm,
-            selection: None,
-            start: None,
-            location_errors: self.location_errors,
-        };
-        let dialect = self.dialect.to_core();
-        let setup = options.setup(faults);
-        let plain = SimulationParameters::new(set);
+        self.statements().check(faults);
+        let plain = SimulationParameters::new(set, ProgramSetup::default());
         SimulationParameters {
-            setup,
-            interpolation: self.interpolation.map(Interpolation::to_core),
-            feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             period_s: self.sample_period_s,
             profile: profile.map(|(profile, _)| profile),
             stop_at_corners_above_rad: profile.map_or(plain.stop_at_corners_above_rad, |(_, corner)| corner),
             plane_normal: self.plane.map(Plane::normal),
-            dialect,
             ..plain
         }
     }
@@ -137,6 +138,9 @@ pub struct ServoReport {
     pub software_version: String,
     /// SHA-256 of the upload.
     pub input_sha256: String,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// Form the text was read in.
     pub dialect: Dialect,
     /// Blocks of the upload.
@@ -166,6 +170,7 @@ impl ServoReport {
     pub fn of(
         machine_revision: i64,
         input_sha256: String,
+        resolved: ResolvedInputs,
         drives: &DriveSet,
         simulation: &ProgramSimulation,
     ) -> Self {
@@ -177,6 +182,7 @@ impl ServoReport {
             machine_revision,
             software_version: env!("CARGO_PKG_VERSION").to_owned(),
             input_sha256,
+            resolved: Some(resolved),
             dialect: simulation.dialect.into(),
             blocks: simulation.blocks,
             motions_simulated: simulation.motions,

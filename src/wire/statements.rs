@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use super::{CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, WorkOffsets};
 use crate::machine::Machine;
 use crate::motion::{self, WorkOffset};
-use crate::process::{ProgramSetup, StartPosition};
+use crate::process::{ProgramSetup, StartPosition, ToolTable, Tools};
 use crate::units::{Feedrate, Length};
 
 /// Declares the parameters of an operation on programs: its own members, and after them those that all of these operations have.
@@ -34,9 +34,14 @@ macro_rules! program_parameters {
             /// The same for each work offset that the program names. In a query one parameter for each: `work_offsets_mm.G54`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
-            /// Length of the tool; only head axes depend on it.
+            /// Length of the tool, which only head axes turn. Zero is an answer; without one the machine's tool table counts.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub tool_length_mm: Option<f64>,
+            /// Number of the tool that is meant, in a program of several: motions of the others stay as they are. A program that
+            /// calls none runs with it. Without one each section has its tool from the machine's tool table.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(example = 12)]
+            pub tool_number: Option<u32>,
             /// Where the axes stand before the first block, as words in the program's first work offset.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub start: Option<$crate::wire::StartWords>,
@@ -58,6 +63,7 @@ macro_rules! program_parameters {
                     work_offset_mm: self.work_offset_mm,
                     work_offsets_mm: self.work_offsets_mm.as_ref(),
                     tool_length_mm: self.tool_length_mm,
+                    tool_number: self.tool_number,
                     start: self.start,
                     feed_mm_per_min: self.feed_mm_per_min,
                     dialect: self.dialect,
@@ -114,6 +120,7 @@ pub struct Statements<'a> {
     pub work_offset_mm: Option<Fixed<3>>,
     pub work_offsets_mm: Option<&'a WorkOffsets>,
     pub tool_length_mm: Option<f64>,
+    pub tool_number: Option<u32>,
     pub start: Option<StartWords>,
     pub feed_mm_per_min: Option<f64>,
     pub dialect: Dialect,
@@ -187,10 +194,10 @@ impl Statements<'_> {
         &self,
         machine: &Machine,
         of_machine: &MachineStatements,
+        table: &Arc<ToolTable>,
         apply_errors: bool,
         faults: &mut FaultList,
     ) -> ProgramSetup {
-        self.check(faults);
         let work_offsets = motion::WorkOffsets {
             only_mm: self.work_offset_mm.map(|offset| offset.0),
             named_mm: self.work_offsets_mm.map(by_name).unwrap_or_default(),
@@ -202,7 +209,11 @@ impl Statements<'_> {
             interpolation: self.interpolation.map(Interpolation::to_core),
             feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             work_offsets: Arc::new(work_offsets),
-            tool_length: self.tool_length_mm.map(Length::from_mm),
+            tools: Tools::with(
+                self.tool_number,
+                self.tool_length_mm.map(Length::from_mm),
+                Arc::clone(table),
+            ),
             start: self.start.map_or_else(StartPosition::default, |start| start.to_core(machine, faults)),
             apply_errors,
             ..ProgramSetup::default()

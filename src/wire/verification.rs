@@ -3,22 +3,26 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::statements::program_parameters;
 use super::{
-    AnySurface, Dialect, Fault, FaultList, Fixed, FormulaKind, Interpolation, KinematicsOptions, LeftOutDoc,
-    LocationErrors, NominalSurfaceDoc, SurfaceMeshDoc, SurfaceReading, ToolDoc, Warning,
+    AnySurface, Dialect, Fault, FaultList, LeftOutDoc, LocationErrors, NominalSurfaceDoc, ResolvedInputs,
+    SurfaceMeshDoc, SurfaceReading, ToolDoc, Warning,
 };
 use crate::geometry::Vec3;
-use crate::process::{self, Extreme, Histogram, Verification, VerificationFault, VerificationQuantity};
+use crate::process::{
+    self, Extreme, Histogram, ProgramSetup, Verification, VerificationFault, VerificationQuantity,
+};
 use crate::surface::{MeshReport, SurfacePoint};
 use crate::units::Length;
 
 program_parameters! {
 /// What the virtual cutting of a part needs to know.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerificationParameters {
-    /// The cutter that cuts, as measured.
-    pub tool: ToolDoc,
+    /// The cutter that cuts, as measured; each section's own from the machine's tool table when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<ToolDoc>,
     /// How far above the tip the cutter cuts; four times its radius unless said, and at least 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cutting_length_mm: Option<f64>,
@@ -47,9 +51,6 @@ pub struct VerificationParameters {
     #[serde(default = "half_um")]
     #[schema(default = 0.5)]
     pub resolution_um: f64,
-    /// T number of the cutter, in a program of several: motions of other tools are left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tool_number: Option<u32>,
     /// Whether measured errors of the machine count: whether it cuts as it is, or as it should be.
     #[serde(default)]
     pub location_errors: LocationErrors,
@@ -86,7 +87,7 @@ impl VerificationParameters {
         }
     }
 
-    /// The parameters in the core's terms, and the surface where it is none that was uploaded; `is_uploaded` says
+    /// The parameters in the core's terms, the program's set-up apart, and the surface where it is none that was uploaded; `is_uploaded` says
     /// whether one was.
     ///
     /// # Errors
@@ -96,11 +97,12 @@ impl VerificationParameters {
         is_uploaded: bool,
     ) -> Result<(process::VerificationParameters, Option<AnySurface>), Vec<Fault>> {
         let mut faults = FaultList::default();
-        let tool = self.tool.to_core("/tool", &mut faults);
-        if self.tool.length_mm.is_some() {
+        let tool = self.tool.and_then(|tool| tool.to_core("/tool", &mut faults));
+        if self.tool.is_some_and(|tool| tool.length_mm.is_some()) {
             faults.push(|| Fault::new("/tool/length_mm", "where the length matters it is tool_length_mm"));
         }
-        let detail = match (self.surface, is_uploaded) {
+        self.statements().check(&mut faults);
+        let detail = match (&self.surface, is_uploaded) {
             (None, false) => Some("missing: give the surface here, or upload it in the field surface"),
             (Some(_), true) => Some("the surface is uploaded: one of them is enough"),
             _ => None,
@@ -114,33 +116,19 @@ impl VerificationParameters {
             let detail = format!("{} is not between 1 and {}", self.samples, Self::MAX_SAMPLES);
             faults.push(|| Fault::new("/samples", detail));
         }
-        let options = KinematicsOptions {
-            work_offset_mm: self.work_offset_mm,
-            tool_length_mm: self.tool_length_mm,
-            selection: None,
-            start: None,
-            location_errors: self.location_errors,
-        };
-        let setup = options.setup(&mut faults);
-        let dialect = self.dialect.to_core();
-        let core = tool.map(|tool| process::VerificationParameters {
+        let core = process::VerificationParameters {
             cutting_length: self.cutting_length_mm.map(Length::from_mm),
             stock: Length::from_mm(self.stock_mm),
             resolution: Length::from_um(self.resolution_um),
             limit: Length::from_um(self.limit_um),
-            setup,
-            tool_number: self.tool_number,
-            interpolation: self.interpolation.map(Interpolation::to_core),
-            dialect,
-            ..process::VerificationParameters::new(tool)
-        });
+            ..process::VerificationParameters::new(tool, ProgramSetup::default())
+        };
         let anywhere = [SurfacePoint { point_mm: Vec3::zeros(), normal: Vec3::z() }];
-        for fault in core.iter().flat_map(|core| core.faults(&anywhere)) {
+        for fault in core.faults(&anywhere) {
             faults.push(|| verification_fault(&fault));
         }
         faults.into_result()?;
-        // Parameters without faults have a tool.
-        core.map(|core| (core, surface)).ok_or_else(Vec::new)
+        Ok((core, surface))
     }
 }
 
@@ -231,6 +219,9 @@ pub struct VerificationReport {
     pub surface_sha256: Option<String>,
     /// SHA-256 of the table of residuals.
     pub residuals_sha256: String,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// Form the text was read in.
     pub dialect: Dialect,
     /// Blocks of the upload.
@@ -323,6 +314,8 @@ pub struct VerificationSources {
     pub area_mm2: f64,
     /// What was found in the file of an uploaded one.
     pub mesh: Option<MeshReport>,
+    /// What it rests on beside its parameters.
+    pub resolved: ResolvedInputs,
 }
 
 impl VerificationReport {
@@ -343,6 +336,7 @@ impl VerificationReport {
             line: None,
             worst_line: None,
             max_distance_um: None,
+            min_time_ms: None,
         });
         let of_cut = |length_mm: f64| (summary.cut > 0).then(|| Length::from_mm(length_mm).um());
         Self {
@@ -351,6 +345,7 @@ impl VerificationReport {
             input_sha256: sources.input_sha256,
             surface_sha256: sources.surface_sha256,
             residuals_sha256: sources.residuals_sha256,
+            resolved: Some(sources.resolved),
             dialect: verification.dialect.into(),
             blocks: verification.blocks,
             motions_cut: MotionsCutDoc { linear: motions.linear, arcs: motions.arcs, rapids: motions.rapids },

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{
-    CcParameters, Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Fixed,
-    Interpolation, Provenance, SurfaceKind, SurfaceReading, ToolDoc, Warning, WearAdviceAnswer,
-    WearAdviceRequest,
-};
 use super::compensation::{check_max_feed, check_pass_break};
 use super::statements::program_parameters;
+use super::{
+    CcParameters, Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Fixed,
+    Interpolation, Provenance, ResolvedInputs, StampForm, SurfaceKind, SurfaceReading, ToolDoc, Warning,
+    WearAdviceAnswer, WearAdviceRequest, check_name,
+};
 use crate::process::{self, ContactSource, CurvatureAcross, ProgramSetup, WornCutter};
 use crate::units::{Angle, Length};
 use crate::wear::{WearTable, WearTableFault};
@@ -49,16 +49,40 @@ pub struct WearTableDoc {
     pub deviation_um: Vec<f64>,
 }
 
+/// Where the wear of a cutter comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WearFrom {
+    /// The machine's wear entries: of the cutter named the newest ones that were not withdrawn.
+    Entries,
+}
+
+/// The wear of a cutter in the machine's tool table, by its entries: the actual radius is the nominal one less the most of
+/// `radius_wear_um` over its edges. A length never follows from them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WearSource {
+    /// Where the wear comes from.
+    pub from: WearFrom,
+    /// Which cutter is in the holder.
+    #[schema(example = "1", max_length = 100)]
+    pub cutter_id: String,
+}
+
 program_parameters! {
 /// What the compensation for a worn cutter needs to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearParameters {
-    /// The cutter the program was made for.
-    pub nominal_tool: ToolDoc,
-    /// The cutter as measured; this or `wear_table`.
+    /// The cutter the program was made for; that of the machine's tool table when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal_tool: Option<ToolDoc>,
+    /// The cutter as measured; this, `wear_table` or `wear`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actual_tool: Option<ToolDoc>,
+    /// The wear by the machine's entries, in place of `actual_tool`: both cutters are then the tool table's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<WearSource>,
     /// Wear along the corner, for end milling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear_table: Option<WearTableDoc>,
@@ -95,9 +119,6 @@ pub struct WearParameters {
     /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
     #[serde(default)]
     pub allow_repeated: bool,
-    /// T number of the cutter, in a program of several: motions of other tools stay as they are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tool_number: Option<u32>,
     /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_scallop_um: Option<f64>,
@@ -122,10 +143,11 @@ const MAX_ENTRIES: usize = 1000;
 impl WearParameters {
     /// Those of a program made for this cutter, everything else as where it is not stated.
     #[must_use]
-    pub fn of(nominal_tool: ToolDoc) -> Self {
+    pub fn of(nominal_tool: Option<ToolDoc>) -> Self {
         Self {
             nominal_tool,
             actual_tool: None,
+            wear: None,
             wear_table: None,
             milling: Milling::default(),
             length_in_control: None,
@@ -137,7 +159,6 @@ impl WearParameters {
             max_feed_mm_per_min: None,
             stamp: StampForm::default(),
             allow_repeated: false,
-            tool_number: None,
             allowed_scallop_um: None,
             stepover_mm: None,
             surface: None,
@@ -148,6 +169,7 @@ impl WearParameters {
             work_offset_mm: None,
             work_offsets_mm: None,
             tool_length_mm: None,
+            tool_number: None,
             start: None,
             feed_mm_per_min: None,
             dialect: Dialect::default(),
@@ -171,7 +193,7 @@ impl WearParameters {
     /// Every bad value, with its pointer.
     pub fn to_core(&self, has_part: bool) -> Result<process::WearParameters, Vec<Fault>> {
         let mut faults = FaultList::default();
-        let nominal = self.nominal_tool.to_core("/nominal_tool", &mut faults);
+        let nominal = self.nominal_tool.and_then(|tool| tool.to_core("/nominal_tool", &mut faults));
         let worn = self.worn(&mut faults);
         let (shorter_by, length_in_control) = self.length(&mut faults);
         let contact = self.contact(&mut faults);
@@ -181,8 +203,6 @@ impl WearParameters {
         self.statements().check(&mut faults);
         self.check_advice(&mut faults);
         faults.into_result()?;
-        // Parameters without faults have both.
-        let (Some(nominal), Some(worn)) = (nominal, worn) else { return Err(Vec::new()) };
         Ok(process::WearParameters {
             milling: match self.milling {
                 Milling::End => process::Milling::End,
@@ -191,16 +211,22 @@ impl WearParameters {
             shorter_by,
             length_in_control,
             contact,
-            tool_number: self.tool_number,
             pass_break: Angle::from_deg(self.pass_break_deg),
             ..process::WearParameters::new(nominal, worn, ProgramSetup::default())
         })
     }
 
+    /// The cutter that cuts; `None` where the machine's entries say so.
     fn worn(&self, faults: &mut FaultList) -> Option<WornCutter> {
+        if let Some(source) = &self.wear {
+            self.check_source(source, faults);
+            return None;
+        }
         match (&self.actual_tool, &self.wear_table) {
             (Some(tool), None) => {
-                ToolDoc::check_corners(&self.nominal_tool, tool, faults);
+                if let Some(nominal) = &self.nominal_tool {
+                    ToolDoc::check_corners(nominal, tool, faults);
+                }
                 tool.to_core("/actual_tool", faults).map(WornCutter::Tool)
             }
             (None, Some(table)) => {
@@ -216,16 +242,31 @@ impl WearParameters {
                 None
             }
             (None, None) => {
-                faults
-                    .push(|| Fault::new("/actual_tool", "missing: the cutter as measured, or a wear_table"));
+                let detail = "missing: the cutter as measured, a wear_table, or wear with the cutter_id of the machine's wear entries";
+                faults.push(|| Fault::new("/actual_tool", detail));
                 None
             }
         }
     }
 
+    fn check_source(&self, source: &WearSource, faults: &mut FaultList) {
+        for (name, is_there) in [
+            ("nominal_tool", self.nominal_tool.is_some()),
+            ("actual_tool", self.actual_tool.is_some()),
+            ("wear_table", self.wear_table.is_some()),
+        ] {
+            if is_there {
+                let detail = "with wear from the entries both cutters are the machine's: leave it out";
+                faults.push(|| Fault::new(format!("/{name}"), detail));
+            }
+        }
+        check_name(|| "/wear/cutter_id".to_owned(), &source.cutter_id, faults);
+    }
+
     /// ΔL and who knows of it: without both lengths there is none.
     fn length(&self, faults: &mut FaultList) -> (Length, process::LengthInControl) {
-        let lengths = self.nominal_tool.length_mm.zip(self.actual_tool.and_then(|tool| tool.length_mm));
+        let length_mm = |tool: Option<ToolDoc>| tool.and_then(|tool| tool.length_mm);
+        let lengths = length_mm(self.nominal_tool).zip(length_mm(self.actual_tool));
         if lengths.is_none() && self.length_in_control.is_some() {
             let detail = "needs length_mm of both cutters";
             faults.push(|| Fault::new("/length_in_control", detail));
@@ -275,9 +316,10 @@ impl WearParameters {
         for (name, given) in [
             ("allowed_scallop_um", self.allowed_scallop_um.is_some()),
             ("stepover_mm", self.stepover_mm.is_some()),
+            ("nominal_tool", self.nominal_tool.is_some()),
             ("actual_tool", self.actual_tool.is_some()),
         ] {
-            if !given && (name != "actual_tool" || self.wear_table.is_some()) {
+            if !given && (name != "actual_tool" || self.wear_table.is_some() || self.wear.is_some()) {
                 faults.push(|| missing(name));
             }
         }
@@ -298,7 +340,7 @@ impl WearParameters {
             actual_tool.length_mm = None;
         }
         Some(WearAdviceRequest {
-            nominal_tool: self.nominal_tool,
+            nominal_tool: self.nominal_tool?,
             actual_tool,
             stepover_mm: self.stepover_mm?,
             surface: self.surface.unwrap_or(SurfaceKind::Flat),
@@ -387,6 +429,38 @@ impl From<&CurvatureAcross> for CurvatureDoc {
     }
 }
 
+/// How much of a program an assumed contact says anything about: the motions at feed, and their length.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AssumedContacts)]
+pub struct AssumptionDoc {
+    /// Straight motions at feed.
+    pub cuts: u64,
+    /// Of these, the ones at whose end a contact is assumed: what the cutter leaves there can be compensated at all.
+    pub compensated: u64,
+    /// The feed leaves the contact open: the tool plunges, or is fed across its axis, as along a wall or on a floor.
+    pub open: u64,
+    /// No rotary axis turns next to the point, and nothing is assumed.
+    pub not_turning: u64,
+    /// Way of the tip in all of these cuts.
+    pub path_mm: f64,
+    /// Way of the tip in those that are compensated.
+    pub compensated_path_mm: f64,
+}
+
+impl From<&process::Assumption> for AssumptionDoc {
+    fn from(core: &process::Assumption) -> Self {
+        let process::Assumption { cuts, compensated, open, not_turning, path, path_compensated } = *core;
+        Self {
+            cuts,
+            compensated,
+            open,
+            not_turning,
+            path_mm: path.mm(),
+            compensated_path_mm: path_compensated.mm(),
+        }
+    }
+}
+
 /// What the compensation for a worn cutter found and did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearFindings {
@@ -404,6 +478,12 @@ pub struct WearFindings {
     pub blocks_changed: u64,
     /// Motions at whose end a contact was found, and kept.
     pub contacts_kept: u64,
+    /// Motions at whose end a contact was assumed from the feed, and the assumed one kept.
+    #[serde(default)]
+    pub contacts_assumed: u64,
+    /// With an assumed contact: of how much of the program it says anything at all. Null with a stated one.
+    #[serde(default)]
+    pub assumption: Option<AssumptionDoc>,
     /// Motions that end elsewhere in the answer.
     pub motions_shifted: u64,
     /// Blocks whose F was lowered, so that none runs faster than the source's.
@@ -420,8 +500,12 @@ pub struct WearFindings {
     pub curvature: Option<CurvatureDoc>,
     /// What the worn cutter leaves along the normal with the program as it was, scallops apart.
     pub before: DeviationSummary,
-    /// Distance of the worn cutter's contact from the nominal one's, from the text that was written.
+    /// Distance of the worn cutter's contact from the nominal one's, from the text that was written. What rests on an assumed contact
+    /// is as before.
     pub after: DeviationSummary,
+    /// With an assumed contact: what `after` is if the assumption is right.
+    #[serde(default)]
+    pub after_if_assumed: Option<DeviationSummary>,
     /// Chords between contacts, summed.
     pub cc_path_length_mm: f64,
     /// Both along the path.
@@ -438,6 +522,9 @@ pub struct WearReport {
     /// What it was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// What it rests on beside its parameters.
+    #[serde(default)]
+    pub resolved: Option<ResolvedInputs>,
     /// What was found and done.
     #[serde(flatten)]
     pub findings: WearFindings,

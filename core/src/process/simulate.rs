@@ -8,7 +8,7 @@ use super::sampler::{Piece, Sampler};
 use super::set_ups::{SetUps, turns};
 use super::stream::Passages;
 use super::tools::Need;
-use super::{Fault, ProgramSetup, ProgramSource, UnknownArc};
+use super::{Fault, ProgramReading, ProgramSetup, ProgramSource, UnknownArc};
 use crate::geometry::Vec3;
 use crate::machine::Machine;
 use crate::motion::{Motion, Unfollowable};
@@ -114,6 +114,8 @@ pub struct LeftOut {
 pub struct ProgramSimulation {
     /// The dialect it was read in.
     pub dialect: Dialect,
+    /// How the program was read.
+    pub reading: ProgramReading,
     /// Blocks: non-empty lines that are not only comments.
     pub blocks: u64,
     /// Motions that were simulated.
@@ -195,6 +197,7 @@ pub(super) fn simulate_lines(
     let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
     Ok(ProgramSimulation {
         dialect: read.dialect,
+        reading: read.reading,
         blocks: read.blocks,
         motions,
         passes,
@@ -216,6 +219,7 @@ enum Seen<'a> {
 /// What is known of a program once it is read.
 struct Text {
     dialect: Dialect,
+    reading: ProgramReading,
     blocks: u64,
 }
 
@@ -255,7 +259,7 @@ fn for_each_motion(
     if faults.total > 0 {
         return Err(Fault::Lines(faults));
     }
-    Ok(Text { dialect: passages.dialect(), blocks: passages.blocks })
+    Ok(Text { dialect: passages.dialect(), reading: passages.reading(), blocks: passages.blocks })
 }
 
 /// What a first reading tells: how long the program runs, how fast, in how many passes.

@@ -21,7 +21,9 @@ use crate::http::observation::Trace;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes};
+use crate::jobs::{
+    Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear,
+};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
     CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
@@ -151,10 +153,13 @@ pub(super) async fn create_job(
     if surface.is_some() && !order.looks_at_part {
         return Err(invalid("/surface", "the operation does not look at a surface"));
     }
-    let on = current_machine(&app, &order.machine_id).await?;
+    let on = Arc::unwrap_or_clone(current_machine(&app, &order.machine_id).await?);
+    let on = with_wear(&app.store, &app.sources, on, order.cutter_id.as_deref()).await?;
     let machine_revision = on.revision;
+    let machines = caller.machines.as_deref();
+    let repeats = repeated_step(&app.store, &program.sha256(), order.steps, machines).await?;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
-    let work = order.work(Arc::unwrap_or_clone(on), sizes, &app.means())?;
+    let work = order.work(on, sizes, &app.means())?;
     // What never has room is refused now; what has none at the moment waits.
     if let Some(facets) = sizes.surface_facets
         && let Err(fault) = app.compute.surface_memory(facets)
@@ -168,6 +173,7 @@ pub(super) async fn create_job(
         machine_id,
         machine_revision,
         work,
+        repeats: repeats.map(|step| step.name().to_owned()),
         program,
         surface,
         file_name,

@@ -8,12 +8,15 @@ use axum::response::Response;
 use super::answer;
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
-use crate::http::caller::actor;
+use crate::http::caller::{actor, caller};
 use crate::http::current_machine::current_machine;
 use crate::http::idempotency::{key, remembered, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::jobs::{InputFile, ProgramJob, ProgramParameters, ProgramWork, Sizes, run_program_job};
+use crate::jobs::{
+    InputFile, ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, repeated_step,
+    run_program_job, with_wear,
+};
 use crate::store::{Draft, JobRow};
 
 /// Does an operation on the program of a request and answers in the best of `offers` for the client.
@@ -49,14 +52,21 @@ async fn job<P: ProgramParameters>(
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return Ok(job);
     }
-    let on = on?;
+    let machines = caller(&parts.extensions)?.machines;
+    let repeated = repeated_step(&app.store, &program.sha256(), parameters.steps(), machines.as_deref()).await?;
+    if let Some(step) = repeated {
+        return Err(already_done(step.name()).into());
+    }
+    let on = Arc::unwrap_or_clone(on?);
+    let on = with_wear(&app.store, &app.sources, on, parameters.cutter_id()).await?;
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
-    let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;
+    let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
     let job = ProgramJob {
         machine_id,
         machine_revision,
         work,
+        repeats: None,
         program,
         surface,
         file_name,

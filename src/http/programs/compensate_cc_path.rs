@@ -46,7 +46,6 @@ struct ProgramForm {
     operation_id = "compensate_cc_path",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        CcParameters,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

@@ -9,7 +9,7 @@ use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{CompensationParameters, CompensationQuery, CompensationReport};
+use crate::wire::{CompensationParameters, CompensationReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -48,7 +48,6 @@ struct CompensationForm {
     operation_id = "compensate_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        CompensationQuery,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

@@ -9,7 +9,7 @@ use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{WearParameters, WearQuery, WearReport};
+use crate::wire::{WearParameters, WearReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -47,7 +47,6 @@ struct WearProgramForm {
     operation_id = "compensate_wear_of_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        WearQuery,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

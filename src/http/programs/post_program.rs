@@ -43,7 +43,6 @@ struct PostingForm {
     operation_id = "post_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        PostingParameters,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

@@ -41,7 +41,6 @@ struct ServoProgramForm {
     operation_id = "simulate_servo_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ServoProgramParameters,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

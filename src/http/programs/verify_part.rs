@@ -9,7 +9,7 @@ use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{VerificationParameters, VerificationQuery, VerificationReport};
+use crate::wire::{VerificationParameters, VerificationReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -46,7 +46,6 @@ struct VerificationForm {
     operation_id = "verify_part",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        VerificationQuery,
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
     ),
     request_body(

@@ -112,7 +112,9 @@ async fn program(
     request: &SimulationRequest,
     kind: &str,
 ) -> Result<Response, Problem> {
-    let ServoPathDoc::Program { text, file_name, interpolation, dialect, plane } = &request.path else {
+    let (ServoPathDoc::Program { text, file_name, .. }, Some(parameters)) =
+        (&request.path, ServoProgramParameters::of(request))
+    else {
         return Err(Problem::internal(&"only a program is a program"));
     };
     if let Some(machine_id) = &request.machine_id {
@@ -136,7 +138,6 @@ async fn program(
     if request.laps.is_some() {
         faults.push(|| Fault::new("/laps", "an open path has no laps"));
     }
-    let parameters = ServoProgramParameters::of(request, *interpolation, *plane, *dialect);
     let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
     parameters.to_core(drives, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
@@ -150,7 +151,17 @@ async fn program(
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
     let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;
     let by = actor(parts)?;
-    let job = ProgramJob { machine_id, machine_revision, work, program, surface: None, file_name, used, by };
+    let job = ProgramJob {
+        machine_id,
+        machine_revision,
+        work,
+        repeats: None,
+        program,
+        surface: None,
+        file_name,
+        used,
+        by,
+    };
     let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
     answer::job(app, &job, kind).await
 }

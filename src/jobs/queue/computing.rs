@@ -10,10 +10,10 @@ use super::Shared;
 use super::dispatch::RETRY;
 use super::running::UnderWay;
 use crate::jobs::compute::{QueueTurn, Threads};
-use crate::jobs::program_job::keep_all;
+use crate::jobs::program_job::{in_rows, keep_all};
 use crate::jobs::{
-    CompensatorFault, ComputeFault, Finished, InputFile, JobFault, MachineUsed, PartSurfaceFault,
-    ProgramWork, Sizes, Workplace,
+    Accepted, CompensatorFault, ComputeFault, Finished, InputFile, JobFault, KeptShelf, MachineUsed,
+    PartSurfaceFault, ProgramWork, Sizes, ToolShelf, Workplace, already_done,
 };
 use crate::process::Stop;
 use crate::store::{Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError, sha256_hex};
@@ -48,7 +48,11 @@ impl Shared {
     ) -> Result<(Ending, OwnedRwLockReadGuard<()>), JobFault> {
         let document = &row.document;
         let blobs = self.spool.blobs();
-        let on = self.machine(row).await?;
+        let accepted = accepted(row)?;
+        if let Some(step) = &accepted.repeats {
+            return Err(already_done(step));
+        }
+        let on = self.machine(row, &accepted.shelf).await?;
         let program = InputFile::kept(blobs, &document.input_sha256)?;
         let surface = document.surface_sha256.as_deref();
         let surface = surface.map(|sha256| InputFile::kept(blobs, sha256)).transpose()?;
@@ -64,13 +68,15 @@ impl Shared {
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
             work.run(place)
         };
-        let Finished { report, output, changes } =
+        let Finished { report, output, changes, steps, motions_checked } =
             self.compute.run_at(place, job.stop.clone(), worked).await??;
         let digest = |draft: &Option<crate::store::Draft>| draft.as_ref().map(crate::store::Draft::sha256);
         let ending = Ending::Succeeded {
             report_sha256: sha256_hex(report.as_bytes()),
             output_sha256: digest(&output),
             changes_sha256: digest(&changes),
+            steps: steps.map(|steps| steps.to_string()),
+            motions_checked: in_rows(motions_checked),
             report,
         };
         let naming = blobs.naming().await;
@@ -79,13 +85,16 @@ impl Shared {
     }
 
     /// The machine as it was when the job was accepted.
-    async fn machine(&self, row: &JobRow) -> Result<MachineUsed, JobFault> {
+    async fn machine(&self, row: &JobRow, kept: &KeptShelf) -> Result<MachineUsed, JobFault> {
         let (id, revision) = (&row.document.machine_id, row.document.machine_revision);
         let found = self.store.machine_revision(id, revision).await?.ok_or(JobFault::MachineLost)?;
-        let drives = found.document.profile.drives.clone();
-        let (_, machine) =
-            found.document.profile.into_machine().map_err(|_stored_is_sound| JobFault::MachineLost)?;
-        Ok(MachineUsed::new(revision, machine, drives))
+        let tools = self.store.tools_at(id, &kept.tools).await?;
+        if tools.len() != kept.tools.len() {
+            return Err(JobFault::MachineLost);
+        }
+        let shelf = ToolShelf::new(tools).worn(kept.wear.clone());
+        MachineUsed::new(id.clone(), revision, found.document.profile, shelf)
+            .map_err(|_stored_is_sound| JobFault::MachineLost)
     }
 
     /// Stores what came of a job: its end, or that it waits again.
@@ -166,6 +175,12 @@ impl Shared {
             }
         }
     }
+}
+
+/// What a job was accepted with; one of an older version was with nothing.
+fn accepted(row: &JobRow) -> Result<Accepted, JobFault> {
+    let read = row.accepted.as_deref().map(serde_json::from_str).transpose();
+    Ok(read.map_err(|_stored_is_sound| JobFault::MachineLost)?.unwrap_or_default())
 }
 
 /// Tries of a job under which the disk fails, while it takes other files.

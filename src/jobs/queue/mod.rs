@@ -19,7 +19,7 @@ use tokio_util::task::TaskTracker;
 pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
-use super::{Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
+use super::{Accepted, Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
 use crate::store::{
     Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Sha256Hex, Store, StoreError,
 };
@@ -174,7 +174,9 @@ impl Queue {
     pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
         let Besides { external_id, callback_url, traceparent } = besides;
-        let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used, by } = job;
+        let ProgramJob { machine_id, machine_revision, work, repeats, program, surface, file_name, used, by } =
+            job;
+        let accepted = Accepted { shelf: work.shelf.kept(), repeats };
         let sources = &shared.sources;
         let document = JobDocument {
             id: sources.ids.next().to_string(),
@@ -197,7 +199,15 @@ impl Queue {
             started_at: None,
             finished_at: None,
         };
-        let row = JobRow { document, file_name, report: None, report_sha256: None, traceparent };
+        let row = JobRow {
+            document,
+            file_name,
+            report: None,
+            report_sha256: None,
+            traceparent,
+            motions_checked: None,
+            accepted: Some(serde_json::to_string(&accepted)?),
+        };
         let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &by).await;
         if !matches!(enqueued, Ok(Enqueued::Added)) {
             // What was refused leaves nothing behind, whatever it was refused for.

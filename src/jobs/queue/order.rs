@@ -4,6 +4,7 @@ use serde::de::IgnoredAny;
 
 use crate::jobs::work::{ByOperation, by_operation};
 use crate::jobs::{JobFault, MachineUsed, Means, ProgramParameters, ProgramWork, Sizes};
+use crate::program::Steps;
 use crate::wire::{Fault, FaultList, JobOperation, JobRequest, Unreadable, read_json};
 
 /// A job as it is asked for, readable in every part.
@@ -19,6 +20,10 @@ pub struct JobOrder {
     pub callback_url: Option<String>,
     /// Whether the operation looks at the part's surface.
     pub looks_at_part: bool,
+    /// The steps that must not be done twice.
+    pub steps: Steps,
+    /// The cutter whose wear entries count, where its wear is theirs.
+    pub cutter_id: Option<String>,
     /// The whole order with its defaults filled in, the same for orders that say the same.
     pub canonical: String,
     text: Vec<u8>,
@@ -35,13 +40,15 @@ impl JobOrder {
         let mut faults = FaultList::default();
         head.check(&mut faults);
         faults.into_result().map_err(JobFault::Parameters)?;
-        let (looks_at_part, canonical) = by_operation(head.operation, Whole(text))?;
+        let Read { looks_at_part, steps, cutter_id, canonical } = by_operation(head.operation, Whole(text))?;
         Ok(Self {
             machine_id: head.machine_id,
             operation: head.operation,
             external_id: head.external_id,
             callback_url: head.callback_url,
             looks_at_part,
+            steps,
+            cutter_id,
             canonical,
             text: text.to_owned(),
         })
@@ -66,12 +73,26 @@ fn within(fault: Fault) -> Fault {
 
 struct Whole<'a>(&'a [u8]);
 
+/// What is known of an order once its parameters are read.
+struct Read {
+    looks_at_part: bool,
+    steps: Steps,
+    cutter_id: Option<String>,
+    canonical: String,
+}
+
 impl ByOperation for Whole<'_> {
-    type Output = Result<(bool, String), JobFault>;
+    type Output = Result<Read, JobFault>;
 
     fn with<P: ProgramParameters>(self) -> Self::Output {
         let request: JobRequest<P> = read_json(self.0)?;
-        Ok((P::LOOKS_AT_PART, serde_json::to_string(&request)?))
+        let parameters = &request.parameters;
+        Ok(Read {
+            looks_at_part: P::LOOKS_AT_PART,
+            steps: parameters.steps(),
+            cutter_id: parameters.cutter_id().map(str::to_owned),
+            canonical: serde_json::to_string(&request)?,
+        })
     }
 }
 

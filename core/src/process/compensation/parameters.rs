@@ -48,6 +48,8 @@ pub struct WearStep {
     pub length_in_control: LengthInControl,
     /// Where contacts come from; the tip is none.
     pub contact: ContactSource,
+    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    pub pass_break: Angle,
 }
 
 /// What the step for the cutter-contact path needs; the members mean what they do in [`CcParameters`].
@@ -120,6 +122,7 @@ impl CompensationParameters {
                 shorter_by: step.shorter_by,
                 length_in_control: step.length_in_control,
                 contact: step.contact,
+                pass_break: step.pass_break,
                 ..WearParameters::new(step.nominal, step.worn.clone(), self.real_program())
             }),
             None => shared(WearParameters {
@@ -168,9 +171,17 @@ impl WearStep {
     /// End milling, contact found by itself, the nominal length in the control.
     #[must_use]
     pub fn new(nominal: impl Into<Option<Tool>>, worn: impl Into<Option<WornCutter>>) -> Self {
-        let WearParameters { nominal, worn, milling, shorter_by, length_in_control, contact, .. } =
-            WearParameters::new(nominal, worn, ProgramSetup::default());
-        Self { nominal, worn, milling, shorter_by, length_in_control, contact }
+        let WearParameters {
+            nominal,
+            worn,
+            milling,
+            shorter_by,
+            length_in_control,
+            contact,
+            pass_break,
+            ..
+        } = WearParameters::new(nominal, worn, ProgramSetup::default());
+        Self { nominal, worn, milling, shorter_by, length_in_control, contact, pass_break }
     }
 }
 

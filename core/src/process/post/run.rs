@@ -17,7 +17,7 @@ use crate::motion::{AxisWords, FeedMode, Interpolation};
 use crate::process::fault::LineFaultKind;
 use crate::process::stream::{Passage, Passages};
 use crate::process::tools::Need;
-use crate::process::{Fault, LineFaults, ProgramSetup, ProgramSource, Tools};
+use crate::process::{Fault, LineFaults, ProgramReading, ProgramSetup, ProgramSource, Tools};
 use crate::program::Dialect;
 use crate::units::Angle;
 
@@ -31,8 +31,10 @@ const FLUSH_BYTES: usize = 1 << 18;
 const MAX_PER_MIN: f64 = 1e8;
 
 /// What was made of the source.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PostReport {
+    /// How the data were read.
+    pub reading: ProgramReading,
     /// Blocks of the source and of the program.
     pub blocks_in: u64,
     /// Of the posted program.
@@ -142,6 +144,7 @@ pub fn post(
     run.read_back.finish()?;
     output.flush()?;
     let mut report = run.report;
+    report.reading = passages.reading();
     report.blocks_in = passages.blocks;
     report.blocks_out = run.writer.blocks;
     (report.arcs, report.notes, report.words) = (run.points.arcs, run.points.notes, run.points.words);

@@ -1,7 +1,7 @@
 //! What a verification has to show for itself.
 
 use crate::geometry::Vec3;
-use crate::process::{LeftOut, Warning};
+use crate::process::{LeftOut, ProgramReading, Warning};
 use crate::program::Dialect;
 use crate::surface::SurfacePoint;
 use crate::units::Length;
@@ -182,6 +182,8 @@ pub struct Effort {
 pub struct Verification {
     /// The dialect it was read in.
     pub dialect: Dialect,
+    /// How the program was read.
+    pub reading: ProgramReading,
     /// Blocks: non-empty lines that are not only comments.
     pub blocks: u64,
     /// Motions that were cut.

@@ -9,7 +9,7 @@ use super::super::simulate::LeftOuts;
 use super::super::stream::Passages;
 use super::super::tools::Need;
 use super::super::warnings::Warnings;
-use super::super::{Fault, LeftOutReason, ProgramSource, WarningKind};
+use super::super::{Fault, LeftOutReason, ProgramReading, ProgramSource, WarningKind};
 use super::arc::ArcModes;
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
@@ -76,6 +76,7 @@ pub fn verify_part(
     }
     Ok(Verification {
         dialect: found.dialect,
+        reading: found.reading,
         blocks: found.blocks,
         motions: found.motions,
         left_out: found.left_out.0,
@@ -100,6 +101,7 @@ struct Workshop<'a> {
 struct Found {
     bed: NeedleBed,
     dialect: Dialect,
+    reading: ProgramReading,
     blocks: u64,
     motions: MotionCounts,
     left_out: LeftOuts,
@@ -162,7 +164,8 @@ impl Workshop<'_> {
         passages.warn(&mut mill.warnings);
         let Mill { bed, motions, left_out, warnings, pieces, .. } = mill;
         let (dialect, blocks) = (passages.dialect(), passages.blocks);
-        Ok(Found { bed, dialect, blocks, motions, left_out, warnings, pieces })
+        let reading = passages.reading();
+        Ok(Found { bed, dialect, reading, blocks, motions, left_out, warnings, pieces })
     }
 
     /// Some samples again, with finer pieces.

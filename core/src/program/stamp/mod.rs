@@ -41,6 +41,7 @@ const MACHINE: &str = "machine";
 impl fmt::Display for Stamp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { version, operation, steps, machine, revision, tool, source, parameters } = self;
+        let machine = plain(machine);
         write!(f, "{MARK} {version} {operation} {STEPS} {steps} {MACHINE} {machine} revision {revision}")?;
         if let Some(tool) = tool {
             write!(f, " tool {}", plain(tool))?;

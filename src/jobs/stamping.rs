@@ -1,0 +1,87 @@
+//! The stamp of a program that leaves changed: one comment that says what was done to it.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+
+use super::program_job::{JobFault, Workplace, written};
+use super::{CompensatorFault, InputFile, MachineUsed};
+use crate::program::{Dialect, Stamp, Steps, place_stamp};
+use crate::store::{Draft, sha256_hex};
+use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName};
+
+/// Digits of a digest in a stamp.
+const DIGITS: usize = 16;
+/// So much of a program is looked at for the place of its stamp \[bytes\].
+const HEAD_BYTES: u64 = 64 * 1024;
+
+/// A program about to leave.
+pub(super) struct Leaving<'a> {
+    pub(super) on: &'a MachineUsed,
+    pub(super) operation: JobOperation,
+    /// With their defaults filled in.
+    pub(super) parameters: &'a serde_json::Value,
+    pub(super) resolved: &'a ResolvedInputs,
+    pub(super) form: StampForm,
+    pub(super) dialect: Dialect,
+    pub(super) steps: Steps,
+}
+
+impl Leaving<'_> {
+    /// The program as it leaves, and where it comes from. One that nothing changed leaves as it came.
+    pub(super) fn stamped(
+        &self,
+        program: &InputFile,
+        output: Draft,
+        place: &Workplace<'_>,
+    ) -> Result<(Draft, Provenance), JobFault> {
+        let output = if self.steps.is_empty() || self.form == StampForm::None {
+            output
+        } else {
+            self.with_stamp(program, output, place)?
+        };
+        let provenance = Provenance {
+            steps: Some(StepName::all_of(self.steps)),
+            ..self.on.provenance(program, &output)
+        };
+        Ok((output, provenance))
+    }
+
+    fn with_stamp(
+        &self,
+        program: &InputFile,
+        output: Draft,
+        place: &Workplace<'_>,
+    ) -> Result<Draft, JobFault> {
+        let mut file = File::open(output.path()).map_err(CompensatorFault::Io)?;
+        let mut head = Vec::new();
+        (&mut file).take(HEAD_BYTES).read_to_end(&mut head).map_err(CompensatorFault::Io)?;
+        let stamp = self.stamp(program)?;
+        let Some(stands) = place_stamp(&head, self.dialect, &stamp) else { return Ok(output) };
+        let mut stamped = place.output()?;
+        let (before, after) = head.split_at(stands.offset.min(head.len()));
+        let mut write = || -> io::Result<()> {
+            stamped.write_all(before)?;
+            stamped.write_all(&stands.line)?;
+            stamped.write_all(after)?;
+            io::copy(&mut file, &mut stamped).map(|_bytes| ())
+        };
+        write().map_err(CompensatorFault::Io)?;
+        written(stamped)
+    }
+
+    fn stamp(&self, program: &InputFile) -> Result<Stamp, JobFault> {
+        // What was resolved counts by its values, not by the lines on which it was used.
+        let said = serde_json::to_string(&(self.operation, self.parameters, self.resolved.values()))?;
+        let digest = |sha256: &str| sha256.chars().take(DIGITS).collect();
+        Ok(Stamp {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            operation: self.operation.as_str().to_owned(),
+            steps: self.steps,
+            machine: self.on.machine_id.clone(),
+            revision: self.on.revision,
+            tool: self.resolved.only_tool(),
+            source: digest(&program.sha256),
+            parameters: digest(&sha256_hex(said.as_bytes())),
+        })
+    }
+}
