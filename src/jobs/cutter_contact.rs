@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::refusals::in_words_of_the_wire;
-use super::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
+use super::{Compensated, Compensator, CompensatorFault};
 use crate::contact::Correction as CoreCorrection;
 use crate::machine::{Machine, Tool};
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
@@ -11,7 +11,7 @@ use crate::process::{self, ProgramSetup, SingularityAction, SingularityParameter
 use crate::units::{Angle, Length, UM_PER_MM};
 use crate::wear::SideBySide;
 use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Fault, Output,
+    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Output,
 };
 
 /// Compensates programs with the core.

@@ -53,8 +53,15 @@ pub(in crate::http) async fn program(
         JobOperation::Posting => format!("{}-posted.nc", stem(&job.file_name)),
         _ => compensated_name(&job.file_name),
     };
-    streamed(app, sha256, kind, &name, headers).await
+    let mut response = streamed(app, sha256, kind, &name, headers).await?;
+    if let Some(motions) = job.motions_checked {
+        response.headers_mut().insert(MOTIONS_CHECKED, HeaderValue::from(motions));
+    }
+    Ok(response)
 }
+
+/// How many motions of a compensated program were looked at.
+const MOTIONS_CHECKED: &str = "trunnion-motions-checked";
 
 /// A table that an operation makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use crate::http::refusals::refusals;
 use crate::wire::{CompensationParameters, CompensationReport};
 
 refusals!(
-    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, ToleranceOutOfReach, TooCostly,
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused, AlreadyCompensated,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, OutOfTravel, ToleranceOutOfReach, TooCostly,
     ResultTooLarge, Busy
 );
 
@@ -71,6 +71,7 @@ struct CompensationForm {
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of what is answered"),
                 ("Content-Disposition" = String, description = "File name of the program"),
+                ("Trunnion-Motions-Checked" = i64, description = "Motions that were looked at; 0 says that nothing was"),
             )),
         Refusals,
     )

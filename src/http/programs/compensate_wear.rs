@@ -12,8 +12,8 @@ use crate::http::refusals::refusals;
 use crate::wire::{WearParameters, WearReport};
 
 refusals!(
-    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, OutOfTravel, TooCostly,
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused, AlreadyCompensated,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, OutOfTravel, TooCostly,
     ResultTooLarge, Busy
 );
 
@@ -70,6 +70,7 @@ struct WearProgramForm {
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of what is answered"),
                 ("Content-Disposition" = String, description = "File name of the program"),
+                ("Trunnion-Motions-Checked" = i64, description = "Motions that were looked at; 0 says that nothing was"),
             )),
         Refusals,
     )

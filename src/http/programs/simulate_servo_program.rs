@@ -13,7 +13,7 @@ use crate::wire::{ServoProgramParameters, ServoReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnreachablePose, UnstableLoop, TooCostly, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, UnreachablePose, UnstableLoop, TooCostly, Busy
 );
 
 /// What can be answered.

@@ -13,7 +13,7 @@ use crate::wire::{VerificationParameters, VerificationReport};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, TooCostly,
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, TooCostly,
     ResultTooLarge, Busy
 );
 
