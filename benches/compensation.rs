@@ -20,6 +20,7 @@ use trunnion::process::{
 };
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
+use set_ups::at_zero;
 
 #[path = "../tests/models/mod.rs"]
 mod models;
@@ -101,7 +102,7 @@ fn main() -> io::Result<()> {
         }
         let path = folder.path().join("program.nc");
         let bytes = write_program(&path, contact_words)?;
-        let parameters = CcParameters { contact, ..CcParameters::new(tool, zero()) };
+        let parameters = CcParameters { contact, ..CcParameters::new(tool, at_zero()) };
         for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
             let mut seconds = Vec::new();
             let mut report = None;
@@ -202,7 +203,7 @@ fn write_in_form(path: &Path, form: Form) -> io::Result<u64> {
 /// The whole pipeline in another dialect.
 fn in_form(machine: &trunnion::machine::Machine, tool: Tool, form: Form, path: &Path) -> io::Result<()> {
     let bytes = write_in_form(path, form)?;
-    let parameters = CcParameters::new(tool, zero());
+    let parameters = CcParameters::new(tool, at_zero());
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();
         let mut report = None;
@@ -235,7 +236,7 @@ fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Re
     let actual = Tool::new(Length::from_mm(4.75), Length::from_mm(4.75)).expect("a ball");
     let contact = ContactSource::FeedPlane;
     let parameters =
-        WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual), zero()) };
+        WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual), at_zero()) };
     let bytes = write_program(path, false)?;
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();

@@ -11,6 +11,7 @@ use trunnion::process::{VerificationParameters, verify_part};
 use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
+use set_ups::at_zero;
 
 mod threads;
 
@@ -97,7 +98,7 @@ fn main() {
             continue;
         }
         let text = program(&machine, &tool, blocks, five_axis, tcp).into_bytes();
-        let parameters = VerificationParameters::new(tool, zero());
+        let parameters = VerificationParameters::new(tool, at_zero());
         let several = Threads(2);
         let ways: [(&str, &dyn SideBySide); 2] =
             [("one thread", &OneAfterAnother), ("two threads", &several)];

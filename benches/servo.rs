@@ -12,6 +12,7 @@ use trunnion::servo::{
     sweep_at_feed,
 };
 use trunnion::units::Feedrate;
+use set_ups::at_zero;
 
 const STEPS: usize = 1_000_000;
 const AXES: usize = 5;
@@ -163,7 +164,7 @@ fn program() {
         writeln!(text, "G1 X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4} F2000").expect("a string takes it");
     }
     let source = text.into_bytes();
-    let parameters = SimulationParameters::new(drives, zero());
+    let parameters = SimulationParameters::new(drives, at_zero());
     let mut found = None;
     let seconds = best_seconds(3, || {
         found = Some(simulate(&machine, &parameters, &source, GO_ON).expect("a program"));

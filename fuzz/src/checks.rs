@@ -13,6 +13,8 @@ use trunnion_core::process::{
 use trunnion_core::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, print_changed};
 use trunnion_core::units::Length;
 use trunnion_core::wear::OneAfterAnother;
+use set_ups::{at_zero, in_mm};
+use trunnion::process::ProgramSetup;
 
 /// Lines longer than this are refused, so that the refusal is met too.
 const LINE_BYTES: usize = 2048;
@@ -126,7 +128,7 @@ pub fn pipeline(data: &[u8]) {
         program: in_mm(&setup),
         program: ProgramSetup { interpolation, ..zero() },
         budget,
-        ..CcParameters::new(tool, zero())
+        ..CcParameters::new(tool, at_zero())
     };
     match choice >> 5 {
         0 | 1 => {
@@ -143,7 +145,7 @@ pub fn pipeline(data: &[u8]) {
         }
         3 => {
             let worn = Tool::new(tool.radius() - mm(0.1), tool.corner_radius() - mm(0.1)).expect("a tool");
-            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), zero()) };
+            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), at_zero()) };
             let mut out = Vec::new();
             no_defect("wear", compensate_wear(&machine, &wear, &source, &mut out, &go_on));
         }
@@ -155,7 +157,7 @@ pub fn pipeline(data: &[u8]) {
                 wear: worn.filter(|_| detail & 4 != 0).map(|worn| WearStep::new(tool, worn)),
                 location_errors: detail & 8 != 0,
                 cc: (detail & 16 != 0).then(|| CcStep { budget, ..CcStep::new(tool) }),
-                ..CompensationParameters::new(zero())
+                ..CompensationParameters::new(at_zero())
             };
             let mut out = Vec::new();
             let spool = MemorySpool::default();

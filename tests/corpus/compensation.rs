@@ -15,6 +15,8 @@ use trunnion::units::Length;
 
 use crate::tables::tables;
 use crate::{every_file, shared_file};
+use crate::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 fn ac() -> Machine {
     tables([RotaryLetter::A, RotaryLetter::C], false)
@@ -72,7 +74,7 @@ fn the_impeller_keeps_its_tolerance_with_tcp() {
         let parameters = CcParameters {
             program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(ball(3.0), zero())
+            ..CcParameters::new(ball(3.0), at_zero())
         };
         let result = run(&ac(), &parameters, &program);
         if tolerance_um < 0.5 {
@@ -101,7 +103,7 @@ fn the_printed_layers_keep_their_tolerance_in_machine_coordinates() {
         let parameters = CcParameters {
             contact,
             tolerance: Length::from_um(10.0),
-            ..CcParameters::new(ball(0.4), zero())
+            ..CcParameters::new(ball(0.4), at_zero())
         };
         let (_, report) = run(&printer(), &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
         say("printed layers", &report);
@@ -145,7 +147,7 @@ fn the_printed_layers_keep_their_tolerance_with_the_way_points_normals() {
         writeln!(table, "{words},{:.7},{:.7},{:.7},1500", normal.x, normal.y, normal.z).expect("text");
     }
     println!("{turned_over} normals turned over");
-    let parameters = CcParameters::new(ball(3.0), zero());
+    let parameters = CcParameters::new(ball(3.0), at_zero());
     let (_, report) =
         run(&machine, &parameters, table.as_bytes()).unwrap_or_else(|fault| panic!("{fault:?}"));
     say("printed layers, normals", &report);
@@ -163,7 +165,7 @@ fn every_iso_program_is_compensated_or_refused_by_line_and_never_miswritten() {
         let program = fs::read(&path).expect("a file");
         for machine in &machines {
             let parameters =
-                CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0), zero()) };
+                CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(5.0), at_zero()) };
             match run(machine, &parameters, &program) {
                 Ok((output, report)) => {
                     assert!(report.after.max_mm <= 0.010);

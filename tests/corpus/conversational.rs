@@ -12,6 +12,7 @@ use trunnion::units::Length;
 
 use crate::shared_file;
 use crate::tables::tables;
+use crate::set_ups::at_zero;
 
 /// Posted points are rounded to three decimals, cutter location data to six [mm].
 const POSTED_MM: f64 = 0.0006;
@@ -109,7 +110,7 @@ fn the_dmc_program_keeps_its_tolerance() {
     for tolerance_um in [10.0, 5.0] {
         let parameters = CcParameters {
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
+            ..CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero())
         };
         let mut output = Vec::new();
         let machine = tables([RotaryLetter::B, RotaryLetter::C], false);

@@ -10,6 +10,9 @@ mod one_pass;
 mod posting;
 mod program;
 mod rotary_sphere;
+#[path = "../models/set_ups.rs"]
+#[expect(unreachable_pub, reason = "shared by test binaries")]
+mod set_ups;
 mod siemens;
 mod singularity;
 #[path = "../models/tables.rs"]

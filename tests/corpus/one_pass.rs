@@ -18,6 +18,8 @@ use trunnion::wear::OneAfterAnother;
 use crate::displaced::{Line, displaced, errors, with_errors};
 use crate::tables::tables;
 use crate::{every_file, shared_file};
+use crate::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 /// Half a unit of three decimals on three axes, or of four in inches [mm].
 const ROUNDED_MM: f64 = 0.0025;
@@ -111,7 +113,7 @@ fn the_printed_layers_meet_their_way_points_on_a_machine_with_errors() {
     };
     let program = fs::read(path).expect("a file");
     let machine = with_errors(&tables([RotaryLetter::B, RotaryLetter::C], true), errors());
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (output, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
     say(name, &report);
     let lines: [Line; 2] = displaced([(Vec3::y(), Vec3::zeros()), (Vec3::z(), Vec3::zeros())], errors());
@@ -164,7 +166,7 @@ fn the_impeller_gets_all_steps_at_once() {
         location_errors: true,
         cc: Some(CcStep { tolerance: Length::from_um(5.0), ..CcStep::new(ball(3.0)) }),
         program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
-        ..CompensationParameters::new(zero())
+        ..CompensationParameters::new(at_zero())
     };
     let (_, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
     say("impeller", &report);
@@ -180,7 +182,7 @@ fn the_impeller_gets_all_steps_at_once() {
 fn every_program_is_compensated_or_refused_and_comes_back_where_nothing_is_wrong() {
     let Some(folder) = shared_file("programs") else { return };
     let perfect = [RotaryLetter::A, RotaryLetter::B].map(|first| tables([first, RotaryLetter::C], false));
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let wear = |worn_mm| Some(WearStep::new(ball(5.0), WornCutter::Tool(ball(worn_mm))));
     let cc =
         |tolerance_um| Some(CcStep { tolerance: Length::from_um(tolerance_um), ..CcStep::new(ball(5.0)) });

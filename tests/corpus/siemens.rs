@@ -23,6 +23,8 @@ use trunnion::units::Length;
 
 use crate::tables::tables;
 use crate::{every_file, shared_file};
+use crate::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 const PROGRAMS: [&str; 4] = [
     "5axis/nx_dmu70evo_840d_bc_traori.mpf",
@@ -417,7 +419,7 @@ fn compensated(program: &[u8], contact: ContactSource, tolerance_um: f64) -> (u6
     let parameters = CcParameters {
         contact,
         tolerance: Length::from_um(tolerance_um),
-        ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
+        ..CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero())
     };
     let mut output = Vec::new();
     let report =
@@ -474,7 +476,7 @@ fn every_program_is_compensated_or_refused_by_line_and_never_miswritten() {
             let parameters = CcParameters {
                 program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
                 contact: ContactSource::FeedPlane,
-                ..CcParameters::new(Tool::new(radius, radius).unwrap(), zero())
+                ..CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero())
             };
             let mut output = Vec::new();
             match compensate(machine, &parameters, &program, &mut output, &|| ControlFlow::Continue(())) {

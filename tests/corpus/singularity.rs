@@ -14,6 +14,8 @@ use trunnion::units::Length;
 
 use crate::shared_file;
 use crate::tables::tables;
+use crate::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 fn read(name: &str) -> Option<Vec<u8>> {
     shared_file(name)
@@ -31,7 +33,7 @@ fn run(
     let tool = Tool::new(radius, radius).expect("a ball");
     let parameters = CcParameters {
         program: ProgramSetup { interpolation: Some(mode), ..zero() },
-        ..CcParameters::new(tool, zero())
+        ..CcParameters::new(tool, at_zero())
     };
     let mut output = Vec::new();
     let go_on = || ControlFlow::Continue(());

@@ -10,6 +10,8 @@ use trunnion::units::Length;
 
 use crate::tables::tables;
 use crate::{every_file, shared_file};
+use crate::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 /// Half a unit of three decimals on three axes, or of four in inches [mm].
 const ROUNDED_MM: f64 = 0.0025;
@@ -53,7 +55,7 @@ fn the_impeller_and_the_printed_layers_are_moved_whole() {
         let nominal = tool(radius_mm, radius_mm);
         let parameters = WearParameters {
             program: ProgramSetup { interpolation, ..zero() },
-            ..WearParameters::new(nominal, ball(0.95 * radius_mm), zero())
+            ..WearParameters::new(nominal, ball(0.95 * radius_mm), at_zero())
         };
         let (output, report) = run(&tables(letters, reversed), &parameters, &program)
             .unwrap_or_else(|fault| panic!("{name}: {fault:?}"));
@@ -90,13 +92,13 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
     let nominal = tool(5.0, 5.0);
     let shorter = WearParameters {
         shorter_by: Length::from_mm(0.2),
-        ..WearParameters::new(nominal, WornCutter::Tool(nominal), zero())
+        ..WearParameters::new(nominal, WornCutter::Tool(nominal), at_zero())
     };
     let asked = [
-        WearParameters::new(nominal, WornCutter::Tool(tool(4.75, 4.75)), zero()),
-        WearParameters::new(nominal, WornCutter::Tool(tool(5.2, 1.0)), zero()),
+        WearParameters::new(nominal, WornCutter::Tool(tool(4.75, 4.75)), at_zero()),
+        WearParameters::new(nominal, WornCutter::Tool(tool(5.2, 1.0)), at_zero()),
         shorter,
-        WearParameters::new(nominal, WornCutter::Tool(nominal), zero()),
+        WearParameters::new(nominal, WornCutter::Tool(nominal), at_zero()),
     ];
     let (mut moved, mut refused) = ([0; 4], [0; 4]);
     for path in every_file(&folder) {

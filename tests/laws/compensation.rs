@@ -11,6 +11,7 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
 use crate::models::witness::{Tables, scan};
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// The witness' sums and ours differ by rounding only [mm].
 const ARITHMETIC_MM: f64 = 1e-8;
@@ -22,7 +23,7 @@ const BLOCK_SHARE: f64 = 1.05;
 const TIME_SHARE: f64 = 0.005;
 
 pub(crate) fn parameters(part: &Finishing) -> CcParameters {
-    CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, zero()) }
+    CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, at_zero()) }
 }
 
 pub(crate) fn run(

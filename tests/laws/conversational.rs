@@ -15,6 +15,7 @@ use crate::compensation::{parameters, run, witness};
 use crate::models::finishing::{Finishing, ac_machine, blade, impeller_flank, tool};
 use crate::models::witness::{Verdict, scan};
 use crate::tool_vectors::with_angles;
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// The witness' sums and ours differ by rounding only, and by the ninth decimal of its angles [mm].
 const ARITHMETIC_MM: f64 = 1e-6;
@@ -280,7 +281,7 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
             let run = |cutter| {
                 let parameters = WearParameters {
                     program: in_mm(&part.setup),
-                    ..WearParameters::new(part.tool, WornCutter::Tool(cutter), zero())
+                    ..WearParameters::new(part.tool, WornCutter::Tool(cutter), at_zero())
                 };
                 let mut output = Vec::new();
                 let source = text.as_bytes().to_vec();
@@ -320,7 +321,7 @@ fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
             program: in_mm(&part.setup),
             contact: ContactSource::FeedPlane,
             tool_number,
-            ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)), zero())
+            ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)), at_zero())
         };
         let mut output = Vec::new();
         let source = text.as_bytes().to_vec();

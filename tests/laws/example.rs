@@ -15,6 +15,7 @@ use trunnion::wear::{OneAfterAnother, Surface, scallop_height};
 use super::compensation::{parameters, run};
 use crate::models::finishing::{FeedForm, Form, blade, tool};
 use crate::models::surface_passes::{Finish, program};
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// The committed file is this text.
 fn assert_is_the_example(name: &str, text: &str) {
@@ -62,7 +63,7 @@ fn the_example_dome_leaves_the_scallops_it_was_made_for() {
     assert_is_the_example("dome.nc", &text);
     let tool = tool(5.0, 5.0);
     let parameters =
-        VerificationParameters { program: in_mm(&setup), ..VerificationParameters::new(tool, zero()) };
+        VerificationParameters { program: in_mm(&setup), ..VerificationParameters::new(tool, at_zero()) };
     let samples = Sphere::new(Vec3::zeros(), 20.0, half_rad, Bulge::Convex).expect("a sphere").samples(4000);
     let stop = || ControlFlow::Continue(());
     let found =

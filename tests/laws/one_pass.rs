@@ -28,6 +28,7 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
 use crate::models::witness::{Tables, scan};
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
 /// words of four decimals give [mm].
@@ -56,7 +57,7 @@ fn parts(tool: Tool) -> [Finishing; 3] {
 }
 
 pub(crate) fn with_setup(setup: Setup) -> CompensationParameters {
-    CompensationParameters { program: in_mm(&setup), ..CompensationParameters::new(zero()) }
+    CompensationParameters { program: in_mm(&setup), ..CompensationParameters::new(at_zero()) }
 }
 
 fn wear_step(part: &Finishing, worn: Tool) -> WearStep {
@@ -222,7 +223,7 @@ fn all_steps_at_once_are_the_steps_one_after_the_other() {
             let (posted, _, _) = done(&machine, &location, &text);
             let worn = WearParameters {
                 program: in_mm(&part.setup),
-                ..WearParameters::new(nominal, WornCutter::Tool(actual), zero())
+                ..WearParameters::new(nominal, WornCutter::Tool(actual), at_zero())
             };
             let mut apart = Vec::new();
             let go_on = || ControlFlow::Continue(());
@@ -246,7 +247,7 @@ fn all_steps_at_once_are_the_steps_one_after_the_other() {
             let cc = CcParameters {
                 tolerance: Length::from_um(4.0),
                 program: in_mm(&part.setup),
-                ..CcParameters::new(actual, zero())
+                ..CcParameters::new(actual, at_zero())
             };
             let mut behind = Vec::new();
             let own = compensate(&machine, &cc, &moved.clone().into_bytes(), &mut behind, &go_on)
@@ -355,7 +356,7 @@ fn servo_lag_is_that_of_the_written_program_by_lines_of_the_upload() {
     assert_eq!(plain, output);
     assert!(report.blocks_out > report.blocks_in);
     let parameters =
-        SimulationParameters { program: in_mm(&part.setup), ..SimulationParameters::new(drives(), zero()) };
+        SimulationParameters { program: in_mm(&part.setup), ..SimulationParameters::new(drives(), at_zero()) };
     let simulated =
         simulate(&machine, &parameters, &output.clone().into_bytes(), &|| ControlFlow::Continue(()))
             .expect("a run");
@@ -406,7 +407,7 @@ fn lines_are_the_uploads_where_a_block_with_f_alone_came_in_between_the_steps() 
     let parameters = CompensationParameters {
         wear: Some(WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)))),
         cc: Some(CcStep::new(tool(5.0, 5.0))),
-        ..CompensationParameters::new(zero())
+        ..CompensationParameters::new(at_zero())
     };
     let (output, report, changes) = done(&machine, &parameters, text);
     assert!(output.contains("\nF720.\nG91 G28 Z0\n"), "{output}");
@@ -432,7 +433,7 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
         )
     };
     let text = format!("G90 G21 G94\nT1 M6\n{}T2 M6\n{}M30\n", pass(20.0), pass(30.0));
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (posted, _, _) = done(&machine, &location, &text);
     let step =
         WearStep { tool_number: Some(1), ..WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5))) };

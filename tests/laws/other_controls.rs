@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{CcParameters, CcReport, Fault, compensate};
 use trunnion::units::Length;
+use crate::models::set_ups::at_zero;
 
 const BEGIN: &str = "G21 G90 G94 G17\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n";
 /// Turns both axes enough to be divided.
@@ -14,7 +15,7 @@ const CUT_ON: &str = "G1 X50.000 Y30.000 A30.000 C30.000 F1000\n";
 fn compensated(text: &str) -> Result<(String, CcReport), Fault> {
     let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
-    let parameters = CcParameters { tolerance: Length::from_mm(0.01), ..CcParameters::new(tool, zero()) };
+    let parameters = CcParameters { tolerance: Length::from_mm(0.01), ..CcParameters::new(tool, at_zero()) };
     let mut output = Vec::new();
     let go_on = || ControlFlow::Continue(());
     let report = compensate(&machine, &parameters, &text.as_bytes().to_vec(), &mut output, &go_on)?;
@@ -144,7 +145,7 @@ fn normals_of_few_decimals_become_directions() {
         GOTO/50.000,20.000,0.000,0.4000000,0.0000000,0.9165151,0.6,0,0.8\n";
     let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
-    let parameters = CcParameters { tolerance: Length::from_mm(0.001), ..CcParameters::new(tool, zero()) };
+    let parameters = CcParameters { tolerance: Length::from_mm(0.001), ..CcParameters::new(tool, at_zero()) };
     let mut output = Vec::new();
     let go_on = || ControlFlow::Continue(());
     compensate(&machine, &parameters, &program.as_bytes().to_vec(), &mut output, &go_on)

@@ -15,6 +15,7 @@ use crate::compensation::witness;
 use crate::conversational::apt;
 use crate::models::finishing::{ac_machine, blade, dome_near_pole, impeller_flank, tool};
 use crate::models::witness::{Line, scan};
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// Half the last of four decimals in each of three words [mm].
 const ROUNDING_MM: f64 = 0.000_05 * 1.732_051 + 1e-6;
@@ -54,7 +55,7 @@ fn the_machine_reaches_every_point_with_its_tool_axis_in_both_forms() {
         let points = points(&source);
         for form in [PostForm::Tcp, PostForm::Machine] {
             let parameters =
-                PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(zero()) };
+                PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(at_zero()) };
             let (output, report) = run(&part.machine, &parameters, &source).expect("posted");
             let tables = witness(&part, form == PostForm::Tcp);
             let lines = reached(&output, tables.letters);
@@ -80,7 +81,7 @@ fn feeds_are_the_tips_under_tcp_and_times_in_machine_coordinates() {
     let part = impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3);
     let source = apt(&part).0;
     for form in [PostForm::Tcp, PostForm::Machine] {
-        let parameters = PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(zero()) };
+        let parameters = PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(at_zero()) };
         let (output, _) = run(&part.machine, &parameters, &source).expect("posted");
         let tables = witness(&part, form == PostForm::Tcp);
         let lines = reached(&output, tables.letters);
@@ -111,7 +112,7 @@ fn long_programs_are_posted_window_by_window_without_a_rewind() {
     let mut parts = trunnion::machine::Preset::by_id("ac-table").expect("a preset").parts();
     parts.rotary_axes[1].travel_deg = None;
     let machine = Machine::new(parts).expect("a machine");
-    let (output, report) = run(&machine, &PostParameters::new(zero()), &text).expect("posted");
+    let (output, report) = run(&machine, &PostParameters::new(at_zero()), &text).expect("posted");
     assert!(report.windows >= 3 && report.rewinds == 0 && report.points == 11_000, "{report:?}");
     // 220 rad are 35 turns of C, unwound.
     let lines = scan(&output, ['A', 'C']);
@@ -125,7 +126,7 @@ fn arcs_become_chords_within_their_tolerance_in_the_sense_of_their_axis() {
     for (axis, middle) in [("0,0,1.", 10.0), ("0,0,-1.", -10.0)] {
         let text =
             format!("RAPID\nGOTO/10.,0,5.\nFEDRAT/500.,MMPM\nCIRCLE/0,0,5.,{axis},10.\nGOTO/-10.,0,5.\n");
-        let (output, report) = run(&ac_machine(), &PostParameters::new(zero()), &text).expect("posted");
+        let (output, report) = run(&ac_machine(), &PostParameters::new(at_zero()), &text).expect("posted");
         let lines = reached(&output, ['A', 'C']);
         assert_eq!((report.arcs, lines.len() as u64), (1, report.points));
         let half = lines[lines.len() / 2].q;
@@ -143,13 +144,13 @@ fn arcs_become_chords_within_their_tolerance_in_the_sense_of_their_axis() {
 #[test]
 fn lines_that_cannot_be_posted_are_all_named() {
     let text = "GOTO/1,1,1\nFEDRAT/100,MMPM\nCUTCOM/LEFT\nGOTO/2,1,1\nCUTCOM/OFF\nCYCLE/DRILL,5\nGOTO/3,1,1\nCYCLE/OFF\nCIRCLE/0,0,0,0,0,1\nGOTO/9,9,1\nCSYS/0,0,1.,0,1.,0,0,0,0,1.,0,0\nGOTO/1,1,1\n";
-    let Err(Fault::Lines(faults)) = run(&ac_machine(), &PostParameters::new(zero()), text) else {
+    let Err(Fault::Lines(faults)) = run(&ac_machine(), &PostParameters::new(at_zero()), text) else {
         panic!("not refused");
     };
     let lines: Vec<u64> = faults.kept.iter().map(|fault| fault.line).collect();
     assert_eq!(lines, [1, 4, 7, 10, 12]);
     assert!(matches!(faults.kept[0].kind, LineFaultKind::NotPosted(NotPosted::NoFeed)));
-    let iso = run(&ac_machine(), &PostParameters::new(zero()), "G1 X1 F100\n");
+    let iso = run(&ac_machine(), &PostParameters::new(at_zero()), "G1 X1 F100\n");
     assert!(matches!(iso, Err(Fault::NotCutterLocationData { .. })));
     let parts = trunnion::machine::Preset::by_id("ac-table").expect("a preset").parts();
     let limited = Machine::new(parts).expect("a machine");
@@ -159,7 +160,7 @@ fn lines_that_cannot_be_posted_are_all_named() {
         writeln!(text, "GOTO/{k},1,1,0,0,1").expect("text");
     }
     text.push_str("GOTO/1,1,1,0,-0.01,-1\n");
-    let Err(Fault::Lines(faults)) = run(&limited, &PostParameters::new(zero()), &text) else {
+    let Err(Fault::Lines(faults)) = run(&limited, &PostParameters::new(at_zero()), &text) else {
         panic!("A does not reach 180 degrees");
     };
     let lines: Vec<u64> = faults.kept.iter().map(|fault| fault.line).collect();
@@ -177,21 +178,21 @@ fn blocks(text: &str, parameters: &PostParameters) -> Vec<String> {
 
 #[test]
 fn a_posted_program_leaves_the_control_in_feed_per_minute_and_without_tool_centre_point_control() {
-    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::new(zero()) };
+    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::new(at_zero()) };
     let text = "FEDRAT/100,MMPM\nGOTO/1,1,1\nGOTO/2,1,1\n";
     let written = blocks(text, &machine);
     assert_eq!(written[written.len() - 3..], ["G94", "M30", "%"]);
     let per_turn = "FEDRAT/0.1,MMPR\nGOTO/1,1,1\nGOTO/2,1,1\n";
-    let written = blocks(per_turn, &PostParameters::new(zero()));
+    let written = blocks(per_turn, &PostParameters::new(at_zero()));
     assert_eq!(written[written.len() - 4..], ["G94", "G49", "M30", "%"]);
-    let written = blocks(text, &PostParameters::new(zero()));
+    let written = blocks(text, &PostParameters::new(at_zero()));
     assert_eq!(written[written.len() - 3..], ["G49", "M30", "%"]);
     assert!(!written.iter().skip(2).any(|block| block.contains("G94")), "{written:?}");
 }
 
 #[test]
 fn the_first_cut_takes_its_feed_and_the_next_one_its_time() {
-    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::new(zero()) };
+    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::new(at_zero()) };
     // Where the machine stands before the first point nobody knows, whatever FROM/ says.
     for head in ["", "FROM/8,0,0\n"] {
         let first = blocks(&format!("{head}FEDRAT/100,MMPM\nGOTO/10,0,0\nGOTO/15,0,0\n"), &parameters);
@@ -214,7 +215,7 @@ fn the_first_cut_takes_its_feed_and_the_next_one_its_time() {
 
 /// The lines of a posted program up to the first point.
 fn opening(machine: &Machine, form: PostForm, text: &str) -> Vec<String> {
-    let parameters = PostParameters { form, ..PostParameters::new(zero()) };
+    let parameters = PostParameters { form, ..PostParameters::new(at_zero()) };
     let (output, report) = run(machine, &parameters, text).expect("posted");
     assert_eq!(report.blocks_out, output.lines().filter(|line| !line.starts_with('(')).count() as u64);
     output.lines().map(str::to_owned).collect()
@@ -249,7 +250,7 @@ fn a_posted_program_can_be_moved_where_its_first_point_is_a_rapid() {
     };
     let points = "GOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
     let moved = |text: &str| {
-        let (posted, _) = run(&ac_machine(), &PostParameters::new(zero()), text).expect("posted");
+        let (posted, _) = run(&ac_machine(), &PostParameters::new(at_zero()), text).expect("posted");
         let (source, mut output) = (posted.into_bytes(), Vec::new());
         compensate_wear(&ac_machine(), &shorter, &source, &mut output, &|| ControlFlow::Continue(()))
             .map(|_| String::from_utf8(output).expect("text"))
@@ -304,7 +305,7 @@ fn the_axis_that_is_nearest_to_the_tool_comes_last() {
 #[test]
 fn where_a_from_behind_a_point_says_the_tool_is_no_way_of_the_machine_is_left_out_or_made_faster() {
     for form in [PostForm::Tcp, PostForm::Machine] {
-        let parameters = PostParameters { form, ..PostParameters::new(zero()) };
+        let parameters = PostParameters { form, ..PostParameters::new(at_zero()) };
         for from in ["100,0,0", "99.99,0,0", "100,0,0.0003", "0,0,50", "700,0,0"] {
             let text = format!(
                 "FEDRAT/100,MMPM\nGOTO/0,0,50\nFROM/{from}\nGOTO/100,0,0\nGOTO/200,0,0\nGOTO/200,0,0\n"
@@ -326,7 +327,7 @@ fn where_a_from_behind_a_point_says_the_tool_is_no_way_of_the_machine_is_left_ou
 
 #[test]
 fn steps_that_are_each_too_short_for_a_block_are_no_way_left_out() {
-    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::new(zero()) };
+    let parameters = PostParameters { form: PostForm::Machine, ..PostParameters::new(at_zero()) };
     let mut text = "FEDRAT/100,MMPM\nGOTO/0,0,0\n".to_owned();
     // Half a circle with a radius of 0.1 mm in steps under half the last decimal.
     let steps = 8_000;
@@ -345,7 +346,7 @@ fn stops_dwells_spindle_and_coolant_are_words_in_their_place() {
     let text = "SPINDL/RPM,900,CCLW\nCOOLNT/FLOOD\nFEDRAT/100,MMPM\nGOTO/1,0,0\nOPSTOP\nDELAY/1.5\nGOTO/2,0,0\nSTOP\n\
                 GOTO/3,0,0\nSPINDL/OFF\nFINI\nSTOP\n";
     for form in [PostForm::Tcp, PostForm::Machine] {
-        let parameters = PostParameters { form, ..PostParameters::new(zero()) };
+        let parameters = PostParameters { form, ..PostParameters::new(at_zero()) };
         let written = blocks(text, &parameters);
         let (_, report) = run(&ac_machine(), &parameters, text).expect("posted");
         assert_eq!((report.words, report.notes, report.blocks_out), (6, 0, written.len() as u64));
@@ -369,18 +370,18 @@ fn stops_dwells_spindle_and_coolant_are_words_in_their_place() {
 
 #[test]
 fn a_cut_too_quick_for_any_control_is_refused_and_a_note_ends_no_tape() {
-    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::new(zero()) };
+    let machine = PostParameters { form: PostForm::Machine, ..PostParameters::new(at_zero()) };
     let text = "FEDRAT/1000000000,MMPM\nGOTO/0,0,0\nGOTO/0.001,0,0\nGOTO/9,0,0\n";
     let Err(Fault::Lines(faults)) = run(&ac_machine(), &machine, text) else { panic!("posted") };
     assert_eq!(faults.kept.iter().map(|fault| fault.line).collect::<Vec<_>>(), [2, 3, 4]);
     let text = "PPRINT/ 5 % OF IT; ALL\nFEDRAT/100,MMPM\nGOTO/0,0,0\n";
-    let (noted, _) = run(&ac_machine(), &PostParameters::new(zero()), text).expect("posted");
+    let (noted, _) = run(&ac_machine(), &PostParameters::new(at_zero()), text).expect("posted");
     assert!(noted.contains("\n(PPRINT/ 5   OF IT  ALL)\n"), "{noted}");
 }
 
 /// The lines refused, with the reason of the first; none where the program is posted.
 fn refused(text: &str) -> (Vec<u64>, Option<LineFaultKind>) {
-    match run(&ac_machine(), &PostParameters::new(zero()), text) {
+    match run(&ac_machine(), &PostParameters::new(at_zero()), text) {
         Err(Fault::Lines(faults)) => {
             let lines = faults.kept.iter().map(|fault| fault.line).collect();
             (lines, faults.kept.first().map(|fault| fault.kind.clone()))
@@ -410,7 +411,7 @@ fn another_tool_behind_a_cut_is_refused_and_the_one_before_it_is_not() {
         format!("LOADTL/7\nCUTTER/2\n{head}GOTO/2,0,0\n"),
         format!("RAPID\nGOTO/0,0,9\n{head}TURRET/1\nCUTTER/ 10\nGOTO/2,0,0\nUNLOAD/1\n"),
     ] {
-        run(&ac_machine(), &PostParameters::new(zero()), &sound).expect("one tool");
+        run(&ac_machine(), &PostParameters::new(at_zero()), &sound).expect("one tool");
     }
 }
 
@@ -429,7 +430,7 @@ fn a_circle_whose_radius_is_not_that_of_its_ends_is_refused() {
     let half = "FEDRAT/100,MMPM\nGOTO/0,0,10\nCIRCLE/.5,0,10,0,0,1,.5\nGOTO/1,0,10\n";
     assert_eq!(refused(half).0, [0_u64; 0]);
     for sound in [",10.009", ",10,0.06,0.5", "", ","] {
-        let (_, report) = run(&ac_machine(), &PostParameters::new(zero()), &arc(sound)).expect("an arc");
+        let (_, report) = run(&ac_machine(), &PostParameters::new(at_zero()), &arc(sound)).expect("an arc");
         assert_eq!(report.arcs, 1, "{sound}");
     }
 }
@@ -461,7 +462,7 @@ fn a_feed_behind_rapid_keeps_the_next_point_at_feed() {
         ("COOLNT/ON\n", true),
     ] {
         let text = format!("FEDRAT/200,MMPM\nGOTO/0,0,5\nRAPID\n{between}GOTO/9,0,5\n");
-        let (output, _) = run(&ac_machine(), &PostParameters::new(zero()), &text).expect("posted");
+        let (output, _) = run(&ac_machine(), &PostParameters::new(at_zero()), &text).expect("posted");
         let last = output.lines().rfind(|line| line.contains("X9")).expect("the point");
         assert_eq!(last.contains("G0"), rapid, "{output}");
     }
@@ -470,7 +471,7 @@ fn a_feed_behind_rapid_keeps_the_next_point_at_feed() {
 #[test]
 fn what_stands_behind_the_end_is_counted() {
     let text = "FEDRAT/100,MMPM\nGOTO/0,0,5\nEND\nGOTO/9,0,5\n\nSTOP\nFINI\n";
-    let (output, report) = run(&ac_machine(), &PostParameters::new(zero()), text).expect("posted");
+    let (output, report) = run(&ac_machine(), &PostParameters::new(at_zero()), text).expect("posted");
     assert!(!output.contains("X9"), "{output}");
     assert_eq!((report.points, report.blocks_after_end, report.end_line), (1, 2, Some(3)));
 }

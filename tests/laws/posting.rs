@@ -22,13 +22,15 @@ use super::one_pass::{TURNED_RAD, angle, displaced, done, run, with_setup};
 use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{ac_machine, blade, tool};
 use crate::models::witness::{Tables, scan};
+use crate::models::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 #[test]
 fn a_table_that_turns_with_the_tool_upright_still_turns() {
     let machine = with_errors(&ac_machine(), errors());
     let text = "G90 G21 G94\nG0 X40.0000 Y5.0000 Z20.0000 A0.0000 C0.0000\nG1 X42.0000 F800\nC90.0000\nX44.0000 Y6.0000\n\
                 C400.0000\nA0.0020 C401.0000\nA20.0000\nA0.0030 C402.0000\nC500.0000\nM30\n";
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (output, report, _) = done(&machine, &location, text);
     let part = blade(ac_machine(), tool(5.0, 5.0), 3, 1);
     let meant = Tables { offset: Vec3::zeros(), ..witness(&part, false) };
@@ -81,7 +83,7 @@ fn under_tool_centre_point_control_rotary_words_alone_are_posted_in_every_dialec
         let location = CompensationParameters {
             location_errors: true,
             program: ProgramSetup { dialect: Some(dialect), ..zero() },
-            ..CompensationParameters::new(zero())
+            ..CompensationParameters::new(at_zero())
         };
         let (output, report, changes) = done(&machine, &location, text);
         assert_eq!((report.dialect, changes.len()), (dialect, 3), "{output}");
@@ -117,7 +119,7 @@ fn under_tool_centre_point_control_rotary_words_alone_are_posted_in_every_dialec
     let location = CompensationParameters {
         location_errors: true,
         program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
-        ..CompensationParameters::new(zero())
+        ..CompensationParameters::new(at_zero())
     };
     let vectors = "G90 G71 G94\nTRAORI\nG1 X0.0000 Y0.0000 Z20.0000 A3=0.1 B3=0.2 C3=0.95 F800\n\
                    X5.0000 A3=0.11 B3=0.21 C3=0.95\nM30\n";
@@ -138,7 +140,7 @@ fn words_with_a_sense_of_their_own_lead_where_plain_ones_do() {
             wear: wear.filter(|_| !location_errors),
             location_errors,
             program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
-            ..CompensationParameters::new(zero())
+            ..CompensationParameters::new(at_zero())
         };
         done(machine, &parameters, text).0
     };
@@ -186,7 +188,7 @@ fn places(text: &str) -> Vec<[f64; 5]> {
 }
 
 fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     match run(machine, &parameters, text) {
         Err(Fault::Lines(faults)) => faults.kept.into_iter().map(|fault| (fault.line, fault.kind)).collect(),
         other => panic!("{other:?}"),
@@ -234,7 +236,7 @@ fn what_cannot_be_posted_anew_is_refused_by_line() {
 #[test]
 fn increments_inches_and_absent_words_are_posted_as_absolute_millimetres_are() {
     let machine = with_errors(&ac_machine(), errors());
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let absolute = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y2.0000 Z21.0000 A-30.0000 C0.0000 F800\nX20.0000 A-35.0000 C5.0000\nX30.0000 Y5.0000 Z19.0000\nM30\n";
     let increments = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG91 G1 X10.0000 Y2.0000 Z1.0000 F800\nX10.0000 A-5.0000 C5.0000\nX10.0000 Y3.0000 Z-2.0000\nM30\n";
     let (by_words, report, _) = done(&machine, &location, absolute);

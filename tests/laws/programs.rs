@@ -13,6 +13,8 @@ use trunnion::program::Dialect;
 use trunnion::units::{Feedrate, Length};
 
 use crate::models::finishing::{ac_machine, tool};
+use crate::models::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 /// A long first block that has to be divided.
 const START: &str = "G1 X0.000 Y0.000 Z5.000 A10.000 C0.000 F1000\n";
@@ -30,7 +32,7 @@ fn with(parameters: &CcParameters, program: &str) -> Result<(String, CcReport), 
 }
 
 fn done(program: &str) -> (String, CcReport) {
-    with(&CcParameters::new(ball(), zero()), program).unwrap_or_else(|fault| panic!("{program}{fault:?}"))
+    with(&CcParameters::new(ball(), at_zero()), program).unwrap_or_else(|fault| panic!("{program}{fault:?}"))
 }
 
 fn feed_of(line: &str) -> Option<f64> {
@@ -93,7 +95,7 @@ fn coarse_blocks_use_the_decimals_that_the_program_has_elsewhere() {
     let fine = format!("{coarse}G1 X12.345 Y0. Z5. A12. C25.123\nM30\n");
     assert!(done(&fine).1.after.max_mm <= 0.010);
     // Without a finer word anywhere the tolerance is out of reach, and the value that is not comes back.
-    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball(), zero()), &format!("{coarse}M30\n"))
+    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball(), at_zero()), &format!("{coarse}M30\n"))
     else {
         panic!("whole millimetres cannot keep 10 µm");
     };
@@ -103,7 +105,7 @@ fn coarse_blocks_use_the_decimals_that_the_program_has_elsewhere() {
     assert!(reachable_um > 10.0);
     assert_eq!(faults.kept[0].line, 2);
     let loose =
-        CcParameters { tolerance: Length::from_um(reachable_um * 1.01), ..CcParameters::new(ball(), zero()) };
+        CcParameters { tolerance: Length::from_um(reachable_um * 1.01), ..CcParameters::new(ball(), at_zero()) };
     assert!(with(&loose, &format!("{coarse}M30\n")).is_ok());
 }
 
@@ -136,11 +138,11 @@ fn a_feed_parameter_counts_where_the_program_has_none() {
     assert_eq!(report.warnings.iter().filter(|warning| warning.kind.name() == "no_feed").count(), 1);
     let given = CcParameters {
         program: ProgramSetup { feed: Some(Feedrate::from_mm_per_min(1500.5)), ..zero() },
-        ..CcParameters::new(ball(), zero())
+        ..CcParameters::new(ball(), at_zero())
     };
     let (output, _) = with(&given, &program).expect("compensated");
     assert!(output.contains("G1 X21.000 F1500.5"), "{output}");
-    let interpolated = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(ball(), zero()) };
+    let interpolated = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(ball(), at_zero()) };
     let Err(Fault::Lines(faults)) = with(&interpolated, &program) else { panic!("needs a feed") };
     assert_eq!(faults.kept[0].kind, LineFaultKind::NoFeed);
 }
@@ -148,7 +150,7 @@ fn a_feed_parameter_counts_where_the_program_has_none() {
 #[test]
 fn one_bad_contact_is_one_fault() {
     let csv = "X,Y,Z,A,C,nx,ny,nz\n0,0,5,0,0,0,0,1\n1,0,5,0,0,0,0,-1\n2,0,5,0,0,0,0,1\n3,0,5,0,0,0,0,1\n";
-    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball(), zero()), csv) else {
+    let Err(Fault::Lines(faults)) = with(&CcParameters::new(ball(), at_zero()), csv) else {
         panic!("an undercut")
     };
     assert_eq!((faults.total, faults.kept[0].line), (1, 3));
@@ -166,7 +168,7 @@ fn what_a_program_costs_is_bounded() {
     let parameters = CcParameters {
         output: OutputForm::Interpolated,
         budget: Budget { max_blocks_out: 1000, ..Budget::default() },
-        ..CcParameters::new(ball(), zero())
+        ..CcParameters::new(ball(), at_zero())
     };
     // Five minutes of two-millisecond steps in one block, a thousand blocks allowed.
     assert!(matches!(
@@ -181,7 +183,7 @@ fn what_a_program_costs_is_bounded() {
     assert!(matches!(faults.kept[0].kind, LineFaultKind::TooManyParts { .. }));
     let cancelled = compensate(
         &ac_machine(),
-        &CcParameters::new(ball(), zero()),
+        &CcParameters::new(ball(), at_zero()),
         &format!("{START}{LONG}").into_bytes(),
         &mut Vec::new(),
         &|| ControlFlow::Break(()),
@@ -195,7 +197,7 @@ fn a_contact_that_swings_round_the_tool_is_left_alone() {
     let program = "G1 X0.000 Y0.000 Z5.000 A1.000 C0.000 F1000\nY15.000\nY30.000 A-1.000\nY45.000\nM30\n";
     let flat = CcParameters {
         program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
-        ..CcParameters::new(tool(8.0, 0.0), zero())
+        ..CcParameters::new(tool(8.0, 0.0), at_zero())
     };
     let (output, report) = with(&flat, program).expect("compensated");
     assert_eq!(output, program);
@@ -214,7 +216,7 @@ fn contact_words_go_on_from_the_last_ones_stated() {
              X20.0000 Y10.0000 A-35.0000 C20.0000 U1.0000 V2.0000 W3.0000\nM30\n"
         )
     };
-    let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(), zero()) };
+    let parameters = CcParameters { contact: ContactSource::Tip, ..CcParameters::new(ball(), at_zero()) };
     let (output, report) = with(&parameters, &program(" U0.0000 V0.0000 W0.0000")).expect("a program");
     assert!(report.blocks_out > report.blocks_in, "{report:?}");
     let u: Vec<f64> = output
@@ -315,7 +317,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
     ] {
         let parameters = CcParameters {
             program: ProgramSetup { dialect: Some(dialect), ..zero() },
-            ..CcParameters::new(ball(), zero())
+            ..CcParameters::new(ball(), at_zero())
         };
         match with(&parameters, text) {
             Err(Fault::NothingFollowed { .. } | Fault::NoMotion | Fault::Program(_)) => {}
@@ -331,7 +333,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
     ] {
         let parameters = CcParameters {
             program: ProgramSetup { dialect: Some(Dialect::Iso), ..zero() },
-            ..CcParameters::new(ball(), zero())
+            ..CcParameters::new(ball(), at_zero())
         };
         let (output, report) = with(&parameters, text).unwrap_or_else(|fault| panic!("{text}{fault:?}"));
         assert!(output == text && report.motions_checked == 0);
@@ -342,7 +344,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
 fn whether_to_go_on_is_asked_within_a_single_dear_block() {
     let asked = AtomicU64::new(0);
     let turns = format!("{START}G91 G1 A25.000 C9000.000\nM30\n").into_bytes();
-    let parameters = CcParameters { tolerance: Length::from_um(5.0), ..CcParameters::new(ball(), zero()) };
+    let parameters = CcParameters { tolerance: Length::from_um(5.0), ..CcParameters::new(ball(), at_zero()) };
     let machine = ac_machine();
     let run = |most: u64| {
         asked.store(0, Ordering::Relaxed);
@@ -373,7 +375,7 @@ fn a_line_that_is_too_long_is_named_by_its_number_behind_lines_that_were_only_gl
         let rows = 20_000;
         let text = format!("{head}{}{}{end}{row}", row.repeat(rows), "X1 ".repeat(40_000));
         let line = head.lines().count() + rows + 1;
-        match with(&CcParameters::new(ball(), zero()), &text) {
+        match with(&CcParameters::new(ball(), at_zero()), &text) {
             Err(Fault::Unreadable(fault)) => {
                 let told = fault.to_string();
                 assert!(told.contains(&line.to_string()), "{told}: it is line {line}");

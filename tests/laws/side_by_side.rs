@@ -12,6 +12,7 @@ use trunnion::units::Length;
 use trunnion::wear::SideBySide;
 
 use crate::models::finishing::{ac_machine, tool};
+use crate::models::set_ups::at_zero;
 
 /// Parts in threads of their own, or the last one first.
 enum Hands {
@@ -71,10 +72,10 @@ fn go_on() -> ControlFlow<()> {
 fn threads_and_their_order_change_nothing() {
     let machine = ac_machine();
     let fine =
-        CcParameters { tolerance: Length::from_mm(0.002), ..CcParameters::new(tool(5.0, 5.0), zero()) };
+        CcParameters { tolerance: Length::from_mm(0.002), ..CcParameters::new(tool(5.0, 5.0), at_zero()) };
     // So many steps a block that a stretch is handed over in pieces.
     let steps =
-        CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(tool(5.0, 5.0), zero()) };
+        CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(tool(5.0, 5.0), at_zero()) };
     for (text, parameters) in [(program(18_000, 50, 3000), &fine), (program(9_000, 4, 150), &steps)] {
         let mut alone = Vec::new();
         let report = compensate(&machine, parameters, &text, &mut alone, &go_on).expect("compensated");
@@ -93,7 +94,7 @@ fn threads_and_their_order_change_nothing_for_a_worn_cutter() {
     let machine = ac_machine();
     let worn = WornCutter::Tool(tool(4.9, 4.9));
     let contact = ContactSource::FeedPlane;
-    let parameters = WearParameters { contact, ..WearParameters::new(tool(5.0, 5.0), worn, zero()) };
+    let parameters = WearParameters { contact, ..WearParameters::new(tool(5.0, 5.0), worn, at_zero()) };
     let text = program(9_000, 50, 3000);
     let mut alone = Vec::new();
     let report = compensate_wear(&machine, &parameters, &text, &mut alone, &go_on).expect("compensated");
@@ -134,7 +135,7 @@ fn breaking(left: &AtomicU64) -> ControlFlow<()> {
 fn a_refused_program_is_refused_however_long_it_is() {
     let text = program(9_000, 50, 3000);
     let refusable = [&text[..HEAD], b"G4 X\n", &text[HEAD..]].concat();
-    let mut parameters = CcParameters::new(tool(5.0, 5.0), zero());
+    let mut parameters = CcParameters::new(tool(5.0, 5.0), at_zero());
     parameters.budget.max_blocks_out = 5_000;
     let refused = compensate(&ac_machine(), &parameters, &refusable, &mut Vec::new(), &go_on);
     assert!(matches!(refused, Err(Fault::Program(_))), "{refused:?}");
@@ -147,7 +148,7 @@ fn a_fault_at_the_end_of_a_long_program_is_named_as_in_a_short_one() {
     let mut text = program(9_000, 50, 3000);
     text.truncate(text.len() - 6);
     text.extend_from_slice(b"G1 X900000 A10\nX1 F0.0000001 C359\nG4 X\n");
-    let parameters = CcParameters::new(tool(5.0, 5.0), zero());
+    let parameters = CcParameters::new(tool(5.0, 5.0), at_zero());
     let machine = ac_machine();
     let faults: Vec<_> = [None, Some(Hands::Threads), Some(Hands::Reversed)]
         .into_iter()
@@ -171,7 +172,7 @@ fn a_fault_at_the_end_of_a_long_program_is_named_as_in_a_short_one() {
 fn stop_is_asked_all_along() {
     // Asked at least once for every batch of 512 blocks in each of survey and work.
     let text = program(9_000, 50, 3000);
-    let parameters = CcParameters::new(tool(5.0, 5.0), zero());
+    let parameters = CcParameters::new(tool(5.0, 5.0), at_zero());
     let asked = AtomicU64::new(0);
     let counting = || {
         asked.fetch_add(1, Ordering::Relaxed);

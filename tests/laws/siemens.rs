@@ -12,6 +12,7 @@ use trunnion::process::{
 };
 use trunnion::program::{Batch, Diagnostics, Dialect, MAX_MAGNITUDE, ReadLimits, Reader};
 use trunnion::units::Length;
+use crate::models::set_ups::at_zero;
 
 fn machine(id: &str) -> Machine {
     Machine::new(Preset::by_id(id).expect("a preset").parts()).expect("a machine")
@@ -22,7 +23,7 @@ fn run(id: &str, tolerance_um: f64, text: &str) -> (String, CcReport) {
     let parameters = CcParameters {
         contact: ContactSource::FeedPlane,
         tolerance: Length::from_um(tolerance_um),
-        ..CcParameters::new(tool, zero())
+        ..CcParameters::new(tool, at_zero())
     };
     let mut output = Vec::new();
     let report = compensate(&machine(id), &parameters, &text.as_bytes().to_vec(), &mut output, &|| {
@@ -142,7 +143,7 @@ fn every_form_of_a_word_means_what_plain_words_mean_and_is_compensated_alike() {
         let parameters = CcParameters {
             contact: ContactSource::FeedPlane,
             tolerance: Length::from_um(tolerance_um),
-            ..CcParameters::new(tool(6.0, 1.5), zero())
+            ..CcParameters::new(tool(6.0, 1.5), at_zero())
         };
         let go_on = || ControlFlow::Continue(());
         let mut over = 0;
@@ -155,7 +156,7 @@ fn every_form_of_a_word_means_what_plain_words_mean_and_is_compensated_alike() {
         });
         assert!(over > 0, "{}", texts[0]);
         assert_same("contact path", [&outputs[0], &outputs[1]]);
-        let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), zero());
+        let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), at_zero());
         let outputs = texts.map(|text| {
             let mut output = Vec::new();
             compensate_wear(&machine, &parameters, &text.as_bytes().to_vec(), &mut output, &go_on)

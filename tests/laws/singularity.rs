@@ -16,6 +16,7 @@ use trunnion::wear::OneAfterAnother;
 use crate::models::axes_witness::{Axes, Move, angle_deg, off_line, on_circle};
 use crate::models::finishing::{self, FeedForm, Form, ac_machine, dome_near_pole};
 use crate::models::pole_passes::{PassShape, PolePass, pole_pass};
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// Machines with a pole: tables, heads, both, and three nutating ones.
 const LAYOUTS: [&str; 7] = [
@@ -37,7 +38,7 @@ const TIME_SHARE: f64 = 0.006;
 const SAMPLES: usize = 20;
 
 fn treat(pass: &PolePass, singularity: &SingularityParameters) -> Result<(String, SingularityReport), Fault> {
-    let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, zero()) };
+    let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, at_zero()) };
     let mut output = Vec::new();
     let source = pass.text.clone().into_bytes();
     let go_on = || ControlFlow::Continue(());
@@ -285,7 +286,7 @@ fn contacts_stay_where_the_words_put_them_when_the_tool_leans_otherwise() {
             let part = dome_near_pole(ac_machine(), tool, 41, 3);
             let text = part.program(form, FeedForm::PerMinute);
             let parameters =
-                CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, zero()) };
+                CcParameters { program: in_mm(&part.setup), ..CcParameters::new(part.tool, at_zero()) };
             let singularity = SingularityParameters {
                 axis_tolerance: Angle::from_deg(0.3),
                 ..SingularityParameters::new(SingularityAction::Smooth)
@@ -379,7 +380,7 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
         );
         let singularity = SingularityParameters::new(action);
         let (between, treated) = treat(&pass, &singularity).expect("treated");
-        let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, zero()) };
+        let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, at_zero()) };
         let go_on = || ControlFlow::Continue(());
         let mut apart = Vec::new();
         let source = between.clone().into_bytes();
@@ -471,7 +472,7 @@ fn beside_a_point_without_a_normal_none_is_made_up() {
     // Found by fuzzing: what lay between was not a number.
     let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
-    let parameters = CcParameters::new(tool, zero());
+    let parameters = CcParameters::new(tool, at_zero());
     let densify = SingularityParameters::new(SingularityAction::Densify);
     let go_on = || ControlFlow::Continue(());
     for [from, to] in [["0,0,0", "0,0.1,0.99"], ["0,0.1,0.99", "0,0,0"], ["0,0,0", "0,0,0"]] {

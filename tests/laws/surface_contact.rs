@@ -17,6 +17,7 @@ use trunnion::units::Length;
 
 use crate::models::finishing::{FeedForm, Finishing, Form, ac_machine, patch, tool};
 use crate::models::tessellation::facets;
+use crate::models::set_ups::{at_zero, in_mm};
 
 /// Words of four decimals on three axes, in both programs [mm].
 const WORDS_MM: f64 = 2.0 * 0.866_025_404e-4;
@@ -117,7 +118,7 @@ fn a_worn_cutter_moves_by_the_surface_as_by_its_normals() {
             assert!(own < case.normal_error, "{}: {own:e}", case.name);
             let text = part.program(Form::NormalTable, FeedForm::PerMinute);
             let by = |contact, given: Option<&PartSurface>| {
-                let setup = WearParameters::new(nominal, WornCutter::Tool(actual), zero());
+                let setup = WearParameters::new(nominal, WornCutter::Tool(actual), at_zero());
                 let parameters =
                     WearParameters { contact, program: in_mm(&part.setup), part: given.cloned(), ..setup };
                 worn(&part, &parameters, &text).unwrap_or_else(|fault| panic!("{}: {fault:?}", case.name))
@@ -159,7 +160,7 @@ fn a_compensated_path_keeps_its_contacts_by_the_surface_as_by_its_normals() {
                     program: in_mm(&part.setup),
                     part: given.cloned(),
                     tolerance: Length::from_um(3.0),
-                    ..CcParameters::new(nominal, zero())
+                    ..CcParameters::new(nominal, at_zero())
                 };
                 let mut output = Vec::new();
                 let source = text.as_bytes().to_vec();
@@ -208,7 +209,7 @@ fn a_roof_has_no_curvature_along_its_ridge() {
     let parameters = WearParameters {
         contact: ContactSource::Surface,
         part: Some(surface),
-        ..WearParameters::new(part.tool, WornCutter::Tool(tool(1.9, 1.9)), zero())
+        ..WearParameters::new(part.tool, WornCutter::Tool(tool(1.9, 1.9)), at_zero())
     };
     let text = "G90 G21 G94\nG0 X0 Y-20 Z30 A0 C0\nG1 Z0 F500\nG1 Y0\nG1 Y20\nG0 Z30\nM30\n";
     let (_, report) = worn(&part, &parameters, text).unwrap();
@@ -231,7 +232,7 @@ fn where_nothing_touches_only_the_length_moves_a_point() {
     let parameters = WearParameters {
         program: in_mm(&part.setup),
         part: Some(surface),
-        ..WearParameters::new(part.tool, worn_ball, zero())
+        ..WearParameters::new(part.tool, worn_ball, at_zero())
     };
     let (output, report) = worn(&part, &parameters, &text).unwrap();
     // by itself: no contact words, no normals, but a surface

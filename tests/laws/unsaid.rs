@@ -18,6 +18,8 @@ use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{ac_machine, tool};
 use crate::models::pole_passes;
 use crate::one_pass;
+use crate::models::set_ups::at_zero;
+use trunnion::process::ProgramSetup;
 
 /// A block that has to be divided, behind its start.
 const DIVIDED: &str =
@@ -27,7 +29,7 @@ fn compensated(text: &str) -> String {
     let mut output = Vec::new();
     let source = text.as_bytes().to_vec();
     let go_on = || ControlFlow::Continue(());
-    compensate(&ac_machine(), &CcParameters::new(tool(5.0, 5.0), zero()), &source, &mut output, &go_on)
+    compensate(&ac_machine(), &CcParameters::new(tool(5.0, 5.0), at_zero()), &source, &mut output, &go_on)
         .unwrap_or_else(|fault| panic!("{text}{fault:?}"));
     String::from_utf8(output).expect("text")
 }
@@ -133,7 +135,7 @@ fn treated_regions_give_the_feed_back_before_its_meaning_changes() {
 }
 
 fn tip_parameters() -> CcParameters {
-    CcParameters::new(tool(5.0, 5.0), zero())
+    CcParameters::new(tool(5.0, 5.0), at_zero())
 }
 
 #[test]
@@ -147,7 +149,7 @@ fn lines_that_were_put_in_twice_lead_to_those_of_the_upload() {
         location_errors: true,
         singularity: Some(regions(SingularityAction::Densify)),
         cc: Some(CcStep { contact: ContactSource::Tip, ..CcStep::new(tool(5.0, 5.0)) }),
-        ..CompensationParameters::new(zero())
+        ..CompensationParameters::new(at_zero())
     };
     let (output, report, changes) = one_pass::done(&machine, &parameters, &text);
     assert!(report.singularity.as_ref().is_some_and(|found| found.blocks_inserted > 10), "{report:?}");
@@ -173,7 +175,7 @@ fn moved_table(offset_mm: Vec3) -> Machine {
 
 #[test]
 fn an_arc_whose_centre_stays_is_not_moved_away_from_it() {
-    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(zero()) };
+    let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let head = "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\nL X+8.000 Y+0.000 Z+0.000 A+0.000 C+90.000 R0 F500\n";
     let program = |arc: &str| format!("{head}{arc}END PGM T MM\n");
     let sideways = moved_table(Vec3::new(0.04, 0.0, 0.0));
@@ -196,7 +198,7 @@ fn an_arc_whose_centre_stays_is_not_moved_away_from_it() {
     let shorter = WearParameters {
         contact: ContactSource::FeedPlane,
         shorter_by: Length::from_mm(0.25),
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 4.5)), zero())
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 4.5)), at_zero())
     };
     let moved = worn(&shorter, text);
     assert!(matches!(moved, Err(Fault::Lines(_))), "{moved:?}");
@@ -214,7 +216,7 @@ fn a_tool_that_only_t_puts_in_and_another_edge_are_another_cutter() {
     let by_feed = WearParameters {
         contact: ContactSource::FeedPlane,
         program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero())
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero())
     };
     let pass =
         |x: u32| format!("G0 X{x}.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n");
@@ -274,7 +276,7 @@ fn an_arc_between_two_points_that_are_one_but_for_the_last_decimal_is_refused() 
         let mut output = Vec::new();
         let go_on = || ControlFlow::Continue(());
         let source = text.into_bytes();
-        post(&ac_machine(), &PostParameters::new(zero()), &source, &mut output, &go_on)
+        post(&ac_machine(), &PostParameters::new(at_zero()), &source, &mut output, &go_on)
             .map(|report| report.points)
     };
     for y in ["0.0001", "-0.0001", "0.0002"] {

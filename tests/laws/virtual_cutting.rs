@@ -14,6 +14,7 @@ use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
 
 use super::machines::{direction, preset_machine, vector};
+use crate::models::set_ups::at_zero;
 
 /// Needles that meet the cutter's surface at a small angle find their entry to a multiple of 1e-8 mm; words have nine
 /// decimals [mm].
@@ -207,7 +208,7 @@ proptest! {
         count in 1..40_usize,
         is_reversed in any::<bool>(),
     ) {
-        let parameters = VerificationParameters::new(tool, zero());
+        let parameters = VerificationParameters::new(tool, at_zero());
         let (samples, text) = (patch(), text(&machine, &points));
         let whole = cut(&machine, &parameters, &samples, &text);
         let shared = cut_in(&machine, &parameters, &samples, &text, &Parts { count, is_reversed });
@@ -225,7 +226,7 @@ proptest! {
         let there = |passes: &[Vec<Words>]| -> Vec<Words> {
             passes.iter().flat_map(|pass| [lifted(pass[0]), pass[0], pass[1], lifted(pass[1])]).collect()
         };
-        let parameters = VerificationParameters::new(tool, zero());
+        let parameters = VerificationParameters::new(tool, at_zero());
         let samples = bunches(FOUND_MM);
         let straight = cut(&machine, &parameters, &samples, &text(&machine, &there(&passes)));
         let mut turned = passes;
@@ -241,7 +242,7 @@ proptest! {
         points in points(6..20),
         kept in 2..6_usize,
     ) {
-        let parameters = VerificationParameters::new(tool, zero());
+        let parameters = VerificationParameters::new(tool, at_zero());
         let samples = patch();
         let few = heights(&cut(&machine, &parameters, &samples, &text(&machine, &points[..kept])));
         let many = heights(&cut(&machine, &parameters, &samples, &text(&machine, &points)));
@@ -261,7 +262,7 @@ proptest! {
     ) {
         let apart_mm = APART * (0.01 + 0.000_5);
         let samples = bunches(apart_mm);
-        let mut parameters = VerificationParameters::new(tool, zero());
+        let mut parameters = VerificationParameters::new(tool, at_zero());
         let text = if is_tcp {
             text(&machine, &points)
         } else {
@@ -284,7 +285,7 @@ proptest! {
     ) {
         let apart_mm = APART * 2.0 * 0.000_5;
         let samples = bunches(apart_mm);
-        let parameters = VerificationParameters::new(tool, zero());
+        let parameters = VerificationParameters::new(tool, at_zero());
         let points = if is_tcp { points } else { as_axis_words(&machine, &points) };
         let codes = if is_tcp { "G90 G21 G43.4 H1\n" } else { "G90 G21 G49\n" };
         let whole = cut(&machine, &parameters, &samples, &with_codes(codes, &machine, &points));
@@ -324,7 +325,7 @@ proptest! {
             (to[3], to[4]) = (from[3], from[4]);
         }
         let cutting_length_mm = tool.corner_radius().mm() + length_share * tool.radius().mm();
-        let mut parameters = VerificationParameters::new(tool, zero());
+        let mut parameters = VerificationParameters::new(tool, at_zero());
         parameters.cutting_length = Some(Length::from_mm(cutting_length_mm));
         parameters.stock = Length::from_mm(stock_mm);
         let found = cut(&machine, &parameters, &samples, &text(&machine, &[from, to]));

@@ -27,6 +27,8 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool, wall,
 };
 use crate::models::witness::{Line, Tables, scan};
+use crate::models::set_ups::{at_zero, in_mm};
+use trunnion::process::ProgramSetup;
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
 /// words of four decimals give [mm].
@@ -41,7 +43,7 @@ const TIME_SHARE: f64 = 0.006;
 fn worn(part: &Finishing, actual: Tool) -> WearParameters {
     WearParameters {
         program: in_mm(&part.setup),
-        ..WearParameters::new(part.tool, WornCutter::Tool(actual), zero())
+        ..WearParameters::new(part.tool, WornCutter::Tool(actual), at_zero())
     }
 }
 
@@ -282,7 +284,7 @@ fn ball_by_feed(shape: (f64, f64)) -> WearParameters {
     let worn = WornCutter::Tool(tool(actual, actual));
     WearParameters {
         contact: ContactSource::FeedPlane,
-        ..WearParameters::new(tool(nominal, nominal), worn, zero())
+        ..WearParameters::new(tool(nominal, nominal), worn, at_zero())
     }
 }
 
@@ -293,7 +295,7 @@ fn a_block_that_only_turned_keeps_its_time_when_it_gains_a_path() {
                 C15.000 U9.000 V-4.330 W22.500\nX12.000 C16.000 U11.000 V-4.330 W22.500\n\
                 G65 P9010\nM30\n";
     let nominal = tool(5.0, 5.0);
-    let parameters = WearParameters::new(nominal, WornCutter::Tool(tool(4.5, 4.5)), zero());
+    let parameters = WearParameters::new(nominal, WornCutter::Tool(tool(4.5, 4.5)), at_zero());
     let (output, report) = plain(&parameters, &text.replace("G65 P9010\n", "")).expect("a program");
     let lines: Vec<&str> = output.lines().collect();
     assert_eq!(report.feeds_lowered, 1, "{output}");
@@ -330,7 +332,7 @@ fn a_block_that_only_turned_keeps_its_time_when_it_gains_a_path() {
 fn a_feed_lowered_at_the_end_is_given_back_to_a_call() {
     let text = "G90 G21 G94\nG1 X10.000 Y0.000 Z20.000 A-30.000 C0.000 U10.000 V-4.330 W22.500 F720.\n\
                 C15.000 U9.000 V-4.330 W22.500\nG0 Z100.000\nX10.000 Y0.000\nG65 P9010\nM30\n";
-    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
+    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero());
     let (output, report) = plain(&parameters, text).expect("a program");
     assert!(output.contains("\nF720.\nG65 P9010\n"), "{output}");
     assert_eq!((report.blocks_out, report.feeds_restored), (report.blocks_in + 1, 1));
@@ -340,7 +342,7 @@ fn a_feed_lowered_at_the_end_is_given_back_to_a_call() {
 fn an_f_between_two_lowered_blocks_changes_neither() {
     let text = "G90 G21 G94\nG1 X10.000 Y0.000 Z20.000 A-30.000 C0.000 U10.000 V-4.330 W22.500 F720.\n\
                 C15.000 U9.000 V-4.330 W22.500\nF720.\nC0.000 U10.000 V-4.330 W22.500\nF720.\nX11.000 U11.000 V-4.330 W22.500\nM30\n";
-    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
+    let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero());
     let (output, report) = plain(&parameters, text).expect("a program");
     let feeds: Vec<f64> =
         output.lines().filter(|line| line.contains('U')).map(|line| word(line, 'F').expect("F")).collect();
@@ -568,7 +570,7 @@ fn what_cannot_be_moved_and_would_have_to_is_refused_by_line() {
 
 #[test]
 fn a_block_in_machine_coordinates_brings_back_only_the_axes_that_it_places() {
-    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), zero());
+    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero());
     // The first contact moves X, the second one wants it where the source has it, and does not state it.
     let iso = "G90 G21 G94\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\n\
                G1 X10.000 Y6.000 Z24.000 U13.000 V6.000 W25.000 F800\n\
@@ -678,7 +680,7 @@ proptest! {
             program: in_mm(&setup),
             shorter_by: Length::from_mm(shorter_mm),
             length_in_control,
-            ..WearParameters::new(nominal, WornCutter::Tool(actual), zero())
+            ..WearParameters::new(nominal, WornCutter::Tool(actual), at_zero())
         };
         let mut output = Vec::new();
         let bytes = text.clone().into_bytes();
@@ -714,7 +716,7 @@ fn the_way_goes_on_from_where_a_program_says_that_the_tool_stands() {
     text.push_str("FINI\n");
     let parameters = WearParameters {
         contact: ContactSource::FeedPlane,
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), zero())
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), at_zero())
     };
     let mut output = Vec::new();
     let machine = ac_machine();
@@ -733,7 +735,7 @@ fn a_larger_cutter_leaves_a_wall_as_it_stood_there() {
     let side = |actual: f64| WearParameters {
         milling: Milling::Side,
         contact: ContactSource::Program,
-        ..WearParameters::new(tool(5.0, 0.0), WornCutter::Tool(tool(actual, 0.0)), zero())
+        ..WearParameters::new(tool(5.0, 0.0), WornCutter::Tool(tool(actual, 0.0)), at_zero())
     };
     let (output, report) = plain(&side(5.2), wall).expect("a program");
     let stands: Vec<f64> = output.lines().filter_map(|line| word(line, 'Y')).collect();

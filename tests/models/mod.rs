@@ -6,6 +6,7 @@ pub mod axes_witness;
 pub mod displaced;
 pub mod finishing;
 pub mod pole_passes;
+pub mod set_ups;
 pub mod surface_passes;
 pub mod tessellation;
 pub mod witness;

@@ -15,6 +15,9 @@ mod rotary_sphere;
 mod servo;
 mod servo_paths;
 mod servo_second_methods;
+#[path = "../models/set_ups.rs"]
+#[expect(unreachable_pub, reason = "shared by test binaries")]
+mod set_ups;
 mod sphere_run;
 mod stl;
 mod surface_contact;

@@ -14,6 +14,7 @@ use trunnion::servo::{
 use trunnion::units::Feedrate;
 
 use AxisLetter::{A, B, C, X, Y, Z};
+use crate::set_ups::at_zero;
 
 /// Positions of some 100 mm that have to be the same but for rounding \[mm\].
 const ROUNDING_MM: f64 = 1e-12;
@@ -181,7 +182,7 @@ fn a_tool_is_followed_until_it_has_arrived_however_slow_its_drives_are() {
         let set = drives(gain_per_s, gain_per_s);
         let along =
             along(&machine("ac-table"), &ToolPath::Polyline { poses: poses.clone() }, &at(1200.0), &set);
-        let program = run_program(program, &SimulationParameters::new(set, zero())).expect("a run");
+        let program = run_program(program, &SimulationParameters::new(set, at_zero())).expect("a run");
         for trace in [along.expect("a run").trace, program.outcome.trace] {
             let lag_mm = |slot: usize| trace.iter().map(move |point| point.following[slot].abs());
             let largest_mm = lag_mm(0).fold(0.0, f64::max);
@@ -301,7 +302,7 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
     let expected = simulate(&two_axes, &at(1800.0), &set, Detail::Summary, &go_on).expect("a run").contour;
     for tcp in [true, false] {
         let parameters =
-            SimulationParameters { plane_normal: Some(Vec3::z()), ..SimulationParameters::new(set, zero()) };
+            SimulationParameters { plane_normal: Some(Vec3::z()), ..SimulationParameters::new(set, at_zero()) };
         let found = run_program(&circle_program(tcp, 1800.0), &parameters).expect("a run");
         assert_eq!((found.motions, found.passes), (7200, 1));
         // Two laps at 30 mm/s.
@@ -318,7 +319,7 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
 
 #[test]
 fn a_program_that_leaves_the_travel_is_refused_as_a_path_is() {
-    let parameters = SimulationParameters::new(drives(30.0, 30.0), zero());
+    let parameters = SimulationParameters::new(drives(30.0, 30.0), at_zero());
     let swing = |word: &str| {
         let text = format!("G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 A{word} F6000\nM30\n");
         run_program(text.as_bytes(), &parameters)
@@ -334,7 +335,7 @@ fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
     let text =
         b"G90 G21 G94 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F1000\nG0 X0\nG1 X10\nG2 X20 Y10 R10\nG1 X30\nM30\n"
             .to_vec();
-    let found = run_program(&text, &SimulationParameters::new(drives(30.0, 30.0), zero())).expect("a run");
+    let found = run_program(&text, &SimulationParameters::new(drives(30.0, 30.0), at_zero())).expect("a run");
     assert_eq!((found.motions, found.passes), (3, 3));
     assert_eq!(
         found
@@ -346,13 +347,13 @@ fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
     );
     assert!(found.outcome.following[0].is_some() && found.outcome.following[1].is_none());
     let no_feed =
-        run_program(b"G0 X0 Y0 Z0 A0 C0\nG1 X10\n", &SimulationParameters::new(drives(30.0, 30.0), zero()));
+        run_program(b"G0 X0 Y0 Z0 A0 C0\nG1 X10\n", &SimulationParameters::new(drives(30.0, 30.0), at_zero()));
     assert!(
         matches!(no_feed, Err(Fault::NothingToSimulate { left_out: 1, first: Some((_, 2)) })),
         "{no_feed:?}"
     );
     let long = b"G0 X0 Y0 Z0 A0 C0\nG93 G1 X10 F0.0001\n".to_vec();
-    let costly = run_program(&long, &SimulationParameters::new(drives(30.0, 30.0), zero()));
+    let costly = run_program(&long, &SimulationParameters::new(drives(30.0, 30.0), at_zero()));
     assert!(matches!(costly, Err(Fault::TooCostly { .. })), "{costly:?}");
 }
 
@@ -362,7 +363,7 @@ fn exact_stops_take_the_error_out_of_corners() {
     /// T = v/a = 33 ms and a/j = 50 ms: the product of (1 − e^(−K T))/(K T); then the tool still comes nearer.
     const LEFT_AT_A_STOP: f64 = 0.33;
     let text = b"G90 G21 G94 G17\nG43.4 H1\nG0 X0 Y0 Z0 A0 C0\nG1 X20 F2000\nY20\nX0\nY0\nM30\n".to_vec();
-    let parameters = SimulationParameters::new(drives(30.0, 30.0), zero());
+    let parameters = SimulationParameters::new(drives(30.0, 30.0), at_zero());
     let rounded = run_program(&text, &parameters).expect("a run").outcome.contour;
     let profile = Some(FeedProfile { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 20_000.0 });
     let stopping = SimulationParameters { profile, ..parameters };

@@ -15,6 +15,7 @@ use trunnion::wear::OneAfterAnother;
 
 use crate::finishing::ac_machine;
 use crate::surface_passes::{Finish, table};
+use crate::set_ups::{at_zero, in_mm};
 
 /// P3 Table 3's finishing: 0.02 mm of scallop on a plane by a ball of 10 mm, tolerance 0.03 mm.
 const STEPOVER_MM: f64 = 0.894;
@@ -65,7 +66,7 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
     let cut = |diameter_mm: f64, program: &Vec<u8>| -> Row {
         let parameters = VerificationParameters {
             program: in_mm(&setup),
-            ..VerificationParameters::new(ball(diameter_mm), zero())
+            ..VerificationParameters::new(ball(diameter_mm), at_zero())
         };
         let found = verify_part(&machine, &parameters, &samples, program, &OneAfterAnother, &stop)
             .expect("cut")
@@ -82,7 +83,7 @@ fn tables_5_and_6_come_out_in_the_papers_order() {
         let parameters = WearParameters {
             program: in_mm(&setup),
             contact,
-            ..WearParameters::new(ball(10.0), worn, zero())
+            ..WearParameters::new(ball(10.0), worn, at_zero())
         };
         let mut output = Vec::new();
         compensate_wear(&machine, &parameters, &nominal, &mut output, &stop).expect("compensated");

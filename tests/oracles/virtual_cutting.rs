@@ -10,6 +10,7 @@ use trunnion::process::{Fault, Verification, VerificationFault, VerificationPara
 use trunnion::surface::SurfacePoint;
 use trunnion::units::{Angle, Length};
 use trunnion::wear::{OneAfterAnother, Surface, effective_radius, scallop_height};
+use crate::set_ups::at_zero;
 
 /// Words in the programs here have nine decimals, and entries are found to 3e-8 mm along needles that meet the cutter's
 /// surface at no less than 30° [mm].
@@ -37,7 +38,7 @@ fn run(
 }
 
 fn verify(tool: Tool, samples: &[SurfacePoint], text: &str) -> Verification {
-    run(&VerificationParameters::new(tool, zero()), samples, text).expect("a verification")
+    run(&VerificationParameters::new(tool, at_zero()), samples, text).expect("a verification")
 }
 
 fn residuals_mm(verification: &Verification) -> Vec<f64> {
@@ -234,7 +235,7 @@ fn a_flank_cuts_a_wall_as_far_as_it_reaches() {
     let line = [-15.0, 15.0].map(|x| Vec3::new(x, 4.0 + offset, 0.0));
     let text = passes(0.0, &[line], Vec3::y() * 40.0);
     for corner in [0.0, 1.0, 4.0] {
-        let mut parameters = VerificationParameters::new(tool(4.0, corner), zero());
+        let mut parameters = VerificationParameters::new(tool(4.0, corner), at_zero());
         parameters.cutting_length = Some(Length::from_mm(18.1));
         let verification = run(&parameters, &samples, &text).expect("a verification");
         for (sample, residual) in samples.iter().zip(&verification.residuals) {
@@ -390,7 +391,7 @@ fn turning_axes_cut_as_a_dense_series_of_poses_does() {
         }
         let words = |w: &[f64; 5]| format!("X{} Y{} Z{} A{} C{}", w[0], w[1], w[2], w[3], w[4]);
         let text = format!("G90 G21\nG0 {}\nG1 {}\n", words(&ends[0]), words(&ends[1]));
-        let mut parameters = VerificationParameters::new(tool(radius, corner), zero());
+        let mut parameters = VerificationParameters::new(tool(radius, corner), at_zero());
         parameters.cutting_length = Some(Length::from_mm(solid.length));
         parameters.setup.work_offset_mm = Vec3::from(offset);
         let verification = run(&parameters, &samples, &text).expect("a verification");
@@ -500,7 +501,7 @@ fn what_cannot_be_followed_is_left_out_and_counted() {
     assert_eq!(verification.left_out[1].reason.text(), short);
     assert_eq!(verification.motions.total(), 3);
     let nothing =
-        run(&VerificationParameters::new(tool(5.0, 5.0), zero()), &samples, "G90 G21\nG1 X5\nM30\n");
+        run(&VerificationParameters::new(tool(5.0, 5.0), at_zero()), &samples, "G90 G21\nG1 X5\nM30\n");
     assert!(matches!(nothing, Err(Fault::NothingToCut { left_out: 1, .. })), "{nothing:?}");
 }
 
@@ -527,7 +528,7 @@ fn an_arc_that_is_left_out_says_why() {
 
 #[test]
 fn what_makes_no_sense_is_refused_at_once() {
-    let mut parameters = VerificationParameters::new(tool(5.0, 5.0), zero());
+    let mut parameters = VerificationParameters::new(tool(5.0, 5.0), at_zero());
     parameters.cutting_length = Some(Length::from_mm(4.0));
     parameters.stock = Length::from_mm(0.0);
     parameters.resolution = Length::from_mm(f64::NAN);
@@ -540,6 +541,6 @@ fn what_makes_no_sense_is_refused_at_once() {
     let Err(Fault::Verification(faults)) = run(&parameters, &odd, "G0 X0\n") else { panic!("accepted") };
     assert_eq!(faults.len(), 5, "{faults:?}");
     assert!(faults.contains(&VerificationFault::Samples { first: 1, count: 2 }));
-    let none = run(&VerificationParameters::new(tool(5.0, 5.0), zero()), &[], "G0 X0\n");
+    let none = run(&VerificationParameters::new(tool(5.0, 5.0), at_zero()), &[], "G0 X0\n");
     assert!(matches!(none, Err(Fault::Verification(faults)) if faults == [VerificationFault::NoSamples]));
 }

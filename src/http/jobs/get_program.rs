@@ -32,7 +32,11 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
     ),
     responses(
         (status = 200, description = "The program", body = String, content_type = "text/plain",
-            headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+            headers(
+                ("ETag" = String, description = "Its tag"),
+                ("Content-Disposition" = String, description = "Its file name"),
+                ("Trunnion-Motions-Checked" = i64, description = "Motions of a compensated program that were looked at"),
+            )),
         (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/plain",
             headers(("Content-Range" = String, description = "Which bytes of how many"))),
         (status = 304, description = "It is as you know it"),
