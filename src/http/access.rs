@@ -42,6 +42,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
             | "/v1/machines/{machine_id}/compensation"
             | "/v1/machines/{machine_id}/verification"
             | "/v1/machines/{machine_id}/servo-simulation"
+            | "/v1/machines/{machine_id}/interpretation"
             | "/v1/machines/{machine_id}/posting"
             | "/v1/servo-simulations"
             | "/v1/servo-sweeps"

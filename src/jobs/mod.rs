@@ -9,6 +9,7 @@ mod compute;
 mod compute_threads;
 mod cutter_contact;
 mod estimate;
+mod interpretation;
 mod kinematics;
 mod one_pass;
 mod opening;
@@ -37,6 +38,7 @@ pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, Refu
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
+pub use interpretation::{InterpretationForm, interpret};
 pub use kinematics::{InverseAnswer, InverseTask, KinematicsFault, Limits, forward};
 pub use one_pass::one_pass_figure;
 pub use opening::{OpenFault, open_data_directory, profile_sha256};

@@ -11,6 +11,7 @@ mod callback_url;
 mod compensation;
 mod drive;
 mod fault;
+mod interpretation;
 mod job;
 mod kinematics;
 mod machine;
@@ -73,6 +74,10 @@ pub use compensation::{
 };
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
+pub use interpretation::{
+    InterpretationAnswer, InterpretationEnd, InterpretationParameters, InterpretationTable,
+    InterpretedMotionDoc, LeftAloneDoc, MotionKindDoc,
+};
 pub use job::{JobDocument, JobOperation, JobRequest, JobState};
 pub use kinematics::{
     ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,

@@ -294,6 +294,18 @@ impl Interpreter {
     ///
     /// Expressions of the batch whose value is fixed by the program so far become numbers in it.
     pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
+        self.interpret_each(batch, motions, diagnostics, |_, _| {});
+    }
+
+    /// [`Self::interpret`]; after every block `see` gets all motions so far, and where X Y Z \[mm\] and the machine's rotary axes
+    /// \[deg\] are then, as far as that is known.
+    pub fn interpret_each(
+        &mut self,
+        batch: &mut Batch,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+        mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
+    ) {
         if self.constants.is_none() {
             self.dialect = batch.dialect();
             self.begin_dialect();
@@ -314,6 +326,7 @@ impl Interpreter {
             }
             self.run_along(batch, index, block);
             self.interpret_block(batch, index, block, motions, diagnostics);
+            see(motions, self.position.axes);
         }
     }
 

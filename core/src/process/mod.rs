@@ -1,5 +1,6 @@
 //! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
 
+mod arc_path;
 mod compensate;
 mod compensation;
 mod contact_finder;
@@ -8,6 +9,7 @@ mod emit;
 mod fault;
 mod feed_at_risk;
 mod glance;
+mod interpretation;
 mod inventory;
 mod judge;
 mod numbering;
@@ -35,11 +37,15 @@ mod verify;
 mod warnings;
 mod wear;
 
+pub use arc_path::UnknownArc;
 pub use compensate::{compensate, compensate_side_by_side};
 pub use compensation::{
     BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
     ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
     MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
+};
+pub use interpretation::{
+    Interpretation, Interpreted, InterpretedArc, InterpretedKind, InterpretedMotion, interpret_program,
 };
 pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
@@ -56,7 +62,7 @@ pub use singularity::{
 pub use stream::{ProgramSource, Stop};
 pub use tools::{ListedTool, ToolTable, ToolUnknown, Tools};
 pub use verification::{
-    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, UnknownArc, Verification,
+    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationFault, VerificationParameters, VerificationQuantity, verify_part,
 };
 pub use wear::{

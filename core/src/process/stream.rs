@@ -47,6 +47,9 @@ pub(super) struct Passage {
     pub(super) motions: Vec<Motion>,
     /// Of each motion, once they are [prepared](super::prepare::Preparation).
     pub(super) poses: Vec<MotionPoses>,
+    /// Where X Y Z \[mm\] and the rotary axes \[deg\] are after each motion, as far as that is known, where it was
+    /// [asked for](Passages::keeping_positions).
+    pub(super) positions: Vec<[Option<f64>; 5]>,
 }
 
 /// Consecutive passages that are worked on at a time.
@@ -97,6 +100,7 @@ pub(super) struct Passages<'a> {
     interpreter: Interpreter,
     /// `None`: somebody else gives motions with vectors their words.
     vectors: Option<ToolVectors>,
+    keeps_positions: bool,
     ahead: VecDeque<Passage>,
     /// Passages that were worked off: their memory is used again.
     spare: Vec<Passage>,
@@ -125,6 +129,7 @@ impl<'a> Passages<'a> {
             reader: Reader::new(program.dialect, ReadLimits::default()),
             interpreter: Interpreter::new(machine, program.options()),
             vectors: Some(ToolVectors::new(machine, program)),
+            keeps_positions: false,
             ahead: VecDeque::new(),
             spare: Vec::new(),
             diagnostics: Diagnostics::new(),
@@ -150,12 +155,18 @@ impl<'a> Passages<'a> {
         self
     }
 
+    /// Passages tell where the axes are after each motion, also where not all of them are known.
+    pub(super) fn keeping_positions(mut self) -> Self {
+        self.keeps_positions = true;
+        self
+    }
+
     pub(super) fn dialect(&self) -> Dialect {
         self.reader.dialect().unwrap_or(Dialect::Iso)
     }
 
     /// The next passage, and the first motion after it.
-    fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
+    pub(super) fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
         let Some(passage) =
             self.ahead.pop_front().map_or_else(|| self.read(), |passage| Ok(Some(passage)))?
         else {
@@ -220,7 +231,15 @@ impl<'a> Passages<'a> {
                 self.reader.feed(&self.chunk[..count]);
             }
         }
-        self.interpreter.interpret(&mut passage.batch, &mut passage.motions, &mut self.diagnostics);
+        let Passage { batch, motions, positions, .. } = &mut passage;
+        if self.keeps_positions {
+            positions.clear();
+            self.interpreter.interpret_each(batch, motions, &mut self.diagnostics, |motions, at| {
+                positions.resize(motions.len(), at);
+            });
+        } else {
+            self.interpreter.interpret(batch, motions, &mut self.diagnostics);
+        }
         if let Some(vectors) = &mut self.vectors {
             vectors.resolve(&mut passage.motions);
         }
@@ -253,7 +272,7 @@ impl<'a> Passages<'a> {
     }
 
     /// Gives back a passage that was worked off.
-    fn recycle(&mut self, passage: Passage) {
+    pub(super) fn recycle(&mut self, passage: Passage) {
         self.spare.push(passage);
     }
 

@@ -31,7 +31,7 @@ pub(in crate::http) const CSV: &str = "text/csv";
 pub(in crate::http) const SVG: &str = "image/svg+xml";
 
 /// Bytes read from a file at a time.
-const CHUNK: usize = 128 * 1024;
+pub(super) const CHUNK: usize = 128 * 1024;
 
 /// The program, streamed from its file.
 pub(in crate::http) async fn program(
@@ -235,7 +235,7 @@ pub(in crate::http) fn without_result(job: &JobRow, what: &str) -> Problem {
 }
 
 /// A file's name without its extension.
-fn stem(name: &str) -> &str {
+pub(super) fn stem(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 

@@ -5,6 +5,7 @@ mod arrival;
 mod compensate_cc_path;
 mod compensate_program;
 mod compensate_wear;
+mod interpret_program;
 mod post_program;
 mod simulate_servo_program;
 pub(super) mod upload;
@@ -21,6 +22,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(compensate_cc_path::compensate_cc_path))
         .routes(routes!(compensate_wear::compensate_wear_of_program))
         .routes(routes!(compensate_program::compensate_program_in_one_pass))
+        .routes(routes!(interpret_program::interpret_program))
         .routes(routes!(post_program::post_program))
         .routes(routes!(simulate_servo_program::simulate_servo_program))
         .routes(routes!(verify_part::verify_part_of_program))

@@ -1,13 +1,13 @@
 //! The course of one motion, and into how many straight pieces it has to be divided.
 
 use super::VerificationParameters;
-use super::arc::{Arc, ArcModes};
 use crate::contact::{CutterBody, Station};
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
 use crate::process::LeftOutReason;
+use crate::process::arc_path::{ArcModes, ArcPath};
 use crate::program::Batch;
 
 /// A motion whose every pose is known.
@@ -23,7 +23,7 @@ pub(super) struct Course {
 enum Shape {
     /// All five words linear.
     Straight([AxisWords; 2]),
-    Arc(Arc),
+    Arc(ArcPath),
 }
 
 /// Pieces longer than this in cutter radii are divided: short ones are soon left out.
@@ -55,7 +55,7 @@ impl Course {
         };
         let shape = match motion.kind {
             MotionKind::Arc => {
-                let arc = Arc::of(modes, batch, motion, [start, end]);
+                let arc = ArcPath::of(modes, batch, motion, [start, end]);
                 Shape::Arc(arc.map_err(LeftOutReason::UnknownArc)?)
             }
             _ if start == end => return Ok(None),

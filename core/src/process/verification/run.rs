@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::super::arc_path::ArcModes;
 use super::super::fault::LineFaults;
 use super::super::set_ups::SetUps;
 use super::super::simulate::LeftOuts;
@@ -10,7 +11,6 @@ use super::super::stream::Passages;
 use super::super::tools::Need;
 use super::super::warnings::Warnings;
 use super::super::{Fault, LeftOutReason, ProgramReading, ProgramSource, WarningKind};
-use super::arc::ArcModes;
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
 use crate::contact::CutterBody;

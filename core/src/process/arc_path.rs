@@ -86,7 +86,7 @@ impl fmt::Display for UnknownArc {
 
 /// An arc in one of the planes XY, ZX, YZ, with the third axis linear and rotary axes at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Arc {
+pub(super) struct ArcPath {
     start: AxisWords,
     end: AxisWords,
     /// The axes of the plane, in its right-handed order.
@@ -135,7 +135,7 @@ impl ArcModes {
     }
 }
 
-impl Arc {
+impl ArcPath {
     /// The arc of a motion from `start` to `end`.
     ///
     /// # Errors
@@ -239,6 +239,20 @@ impl Arc {
         Ok(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
     }
 
+    /// The words at its centre, the third axis where the arc starts, and the axis of the plane's normal (0 X, 1 Y, 2 Z).
+    pub(super) fn centre(&self) -> (AxisWords, usize) {
+        let mut words = self.start;
+        for (axis, at_mm) in self.axes.into_iter().zip(self.centre_mm) {
+            words.linear_mm[axis] = at_mm;
+        }
+        (words, 3 - self.axes[0] - self.axes[1])
+    }
+
+    /// Angle run, counter-clockwise about the plane's normal positive \[rad\].
+    pub(super) fn sweep_rad(&self) -> f64 {
+        self.sweep_rad
+    }
+
     /// The words at the fraction `u`: in the plane on the circle, else linear.
     pub(super) fn words_at(&self, u: f64) -> AxisWords {
         if u <= 0.0 {
@@ -315,7 +329,7 @@ mod tests {
     }
 
     #[track_caller]
-    fn assert_at(arc: &Arc, u: f64, expected: [f64; 3]) {
+    fn assert_at(arc: &ArcPath, u: f64, expected: [f64; 3]) {
         let at = arc.words_at(u).linear_mm;
         assert!(at.iter().zip(expected).all(|(a, b)| (a - b).abs() < ROUNDING_MM), "{at:?} {expected:?}");
     }
@@ -324,22 +338,22 @@ mod tests {
     fn quarter_circles_run_the_stated_way() {
         let ends = [words(10.0, 0.0, 0.0), words(0.0, 10.0, 4.0)];
         let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
-        assert_at(&Arc::about(false, ends, XY, [0.0; 2]).unwrap(), 0.5, [half, half, 2.0]);
-        assert_at(&Arc::about(true, ends, XY, [0.0; 2]).unwrap(), 0.5, [-half, -half, 2.0]);
+        assert_at(&ArcPath::about(false, ends, XY, [0.0; 2]).unwrap(), 0.5, [half, half, 2.0]);
+        assert_at(&ArcPath::about(true, ends, XY, [0.0; 2]).unwrap(), 0.5, [-half, -half, 2.0]);
     }
 
     #[test]
     fn equal_ends_are_a_full_circle_and_other_circles_none() {
         let ends = [words(10.0, 0.0, 0.0), words(10.0, 0.0, 0.0)];
-        assert_at(&Arc::about(true, ends, XY, [0.0; 2]).unwrap(), 0.25, [0.0, -10.0, 0.0]);
-        let missing = Arc::about(true, [words(10.0, 0.0, 0.0), words(0.0, 11.0, 0.0)], XY, [0.0; 2]);
+        assert_at(&ArcPath::about(true, ends, XY, [0.0; 2]).unwrap(), 0.25, [0.0, -10.0, 0.0]);
+        let missing = ArcPath::about(true, [words(10.0, 0.0, 0.0), words(0.0, 11.0, 0.0)], XY, [0.0; 2]);
         assert_eq!(missing, Err(UnknownArc::Missed { radius_mm: 10.0, missed_mm: 1.0 }));
-        let none = Arc::about(true, ends, XY, [10.0, 0.0]);
+        let none = ArcPath::about(true, ends, XY, [10.0, 0.0]);
         assert_eq!(none, Err(UnknownArc::NoRadius));
     }
 
     /// The arc of the last line of a Sinumerik program.
-    fn sinumerik(text: &str) -> Result<Arc, UnknownArc> {
+    fn sinumerik(text: &str) -> Result<ArcPath, UnknownArc> {
         let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
         let mut reader = Reader::new(Some(Dialect::Siemens), ReadLimits::default());
         reader.feed(text.as_bytes());
@@ -351,7 +365,7 @@ mod tests {
         interpreter.interpret(&mut batch, &mut motions, &mut Diagnostics::new());
         batch.blocks().iter().for_each(|block| modes.see(batch.words(block)));
         let motion = motions.last().unwrap();
-        Arc::of(modes, &batch, motion, [motion.start.unwrap(), motion.end.unwrap()])
+        ArcPath::of(modes, &batch, motion, [motion.start.unwrap(), motion.end.unwrap()])
     }
 
     #[test]

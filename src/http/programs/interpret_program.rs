@@ -1,0 +1,94 @@
+//! Tells what is understood of a program.
+
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::response::{IntoResponse, Response};
+use http::HeaderValue;
+use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
+use tokio_util::io::ReaderStream;
+
+use super::answer::{CHUNK, CSV, stem};
+use super::upload::{Part, Upload, take};
+use crate::http::AppState;
+use crate::http::current_machine::current_machine;
+use crate::http::extract::Path;
+use crate::http::negotiate::choose;
+use crate::http::problem::Problem;
+use crate::http::refusals::refusals;
+use crate::jobs::{InterpretationForm, interpret};
+use crate::wire::{InterpretationAnswer, InterpretationParameters};
+
+refusals!(
+    Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
+    UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, TooCostly, ResultTooLarge, Busy
+);
+
+/// What can be answered.
+const OFFERS: &[&str] = &["application/json", CSV];
+
+/// A program with its parameters in one multipart body.
+#[derive(Debug, utoipa::ToSchema)]
+#[expect(dead_code, reason = "describes the multipart body")]
+struct InterpretationUpload {
+    /// The parameters; in the query where this field is absent.
+    parameters: Option<InterpretationParameters>,
+    /// The program.
+    #[schema(value_type = String, format = Binary)]
+    program: Vec<u8>,
+}
+
+/// Interpret a program
+///
+/// Says what is understood of a program, motion by motion: the words at the end of each, where the tip is and how the tool
+/// stands in the workpiece, feed, tool and work offset; and what is left alone, with the reason. Nothing is changed and nothing
+/// is kept. With `Accept: text/csv` the motions as a table.
+#[utoipa::path(
+    post,
+    path = "/v1/machines/{machine_id}/interpretation",
+    tag = "programs",
+    operation_id = "interpret_program",
+    params(("machine_id" = String, Path, description = "The machine", example = "example-ac-table")),
+    request_body(
+        content(
+            (String = "text/plain", example = "G90 G21 G94\nG54\nT5 M6\nG0 X10.000 Y0.000 Z5.000 A0.000 C0.000\nG1 X20.000 A25.000 C60.000 F1000\nM30\n"),
+            (InterpretationUpload = "multipart/form-data", example = json!({
+                "parameters": {"work_offset_mm": [0.0, 0.0, 0.0]},
+                "program": "G90 G21 G94\nG54\nT5 M6\nG0 X10.000 Y0.000 Z5.000 A0.000 C0.000\nG1 X20.000 A25.000 C60.000 F1000\nM30\n",
+            })),
+        ),
+        description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
+    ),
+    responses(
+        (status = 200, description = "What is understood, or the motions as a table, by Accept",
+            content((InterpretationAnswer = "application/json"), (String = "text/csv"))),
+        Refusals,
+    )
+)]
+pub(super) async fn interpret_program(
+    State(app): State<AppState>,
+    Path(machine_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let kind = choose(request.headers(), OFFERS)?;
+    let form = if kind == CSV { InterpretationForm::Table } else { InterpretationForm::Json };
+    let (parts, body) = request.into_parts();
+    let on = current_machine(&app, &machine_id).await?;
+    let Upload { program, file_name, parameters, .. }: Upload<InterpretationParameters> =
+        take(&app, &parts, body, Part::Unseen).await?;
+    let on = Arc::unwrap_or_clone(on);
+    let answer = interpret(&app.compute, &app.spool, &app.means(), on, parameters, program, form).await?;
+    let file = tokio::fs::File::open(answer.path()).await?;
+    let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
+    let headers = response.headers_mut();
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static(if kind == CSV { CSV } else { "application/json" }));
+    headers.insert(CONTENT_LENGTH, HeaderValue::from(answer.length()));
+    if kind == CSV {
+        let disposition = format!("attachment; filename=\"{}-interpretation.csv\"", stem(&file_name));
+        if let Ok(value) = HeaderValue::try_from(disposition) {
+            headers.insert(CONTENT_DISPOSITION, value);
+        }
+    }
+    Ok(response)
+}

@@ -1,0 +1,220 @@
+//! What is understood of a program, motion by motion: parameters, and the rows of the answer.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::statements::program_parameters;
+use super::{Dialect, ResolvedInputs, Warning};
+use crate::machine::Machine;
+use crate::motion::{ToolKey, WorkOffset};
+use crate::process::{InterpretedKind, InterpretedMotion};
+
+program_parameters! {
+/// What the interpretation of a program needs to know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InterpretationParameters {}
+}
+
+/// The kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionKindDoc {
+    /// At the speed of the axes.
+    Rapid,
+    /// Straight.
+    Linear,
+    /// An arc or a helix.
+    Arc,
+}
+
+/// A motion as it is understood. What is not known is null. Units are millimetres and degrees, whatever the program's.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = InterpretedMotion)]
+pub struct InterpretedMotionDoc {
+    /// Line of the upload, 1-based.
+    pub line: u64,
+    /// The file that the line stands in; null in the main program.
+    pub file: Option<String>,
+    /// What kind of motion.
+    #[schema(inline)]
+    pub kind: MotionKindDoc,
+    /// The words at its end by letter, absolute, as the control counts them. Under tool centre point control X Y Z are the tip's.
+    #[schema(value_type = BTreeMap<String, Option<f64>>, example = json!({"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 10.0, "C": 20.0}))]
+    pub joints: BTreeMap<char, Option<f64>>,
+    /// The tip at its end in W; null where an offset or a rotary position is not known.
+    pub tip_mm: Option<[f64; 3]>,
+    /// The tool axis at its end in W, from the tip to the spindle.
+    pub axis: Option<[f64; 3]>,
+    /// The speed that F asks of the tip; null of a rapid, and where F counts by turns of the spindle.
+    pub feed_mm_per_min: Option<f64>,
+    /// Number of the tool in the spindle, also where the program calls it by its name and the machine's tool table knows the number.
+    pub tool_number: Option<u32>,
+    /// Name of the tool, where the program calls it by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_name: Option<String>,
+    /// The work offset in force, as the program names it.
+    #[schema(example = "G54")]
+    pub work_offset: Option<String>,
+    /// Of an arc: its centre in W, at the height where it starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centre_mm: Option<[f64; 3]>,
+    /// Of an arc: the direction in W about which it runs counter-clockwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
+    /// Of an arc: how many turns it runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.25)]
+    pub turns: Option<f64>,
+}
+
+/// A motion that is not understood, and is left alone by every compensation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = MotionLeftAlone)]
+pub struct LeftAloneDoc {
+    /// Line of the upload, 1-based.
+    pub line: u64,
+    /// Why.
+    pub reason: String,
+}
+
+/// What is understood of a program.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Interpretation)]
+pub struct InterpretationAnswer {
+    /// The motions that are understood, in the order in which they are run.
+    pub motions: Vec<InterpretedMotionDoc>,
+    /// Those that are not.
+    pub left_alone: Vec<LeftAloneDoc>,
+    /// The rest.
+    #[serde(flatten)]
+    pub end: InterpretationEnd,
+}
+
+/// What is known once the whole program was read.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct InterpretationEnd {
+    /// What the caller should know.
+    pub warnings: Vec<Warning>,
+    /// Revision of the machine.
+    pub machine_revision: i64,
+    /// Version of the service.
+    pub software_version: String,
+    /// SHA-256 of the upload.
+    pub input_sha256: String,
+    /// Form the text was read in.
+    pub dialect: Dialect,
+    /// Blocks of the upload.
+    pub blocks: u64,
+    /// What the answer rests on beside the parameters.
+    pub resolved: ResolvedInputs,
+}
+
+impl InterpretedMotionDoc {
+    /// A motion on this machine; `number_of` says by what number the tool table knows a tool.
+    #[must_use]
+    pub fn of(
+        motion: &InterpretedMotion,
+        machine: &Machine,
+        number_of: &dyn Fn(ToolKey) -> Option<u32>,
+    ) -> Self {
+        let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+        let letters = ['X', 'Y', 'Z', first, second];
+        Self {
+            line: motion.line,
+            file: None,
+            kind: match motion.kind {
+                InterpretedKind::Rapid => MotionKindDoc::Rapid,
+                InterpretedKind::Linear => MotionKindDoc::Linear,
+                InterpretedKind::Arc => MotionKindDoc::Arc,
+            },
+            joints: letters.into_iter().zip(motion.joints).collect(),
+            tip_mm: motion.tip_mm,
+            axis: motion.axis,
+            feed_mm_per_min: motion.feed_mm_per_min,
+            tool_number: motion.tool.key().and_then(|key| match key {
+                ToolKey::Number(number) => Some(number),
+                ToolKey::Name(_) => number_of(key),
+            }),
+            tool_name: motion
+                .tool_name
+                .map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
+            work_offset: named(motion.work_offset),
+            centre_mm: motion.arc.map(|arc| arc.centre_mm),
+            normal: motion.arc.map(|arc| arc.normal),
+            turns: motion.arc.map(|arc| arc.turns),
+        }
+    }
+}
+
+fn named(offset: Option<WorkOffset>) -> Option<String> {
+    offset.filter(|offset| *offset != WorkOffset::Unnamed).map(|offset| offset.to_string())
+}
+
+/// The motions as a table, written row by row.
+pub struct InterpretationTable<W: Write> {
+    rows: csv::Writer<W>,
+}
+
+impl<W: Write> InterpretationTable<W> {
+    /// A table with its head, for this machine's letters.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn new(out: W, machine: &Machine) -> Result<Self, csv::Error> {
+        let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char().to_string());
+        let mut rows = csv::Writer::from_writer(out);
+        rows.write_record([
+            "line",
+            "file",
+            "kind",
+            "X",
+            "Y",
+            "Z",
+            &first,
+            &second,
+            "tip_x_mm",
+            "tip_y_mm",
+            "tip_z_mm",
+            "axis_i",
+            "axis_j",
+            "axis_k",
+            "feed_mm_per_min",
+            "tool_number",
+            "work_offset",
+        ])?;
+        Ok(Self { rows })
+    }
+
+    /// One motion, its joints in the order X Y Z and the rotary axes of the profile.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn add(&mut self, motion: &InterpretedMotionDoc, joints: [Option<f64>; 5]) -> Result<(), csv::Error> {
+        fn three(values: Option<[f64; 3]>) -> [Option<f64>; 3] {
+            values.map_or([None; 3], |values| values.map(Some))
+        }
+        self.rows.serialize((
+            motion.line,
+            &motion.file,
+            motion.kind,
+            joints,
+            three(motion.tip_mm),
+            three(motion.axis),
+            motion.feed_mm_per_min,
+            motion.tool_number,
+            &motion.work_offset,
+        ))
+    }
+
+    /// The writer, with the last row.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn into_inner(self) -> std::io::Result<W> {
+        self.rows.into_inner().map_err(csv::IntoInnerError::into_error)
+    }
+}
