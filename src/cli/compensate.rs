@@ -18,7 +18,7 @@ use crate::jobs::{
     Means, ProgramWork, Sizes, Spool, ToolShelf, Workplace,
 };
 use crate::store::{Blobs, Draft};
-use crate::wire::{JobOperation, MachineProfile, read_json};
+use crate::wire::{JobOperation, MachineProfile, ProgramUnit, read_json};
 
 /// What is done to which program.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
@@ -36,6 +36,9 @@ pub struct CompensateArguments {
     /// Parameters of the operation: JSON, or a file with it
     #[arg(long, default_value = "{}")]
     parameters: String,
+    /// Unit of the lengths in a program that states none: mm or inch
+    #[arg(long, value_parser = unit)]
+    unit: Option<ProgramUnit>,
     /// The part's surface as STL
     #[arg(long)]
     surface: Option<PathBuf>,
@@ -49,6 +52,31 @@ pub struct CompensateArguments {
 
 fn operation(word: &str) -> Result<JobOperation, serde_json::Error> {
     serde_json::from_value(serde_json::Value::String(word.to_owned()))
+}
+
+fn unit(word: &str) -> Result<ProgramUnit, serde_json::Error> {
+    serde_json::from_value(serde_json::Value::String(word.to_owned()))
+}
+
+/// The parameters with the unit that was typed beside them. What is no JSON object is left to the operation to refuse.
+fn with_unit(parameters: Vec<u8>, unit: Option<ProgramUnit>) -> Result<Vec<u8>, CommandFault> {
+    let Some(unit) = unit else { return Ok(parameters) };
+    let read = serde_json::from_slice::<serde_json::Map<String, serde_json::Value>>(&parameters);
+    let (Ok(members), Some(open)) = (read, memchr::memchr(b'{', &parameters)) else { return Ok(parameters) };
+    let typed = serde_json::json!(unit);
+    match members.get("unit") {
+        Some(stated) if *stated != typed => {
+            Err(CommandFault::TwoUnits { typed: typed.to_string(), stated: stated.to_string() })
+        }
+        Some(_) => Ok(parameters),
+        None => {
+            // The text stays as it is otherwise: what is wrong with it has to be told.
+            let comma = if members.is_empty() { "" } else { "," };
+            let member = format!("\"unit\":{typed}{comma}");
+            let (head, rest) = parameters.split_at(open + 1);
+            Ok([head, member.as_bytes(), rest].concat())
+        }
+    }
 }
 
 fn at(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CommandFault {
@@ -69,7 +97,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     let parameters = Parameters::of(&arguments.parameters);
     check_places(arguments, parameters)?;
     let on = machine(&arguments.machine, settings.max_json_bytes)?;
-    let parameters = parameters.read(settings.max_parameters_bytes)?;
+    let parameters = with_unit(parameters.read(settings.max_parameters_bytes)?, arguments.unit)?;
     let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
     let blobs = Blobs::open(working.path())?;
     let program = taken(&blobs, &arguments.input, "max_body_bytes", settings.max_body_bytes)?;

@@ -50,6 +50,14 @@ pub enum CommandFault {
     /// The profile describes no five-axis machine.
     #[error("the machine's profile is refused:{}", listed(.0))]
     Machine(Vec<Fault>),
+    /// The flag and the parameters state different units.
+    #[error("--unit is {typed}, and the parameters state the unit {stated}: give one of them")]
+    TwoUnits {
+        /// By the flag.
+        typed: String,
+        /// By the parameters.
+        stated: String,
+    },
     /// The operation makes nothing to be written there.
     #[error("{operation} makes no {what}: leave its file out")]
     NothingToWrite {

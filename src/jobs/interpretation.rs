@@ -86,7 +86,7 @@ impl Answering<'_> {
         let mut table = InterpretationTable::new(self.output()?, &self.on.machine).map_err(in_table)?;
         let mut take = |told: &Interpreted| match told {
             Interpreted::Motion(motion) => {
-                table.add(&self.motion(motion), motion.joints).map_err(fault_of_table)
+                table.add(&self.motion(motion)).map_err(fault_of_table)
             }
             Interpreted::LeftAlone { .. } => Ok(()),
         };

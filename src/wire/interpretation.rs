@@ -1,9 +1,8 @@
 //! What is understood of a program, motion by motion: parameters, and the rows of the answer.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use utoipa::ToSchema;
 
 use super::statements::program_parameters;
@@ -31,6 +30,20 @@ pub enum MotionKindDoc {
     Arc,
 }
 
+/// Words by their letters: X Y Z, then the rotary axes in the profile's order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointsInOrder {
+    letters: [char; 5],
+    /// The words, in that order.
+    pub words: [Option<f64>; 5],
+}
+
+impl Serialize for JointsInOrder {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.letters.iter().zip(self.words))
+    }
+}
+
 /// A motion as it is understood. What is not known is null. Units are millimetres and degrees, whatever the program's.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = InterpretedMotion)]
@@ -44,7 +57,7 @@ pub struct InterpretedMotionDoc {
     pub kind: MotionKindDoc,
     /// The words at its end by letter, absolute, as the control counts them. Under tool centre point control X Y Z are the tip's.
     #[schema(value_type = BTreeMap<String, Option<f64>>, example = json!({"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 10.0, "C": 20.0}))]
-    pub joints: BTreeMap<char, Option<f64>>,
+    pub joints: JointsInOrder,
     /// The tip at its end in W; null where an offset or a rotary position is not known.
     pub tip_mm: Option<[f64; 3]>,
     /// The tool axis at its end in W, from the tip to the spindle.
@@ -131,7 +144,7 @@ impl InterpretedMotionDoc {
                 InterpretedKind::Linear => MotionKindDoc::Linear,
                 InterpretedKind::Arc => MotionKindDoc::Arc,
             },
-            joints: letters.into_iter().zip(motion.joints).collect(),
+            joints: JointsInOrder { letters, words: motion.joints },
             tip_mm: motion.tip_mm,
             axis: motion.axis,
             feed_mm_per_min: motion.feed_mm_per_min,
@@ -189,11 +202,11 @@ impl<W: Write> InterpretationTable<W> {
         Ok(Self { rows })
     }
 
-    /// One motion, its joints in the order X Y Z and the rotary axes of the profile.
+    /// One motion.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn add(&mut self, motion: &InterpretedMotionDoc, joints: [Option<f64>; 5]) -> Result<(), csv::Error> {
+    pub fn add(&mut self, motion: &InterpretedMotionDoc) -> Result<(), csv::Error> {
         fn three(values: Option<[f64; 3]>) -> [Option<f64>; 3] {
             values.map_or([None; 3], |values| values.map(Some))
         }
@@ -201,7 +214,7 @@ impl<W: Write> InterpretationTable<W> {
             motion.line,
             &motion.file,
             motion.kind,
-            joints,
+            motion.joints.words,
             three(motion.tip_mm),
             three(motion.axis),
             motion.feed_mm_per_min,

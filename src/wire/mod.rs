@@ -76,7 +76,7 @@ pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
 pub use interpretation::{
     InterpretationAnswer, InterpretationEnd, InterpretationParameters, InterpretationTable,
-    InterpretedMotionDoc, LeftAloneDoc, MotionKindDoc,
+    InterpretedMotionDoc, JointsInOrder, LeftAloneDoc, MotionKindDoc,
 };
 pub use job::{JobDocument, JobOperation, JobRequest, JobState};
 pub use kinematics::{

@@ -8,7 +8,7 @@ use super::{LeftOutReason, NotPosted, ToolUnknown, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::{Unfollowable, WorkOffset};
-use crate::program::{Diagnostics, Dialect, ReadFault, Step, WriteFault};
+use crate::program::{Diagnostics, Dialect, ReadFault, Severity, Step, WriteFault};
 use crate::servo::ServoFault;
 use crate::wear::ShiftFault;
 
@@ -284,6 +284,26 @@ impl LineFault {
     }
 }
 
+/// The first fault, and how many there are.
+fn of_lines(faults: &LineFaults) -> String {
+    let total = faults.total;
+    match faults.kept.first() {
+        Some(first) if total <= first.count => first.to_string(),
+        Some(first) => format!("{total} lines of the program have faults, the first: {first}"),
+        None => format!("{total} lines of the program have faults"),
+    }
+}
+
+/// The same of what refuses the program as a whole.
+fn of_blocks(diagnostics: &Diagnostics) -> String {
+    let total = diagnostics.count(Severity::Refusal);
+    match diagnostics.refusals().next() {
+        Some(first) if total <= 1 => first.to_string(),
+        Some(first) => format!("{total} blocks of the program cannot be read or followed, the first: {first}"),
+        None => format!("{total} blocks of the program cannot be read or followed"),
+    }
+}
+
 fn first_of(first: Option<(LeftOutReason, u64)>) -> String {
     first.map_or_else(String::new, |(reason, line)| format!(", the first in line {line}: {}", reason.text()))
 }
@@ -309,10 +329,10 @@ pub enum Fault {
     #[error(transparent)]
     Unreadable(#[from] ReadFault),
     /// Blocks that cannot be read or followed, with effects beyond themselves.
-    #[error("faults of the program: {}", .0.count(crate::program::Severity::Refusal))]
+    #[error("{}", of_blocks(.0))]
     Program(Box<Diagnostics>),
     /// Blocks that cannot be compensated.
-    #[error("faults of the program: {}", .0.total)]
+    #[error("{}", of_lines(.0))]
     Lines(LineFaults),
     /// A program that moves nothing.
     #[error("the program has no motion")]

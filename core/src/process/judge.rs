@@ -197,10 +197,12 @@ impl<'a> Judge<'a> {
         }
         let mut start = self.point.take();
         let verdict = match (motion.start, &mut end) {
+            (Some(_), Some(_)) if self.looks_at(motion) && self.is_missing_something(motion, mode, text) => {
+                // Where it is computed with what nobody states, nothing else can be said of it.
+                self.feed_before = None;
+                None
+            }
             (Some(start_words), Some(end)) if self.looks_at(motion) => {
-                if let Some(kind) = self.set_ups.now.missing_for_turning(mode, motion) {
-                    self.faults.add(motion.line, text, kind);
-                }
                 let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
                 if known.is_none() {
                     self.feed_before = None;
@@ -226,6 +228,16 @@ impl<'a> Judge<'a> {
             self.spare = start;
         }
         verdict
+    }
+
+    /// Whether something is not stated that the path of this motion depends on; that is a fault then.
+    fn is_missing_something(&mut self, motion: &Motion, mode: Interpolation, text: &[u8]) -> bool {
+        let missing = self.set_ups.now.missing_for_turning(mode, motion);
+        let is_missing = missing.is_some();
+        if let Some(kind) = missing {
+            self.faults.add(motion.line, text, kind);
+        }
+        is_missing
     }
 
     /// Judges the motion of this index between the points at its ends.

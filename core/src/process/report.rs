@@ -264,7 +264,7 @@ impl WarningKind {
                 "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are places of the workpiece, and only rotary words were posted anew"
             }
             Self::ToolUnknown => {
-                "nothing is known of the tool that cuts here, while others are known: the motion is left as it is; put the tool into the machine's tool table (the report names it under reading.tools)"
+                "nothing is known of the tool that cuts here, while others are known: the motion is left as it is; put the tool into the machine's tool table (the report names it under resolved.tools)"
             }
             Self::StatedToolUnused => {
                 "several tools cut in this program, so each section has its tool from the machine's tool table, and the tool of the request is not used; tool_number says that one tool alone is meant"
