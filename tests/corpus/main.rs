@@ -4,6 +4,7 @@ mod compensation;
 mod conversational;
 #[path = "../models/displaced.rs"]
 mod displaced;
+mod interpretation;
 mod kinematics;
 mod linuxcnc;
 mod one_pass;

@@ -215,7 +215,7 @@ fn worn(parameters: &WearParameters, text: &str) -> Result<String, Fault> {
 fn a_tool_that_only_t_puts_in_and_another_edge_are_another_cutter() {
     let by_feed = WearParameters {
         contact: ContactSource::FeedPlane,
-        program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+        program: ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() },
         ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero())
     };
     let pass =
@@ -252,7 +252,7 @@ fn the_end_of_a_subprogram_stays_at_the_end_of_its_last_block() {
         let text =
             format!("G1 G90 X0.000 Y0.000 Z5.000 A10.000 C0.000 F1000\nN40 X20.000 A25.000 C60.000 {end}\n");
         let parameters = CcParameters {
-            program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+            program: ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() },
             ..tip_parameters()
         };
         let mut output = Vec::new();

@@ -378,7 +378,7 @@ fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
 fn a_program_of_which_nothing_can_be_followed_is_refused_where_it_should_move() {
     // Read as conversational text, blocks of G words have no motion that could be followed.
     let forced = |step: WearParameters| WearParameters {
-        program: ProgramSetup { dialect: Some(Dialect::Heidenhain), ..zero() },
+        program: ProgramSetup { dialect: Some(Dialect::Heidenhain), ..at_zero() },
         ..step
     };
     let text = pass_from("0");
@@ -431,7 +431,7 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
 fn increments_inches_and_absent_words_end_where_absolute_millimetres_do() {
     let parameters = ball_by_feed((5.0, 4.5));
     let machine = WearParameters {
-        program: ProgramSetup { interpolation: Some(Interpolation::Machine), ..zero() },
+        program: ProgramSetup { interpolation: Some(Interpolation::Machine), ..at_zero() },
         ..parameters
     };
     let absolute = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y2.0000 Z21.0000 A-30.0000 C0.0000 F800\nX20.0000 A-35.0000 C5.0000\nX30.0000 Y5.0000 Z19.0000\nM30\n";

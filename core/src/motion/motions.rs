@@ -89,6 +89,8 @@ pub struct Motion {
     /// The work offset is not the one of the program's first complete point, and nobody states it; or it is shifted in a way
     /// that is not known (G92, G52, G10 since that point).
     pub offset_changed: bool,
+    /// The work offset is shifted since that point in a way that is not known (G92, G52, G10), or it is not known itself.
+    pub is_shifted: bool,
     /// The work offset in force; `None` where it is not known.
     pub work_offset: Option<WorkOffset>,
     /// The tool in the spindle.

@@ -368,6 +368,7 @@ impl Interpreter {
             program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
+            is_shifted: self.is_shifted(),
             work_offset: self.modal.work_offset,
             tool: self.modal.spindle.tool(),
             exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
@@ -433,13 +434,18 @@ impl Interpreter {
     /// that the first point did not have.
     #[inline]
     fn offset_changed(&self) -> bool {
-        let now = self.modal.shift();
-        now.is_none()
+        self.is_shifted()
             || self.modal.program_offset_mm != Some([0.0; 3])
-            || (self.first_shift != FirstShift::NoPoint && self.first_shift != FirstShift::At(now))
             || self.modal.work_offset.is_some_and(|offset| {
                 !self.is_only_offset(offset) && self.options.work_offsets.of(offset, false).is_none()
             })
+    }
+
+    /// Whether the work offset is shifted otherwise than at the first point, or is not known.
+    #[inline]
+    fn is_shifted(&self) -> bool {
+        let now = self.modal.shift();
+        now.is_none() || (self.first_shift != FirstShift::NoPoint && self.first_shift != FirstShift::At(now))
     }
 
     #[inline]
@@ -450,6 +456,7 @@ impl Interpreter {
             self.first_shift = FirstShift::At(self.modal.shift());
             self.only_offset = self.modal.work_offset.filter(|offset| *offset != WorkOffset::Unnamed);
         }
+        motion.is_shifted = self.is_shifted();
         motion.offset_changed = self.offset_changed();
         motion.is_only_offset = self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset));
     }

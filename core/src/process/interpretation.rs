@@ -203,7 +203,6 @@ impl Understanding<'_> {
             joints = [x, y, z, first, second].map(Some);
         }
         let name = self.names.iter().find(|name| Some(name.key()) == motion.tool.key());
-        let is_shifted = motion.offset_changed && motion.is_only_offset;
         InterpretedMotion {
             line: motion.line,
             kind,
@@ -213,7 +212,7 @@ impl Understanding<'_> {
             feed_mm_per_min: self.feed_mm_per_min(motion),
             tool: motion.tool,
             tool_name: name.copied(),
-            work_offset: motion.work_offset.filter(|_| !is_shifted),
+            work_offset: motion.work_offset.filter(|_| !motion.is_shifted),
             arc: arc.and_then(|arc| self.arc(motion, arc)),
         }
     }
@@ -226,9 +225,15 @@ impl Understanding<'_> {
         let [x, y, z, first, second] = joints;
         let linear_mm = [x?, y?, z?];
         if self.mode(motion) == Interpolation::Tcp {
-            return Some(Vec3::from(linear_mm));
+            return Some(self.in_workpiece_mm(motion, linear_mm)?.into());
         }
         self.place(motion, &AxisWords { linear_mm, rotary_deg: [first?, second?] })
+    }
+
+    /// Linear words counted from the work offset, where the program shifts its zero by what its text says.
+    fn in_workpiece_mm(&self, motion: &Motion, linear_mm: [f64; 3]) -> Option<[f64; 3]> {
+        let offset_mm = motion.program_offset_mm.filter(|_| !motion.is_shifted)?;
+        Some(std::array::from_fn(|k| linear_mm[k] + offset_mm[k]))
     }
 
     /// Where the tip is in W at these words; `None` where that hangs on something that is not stated.
@@ -236,8 +241,9 @@ impl Understanding<'_> {
         let mode = self.mode(motion);
         let is_at_zero = words.rotary_deg.iter().all(|word| word.abs() <= 0.0);
         let is_known = mode == Interpolation::Tcp || is_at_zero || self.set_ups.now.is_stated();
-        let known = is_known && !(motion.offset_changed && !is_at_zero && mode == Interpolation::Machine);
-        known.then(|| Station::new(self.machine, &self.set_ups.now.kinematics, mode, *words).pose.tip_mm)
+        let linear_mm = self.in_workpiece_mm(motion, words.linear_mm).filter(|_| is_known)?;
+        let words = AxisWords { linear_mm, ..*words };
+        Some(Station::new(self.machine, &self.set_ups.now.kinematics, mode, words).pose.tip_mm)
     }
 
     fn axis(&self, motion: &Motion, joints: [Option<f64>; 5]) -> Option<Vec3> {

@@ -60,8 +60,7 @@ impl ProgramReading {
         self.see_tools(motions);
         let mut last = None;
         for motion in motions {
-            let offset =
-                if motion.offset_changed && motion.is_only_offset { None } else { motion.work_offset };
+            let offset = motion.work_offset.filter(|_| !motion.is_shifted);
             let key = (offset, motion.offset_changed);
             let known = match last {
                 Some((known, index)) if known == key => Some(index),

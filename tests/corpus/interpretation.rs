@@ -1,0 +1,231 @@
+//! What is understood of programs, beside what their reference interpreters make of them: every motion that is followed is one of
+//! theirs, in their order, and the share that is followed is counted.
+
+#![expect(clippy::unwrap_used, reason = "tests stop at the first surprise")]
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use trunnion::kinematics::Setup;
+use trunnion::machine::{Machine, RotaryLetter};
+use trunnion::process::{Interpreted, InterpretedMotion, ProgramSetup, StartPosition, interpret_program};
+use trunnion::units::LengthUnit;
+
+use crate::set_ups::in_mm;
+use crate::tables::tables;
+use crate::{every_file, shared_file};
+
+/// Positions of the reference interpreter of RS274/NGC are printed with four decimals, in inches too.
+const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
+/// Those of the reference for Sinumerik programs with three.
+const THREE_DECIMALS: f64 = 0.5e-3 + 1e-9;
+/// Motions of the reference interpreter of RS274/NGC, and how many of them are followed at least.
+const RS274: [usize; 2] = [1511, 55];
+/// The same of Sinumerik programs.
+const SINUMERIK: [usize; 2] = [476, 10];
+
+/// X Y Z A B C after a motion; those that are not known, or that the program never names, are `None` [mm, deg].
+type Place = [Option<f64>; 6];
+
+const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+
+/// The motions that are followed, or why none is.
+fn followed(machine: &Machine, text: &[u8], unit: LengthUnit) -> Result<Vec<InterpretedMotion>, String> {
+    let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
+    let program = ProgramSetup { unit: Some(unit), start, ..in_mm(&Setup::default()) };
+    let mut motions = Vec::new();
+    let mut take = |told: &Interpreted| {
+        if let Interpreted::Motion(motion) = told {
+            motions.push(*motion);
+        }
+        Ok(())
+    };
+    let source = text.to_vec();
+    let found = interpret_program(machine, &program, &source, &mut take, &|| ControlFlow::Continue(()));
+    found.map_err(|fault| fault.to_string())?;
+    Ok(motions)
+}
+
+fn place(machine: &Machine, motion: &InterpretedMotion) -> Place {
+    let mut place = [None; 6];
+    let letters = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+    place[..3].copy_from_slice(&motion.joints[..3]);
+    for (letter, word) in letters.into_iter().zip(&motion.joints[3..]) {
+        let at = LETTERS.iter().position(|known| *known == letter).unwrap();
+        place[at] = *word;
+    }
+    place
+}
+
+/// Whether what is known of both is the same.
+fn agree(found: &Place, expected: &Place, tolerance: f64) -> bool {
+    found.iter().zip(expected).all(|pair| match pair {
+        (Some(found), Some(expected)) => (found - expected).abs() <= tolerance,
+        _ => true,
+    })
+}
+
+/// How many motions are found among the reference's, in their order; every one has to be.
+fn matched(name: &str, found: &[(u64, Place)], expected: &[Place], tolerance: f64) -> usize {
+    let mut rest = expected.iter();
+    for (line, place) in found {
+        let known = place.iter().flatten().count();
+        let is_there = rest.any(|expected| agree(place, expected, tolerance));
+        assert!(is_there, "{name} line {line}: the reference never comes to {place:?} ({known} known)");
+    }
+    found.len()
+}
+
+/// X Y Z A B C after every canonical motion of the reference interpreter.
+fn canonical(expected: &str) -> (LengthUnit, Vec<Place>) {
+    let mut places = Vec::new();
+    let (mut scale, mut first) = (1.0, None);
+    let mut plane = [0, 1, 2];
+    for line in expected.lines() {
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
+        let arguments = rest.trim_end().trim_end_matches(')');
+        let numbers: Vec<f64> = arguments.split(',').filter_map(|text| text.trim().parse().ok()).collect();
+        match name {
+            "USE_LENGTH_UNITS" => {
+                let unit =
+                    if arguments.contains("INCHES") { LengthUnit::Inch } else { LengthUnit::Millimetre };
+                scale = unit.mm();
+                first = first.or(Some(unit));
+            }
+            "SELECT_PLANE" if arguments.contains("XZ") => plane = [2, 0, 1],
+            "SELECT_PLANE" if arguments.contains("YZ") => plane = [1, 2, 0],
+            "SELECT_PLANE" => plane = [0, 1, 2],
+            "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
+                let [x, y, z] = [0, 1, 2].map(|k: usize| Some(numbers[k] * scale));
+                places.push([x, y, z, Some(numbers[3]), Some(numbers[4]), Some(numbers[5])]);
+            }
+            "ARC_FEED" => {
+                let mut linear = [None; 3];
+                for (axis, k) in plane.into_iter().zip([0, 1, 5]) {
+                    linear[axis] = Some(numbers[k] * scale);
+                }
+                let [x, y, z] = linear;
+                places.push([x, y, z, Some(numbers[6]), Some(numbers[7]), Some(numbers[8])]);
+            }
+            _ => {}
+        }
+    }
+    (first.unwrap_or(LengthUnit::Millimetre), places)
+}
+
+/// The `expected` beside a program.
+fn expected_of(program: &Path) -> Option<String> {
+    let name = program.file_name()?.to_str()?;
+    let beside = [program.with_file_name(format!("{name}.expected")), program.with_file_name("expected")];
+    beside.into_iter().find_map(|path| std::fs::read_to_string(path).ok())
+}
+
+fn share(what: &str, [of_reference, least]: [usize; 2], total: usize, found: usize, refused: usize) {
+    println!(
+        "{what}: {found} of {total} motions of the reference are followed, {:.1} %; {refused} programs are refused",
+        100.0 * found as f64 / total as f64
+    );
+    assert_eq!(total, of_reference, "{what}");
+    assert!(found >= least, "{what}: {found} of {total}");
+}
+
+#[test]
+fn every_followed_motion_is_one_of_the_reference_interpreter_for_rs274() {
+    let Some(folder) = shared_file("programs") else { return };
+    let folder = folder.join("corpus/linuxcnc-interp");
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
+    let (mut total, mut found, mut refused) = (0, 0, 0);
+    for program in every_file(&folder) {
+        let name = program.strip_prefix(&folder).unwrap().to_str().unwrap().to_owned();
+        if program.extension().is_none_or(|extension| extension != "ngc") || name.starts_with("bad/") {
+            continue;
+        }
+        let Some(expected) = expected_of(&program) else { continue };
+        let (unit, expected) = canonical(&expected);
+        total += expected.len();
+        match followed(&machine, &std::fs::read(&program).unwrap(), unit) {
+            Ok(motions) => {
+                let places: Vec<_> =
+                    motions.iter().map(|motion| (motion.line, place(&machine, motion))).collect();
+                let matched = matched(&name, &places, &expected, PRINTED_MM);
+                println!("{name}: {matched} of {}", expected.len());
+                found += matched;
+            }
+            Err(why) => {
+                println!("{name}: 0 of {}: {why}", expected.len());
+                refused += 1;
+            }
+        }
+    }
+    share("RS274/NGC", RS274, total, found, refused);
+}
+
+/// The rows of a reference table that name an axis, each with the last value of every axis.
+fn rows(table: &str) -> Vec<Place> {
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(table.as_bytes());
+    let columns: BTreeMap<usize, usize> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .enumerate()
+        .filter_map(|(column, name)| {
+            let axis = LETTERS.iter().position(|letter| name == letter.to_string())?;
+            Some((column, axis))
+        })
+        .collect();
+    let mut last: Place = [None; 6];
+    let mut places = Vec::new();
+    for record in reader.records() {
+        let record = record.unwrap();
+        let mut moves = false;
+        for (column, axis) in &columns {
+            if let Some(value) = record.get(*column).and_then(|text| text.parse::<f64>().ok()) {
+                last[*axis] = Some(value);
+                moves = true;
+            }
+        }
+        if moves {
+            places.push(last);
+        }
+    }
+    places
+}
+
+#[test]
+fn every_followed_motion_is_one_of_the_reference_for_sinumerik() {
+    let Some(folder) = shared_file("programs") else { return };
+    let folder = folder.join("corpus/cead-sinumerik");
+    let (mut total, mut found, mut refused) = (0, 0, 0);
+    for program in every_file(&folder) {
+        if program.extension().is_none_or(|extension| extension != "mpf") {
+            continue;
+        }
+        let name = program.file_name().unwrap().to_str().unwrap().to_owned();
+        let expected = rows(&std::fs::read_to_string(program.with_extension("csv")).unwrap());
+        let has_b = expected.iter().any(|place| place[4].is_some());
+        let first = if has_b { RotaryLetter::B } else { RotaryLetter::A };
+        let machine = tables([first, RotaryLetter::C], false);
+        total += expected.len();
+        match followed(&machine, &std::fs::read(&program).unwrap(), LengthUnit::Millimetre) {
+            Ok(motions) => {
+                // The reference counts TRANS in; the axes stand at zero in all of its programs, and the tip is where they are.
+                let tip = |motion: &InterpretedMotion| {
+                    let mut at = place(&machine, motion);
+                    at[..3].copy_from_slice(&motion.tip_mm.map_or([None; 3], |tip_mm| tip_mm.map(Some)));
+                    at
+                };
+                let places: Vec<_> = motions.iter().map(|motion| (motion.line, tip(motion))).collect();
+                let matched = matched(&name, &places, &expected, THREE_DECIMALS);
+                println!("{name}: {matched} of {}", expected.len());
+                found += matched;
+            }
+            Err(why) => {
+                println!("{name}: 0 of {}: {why}", expected.len());
+                refused += 1;
+            }
+        }
+    }
+    share("Sinumerik", SINUMERIK, total, found, refused);
+}
