@@ -18,6 +18,7 @@ mod execute;
 mod feed;
 mod feed_rules;
 mod interpreter;
+mod m_codes;
 mod modal;
 mod motions;
 mod offsets;
