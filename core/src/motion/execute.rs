@@ -1,6 +1,6 @@
 //! What the codes of a block do.
 
-use super::codes::{Code, code_of, meaning};
+use super::codes::{Code, MCode, code_of, meaning};
 use super::interpreter::{AXES, Interpreter, at_bytes, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::travel::CONTACT;
