@@ -52,12 +52,12 @@ async fn job<P: ProgramParameters>(
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return Ok(job);
     }
+    let on = Arc::unwrap_or_clone(on?);
     let machines = caller(&parts.extensions)?.machines;
     let repeated = repeated_step(&app.store, &program.sha256(), parameters.steps(), machines.as_deref()).await?;
     if let Some(step) = repeated {
         return Err(already_done(step.name()).into());
     }
-    let on = Arc::unwrap_or_clone(on?);
     let on = with_wear(&app.store, &app.sources, on, parameters.cutter_id()).await?;
     let machine_revision = on.revision;
     let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
