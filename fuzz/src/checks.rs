@@ -126,7 +126,7 @@ pub fn pipeline(data: &[u8]) {
     let cc = CcParameters {
         tolerance: mm([0.01, 0.1, 1.0, 0.001][usize::from(detail & 3)]),
         program: in_mm(&setup),
-        program: ProgramSetup { interpolation, ..zero() },
+        program: ProgramSetup { interpolation, ..at_zero() },
         budget,
         ..CcParameters::new(tool, at_zero())
     };
@@ -145,7 +145,7 @@ pub fn pipeline(data: &[u8]) {
         }
         3 => {
             let worn = Tool::new(tool.radius() - mm(0.1), tool.corner_radius() - mm(0.1)).expect("a tool");
-            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), at_zero()) };
+            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..at_zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), at_zero()) };
             let mut out = Vec::new();
             no_defect("wear", compensate_wear(&machine, &wear, &source, &mut out, &go_on));
         }
@@ -153,7 +153,7 @@ pub fn pipeline(data: &[u8]) {
             let worn = Tool::new(tool.radius() - mm(0.05), tool.corner_radius()).ok().map(WornCutter::Tool);
             let parameters = CompensationParameters {
                 program: in_mm(&setup),
-                program: ProgramSetup { interpolation, ..zero() },
+                program: ProgramSetup { interpolation, ..at_zero() },
                 wear: worn.filter(|_| detail & 4 != 0).map(|worn| WearStep::new(tool, worn)),
                 location_errors: detail & 8 != 0,
                 cc: (detail & 16 != 0).then(|| CcStep { budget, ..CcStep::new(tool) }),

@@ -165,7 +165,7 @@ fn the_impeller_gets_all_steps_at_once() {
         wear: Some(WearStep::new(ball(3.0), WornCutter::Tool(ball(2.85)))),
         location_errors: true,
         cc: Some(CcStep { tolerance: Length::from_um(5.0), ..CcStep::new(ball(3.0)) }),
-        program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
+        program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..at_zero() },
         ..CompensationParameters::new(at_zero())
     };
     let (_, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));

@@ -474,7 +474,7 @@ fn every_program_is_compensated_or_refused_by_line_and_never_miswritten() {
         for machine in &machines {
             let radius = Length::from_mm(5.0);
             let parameters = CcParameters {
-                program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+                program: ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() },
                 contact: ContactSource::FeedPlane,
                 ..CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero())
             };

@@ -32,7 +32,7 @@ fn run(
     let radius = Length::from_mm(3.0);
     let tool = Tool::new(radius, radius).expect("a ball");
     let parameters = CcParameters {
-        program: ProgramSetup { interpolation: Some(mode), ..zero() },
+        program: ProgramSetup { interpolation: Some(mode), ..at_zero() },
         ..CcParameters::new(tool, at_zero())
     };
     let mut output = Vec::new();

@@ -54,7 +54,7 @@ fn the_impeller_and_the_printed_layers_are_moved_whole() {
         let program = fs::read(path).expect("a file");
         let nominal = tool(radius_mm, radius_mm);
         let parameters = WearParameters {
-            program: ProgramSetup { interpolation, ..zero() },
+            program: ProgramSetup { interpolation, ..at_zero() },
             ..WearParameters::new(nominal, ball(0.95 * radius_mm), at_zero())
         };
         let (output, report) = run(&tables(letters, reversed), &parameters, &program)

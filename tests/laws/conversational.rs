@@ -317,10 +317,11 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
 fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
     let cuts = |text: &str, tool_number: Option<u32>| {
         let part = &parts()[0];
+        let mut program = in_mm(&part.setup);
+        program.tools.number = tool_number;
         let parameters = WearParameters {
-            program: in_mm(&part.setup),
+            program,
             contact: ContactSource::FeedPlane,
-            tool_number,
             ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)), at_zero())
         };
         let mut output = Vec::new();

@@ -28,7 +28,7 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
 use crate::models::witness::{Tables, scan};
-use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::set_ups::{at_zero, in_mm, with_tool};
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
 /// words of four decimals give [mm].
@@ -435,10 +435,10 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
     let text = format!("G90 G21 G94\nT1 M6\n{}T2 M6\n{}M30\n", pass(20.0), pass(30.0));
     let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (posted, _, _) = done(&machine, &location, &text);
-    let step =
-        WearStep { tool_number: Some(1), ..WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5))) };
+    let step = WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)));
+    let program = with_tool(1);
     let (output, _, changes) =
-        done(&machine, &CompensationParameters { wear: Some(step), ..location }, &text);
+        done(&machine, &CompensationParameters { wear: Some(step), program, ..location }, &text);
     let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
     let [source, posted, output] = [&text, &posted, &output].map(|text| lines(text));
     assert_eq!(posted[6..], output[6..]);

@@ -82,7 +82,7 @@ fn under_tool_centre_point_control_rotary_words_alone_are_posted_in_every_dialec
     for (dialect, text) in programs {
         let location = CompensationParameters {
             location_errors: true,
-            program: ProgramSetup { dialect: Some(dialect), ..zero() },
+            program: ProgramSetup { dialect: Some(dialect), ..at_zero() },
             ..CompensationParameters::new(at_zero())
         };
         let (output, report, changes) = done(&machine, &location, text);
@@ -118,7 +118,7 @@ fn under_tool_centre_point_control_rotary_words_alone_are_posted_in_every_dialec
     // A vector points the tool on any machine; behind words that were turned it would be found from elsewhere.
     let location = CompensationParameters {
         location_errors: true,
-        program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+        program: ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() },
         ..CompensationParameters::new(at_zero())
     };
     let vectors = "G90 G71 G94\nTRAORI\nG1 X0.0000 Y0.0000 Z20.0000 A3=0.1 B3=0.2 C3=0.95 F800\n\
@@ -139,7 +139,7 @@ fn words_with_a_sense_of_their_own_lead_where_plain_ones_do() {
         let parameters = CompensationParameters {
             wear: wear.filter(|_| !location_errors),
             location_errors,
-            program: ProgramSetup { dialect: Some(Dialect::Siemens), ..zero() },
+            program: ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() },
             ..CompensationParameters::new(at_zero())
         };
         done(machine, &parameters, text).0

@@ -137,7 +137,7 @@ fn a_feed_parameter_counts_where_the_program_has_none() {
     assert!(!plain.contains('F'));
     assert_eq!(report.warnings.iter().filter(|warning| warning.kind.name() == "no_feed").count(), 1);
     let given = CcParameters {
-        program: ProgramSetup { feed: Some(Feedrate::from_mm_per_min(1500.5)), ..zero() },
+        program: ProgramSetup { feed: Some(Feedrate::from_mm_per_min(1500.5)), ..at_zero() },
         ..CcParameters::new(ball(), at_zero())
     };
     let (output, _) = with(&given, &program).expect("compensated");
@@ -196,7 +196,7 @@ fn a_contact_that_swings_round_the_tool_is_left_alone() {
     // Feed-plane contact of a flat cutter jumps from one side to the other where the lead changes its sign.
     let program = "G1 X0.000 Y0.000 Z5.000 A1.000 C0.000 F1000\nY15.000\nY30.000 A-1.000\nY45.000\nM30\n";
     let flat = CcParameters {
-        program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..zero() },
+        program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..at_zero() },
         ..CcParameters::new(tool(8.0, 0.0), at_zero())
     };
     let (output, report) = with(&flat, program).expect("compensated");
@@ -316,7 +316,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
         ("GOTO/0,0,0,0,0,1\nGOTO/10,0,0,0.1,0,0.99\nFINI\n", Dialect::Heidenhain),
     ] {
         let parameters = CcParameters {
-            program: ProgramSetup { dialect: Some(dialect), ..zero() },
+            program: ProgramSetup { dialect: Some(dialect), ..at_zero() },
             ..CcParameters::new(ball(), at_zero())
         };
         match with(&parameters, text) {
@@ -332,7 +332,7 @@ fn a_text_of_which_the_stated_dialect_reads_nothing_is_refused() {
         "M98 P100\nG1 X10. F500\nM30\n",
     ] {
         let parameters = CcParameters {
-            program: ProgramSetup { dialect: Some(Dialect::Iso), ..zero() },
+            program: ProgramSetup { dialect: Some(Dialect::Iso), ..at_zero() },
             ..CcParameters::new(ball(), at_zero())
         };
         let (output, report) = with(&parameters, text).unwrap_or_else(|fault| panic!("{text}{fault:?}"));

@@ -245,7 +245,7 @@ fn where_nothing_touches_only_the_length_moves_a_point() {
     let (radius, _) = curvature.convex.unwrap();
     assert!((radius.mm() - 30.0).abs() < 0.05 && curvature.concave.is_none(), "{curvature:?}");
     // an unworn cutter comes back byte for byte
-    let same = WearParameters { worn: WornCutter::Tool(part.tool), ..parameters.clone() };
+    let same = WearParameters { worn: Some(WornCutter::Tool(part.tool)), ..parameters.clone() };
     assert_eq!(worn(&part, &same, &text).unwrap().0, text);
     let without = WearParameters { contact: ContactSource::Surface, part: None, ..parameters };
     assert!(matches!(

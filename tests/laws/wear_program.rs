@@ -14,8 +14,8 @@ use trunnion::kinematics::{Kinematics, Setup};
 use trunnion::machine::{RotaryAxis, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    ContactSource, Fault, LengthInControl, LineFaultKind, Milling, WearParameters, WearReport, WornCutter,
-    compensate_wear,
+    ContactSource, Fault, LengthInControl, LineFaultKind, Milling, ToolUnknown, WearParameters, WearReport,
+    WornCutter, compensate_wear,
 };
 use trunnion::program::Dialect;
 use trunnion::units::{Angle, Length};
@@ -27,7 +27,7 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool, wall,
 };
 use crate::models::witness::{Line, Tables, scan};
-use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::set_ups::{at_zero, in_mm, with_tool};
 use trunnion::process::ProgramSetup;
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
@@ -61,7 +61,7 @@ fn done(part: &Finishing, parameters: &WearParameters, text: &str) -> (String, W
 
 /// A plain program of our own on the machine of tests.
 fn plain(parameters: &WearParameters, text: &str) -> Result<(String, WearReport), Fault> {
-    let part = blade(ac_machine(), parameters.nominal, 3, 1);
+    let part = blade(ac_machine(), parameters.nominal.expect("a cutter"), 3, 1);
     run(&part, parameters, text)
 }
 
@@ -239,7 +239,7 @@ fn a_table_of_one_deviation_is_a_ball_of_another_radius() {
             entries.iter().map(|(deg, mm)| (Angle::from_deg(*deg), Length::from_mm(*mm))).collect();
         WornCutter::Table(WearTable::new(&entries).expect("a table"))
     };
-    let with = |worn_cutter| WearParameters { worn: worn_cutter, ..worn(&part, part.tool) };
+    let with = |worn_cutter| WearParameters { worn: Some(worn_cutter), ..worn(&part, part.tool) };
     for form in [Form::ContactWords, Form::NormalTable] {
         let text = part.program(form, FeedForm::PerMinute);
         let (by_table, _) = done(&part, &with(table(&[(0.0, -0.25), (90.0, -0.25)])), &text);
@@ -269,7 +269,7 @@ fn the_report_tells_what_was_left_and_what_is() {
     assert!(report.warnings.is_empty(), "{:?}", report.warnings);
     assert_eq!(report.series.points().len(), part.points.len());
     // A tool that is not the one the program was made for.
-    let other = WearParameters { nominal: tool(6.0, 6.0), ..worn(&part, tool(4.75, 4.75)) };
+    let other = WearParameters { nominal: Some(tool(6.0, 6.0)), ..worn(&part, tool(4.75, 4.75)) };
     let (_, report) = done(&part, &other, &text);
     let off = report.warnings.iter().find(|warning| warning.kind.name() == "contact_off_tool").expect("told");
     assert!(off.max_distance_mm.is_some_and(|off_mm| off_mm > 0.3) && off.count == 75, "{off:?}");
@@ -358,27 +358,28 @@ fn pass_from(x: &str) -> String {
 
 #[test]
 fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
-    let faulty_line = |text: &str| match plain(&ball_by_feed((5.0, 4.5)), text) {
+    let refused = |text: &str| match plain(&ball_by_feed((5.0, 4.5)), text) {
         Ok(_) => None,
-        Err(Fault::Lines(faults)) => {
-            assert!(faults.kept.iter().all(|fault| matches!(fault.kind, LineFaultKind::AnotherTool)));
-            faults.kept.first().map(|fault| fault.line)
-        }
+        Err(Fault::Tool(ToolUnknown::Several { count: 2, tools, is_for_one: true })) => Some(tools),
         Err(fault) => panic!("{fault}"),
     };
+    let two_tools = |tools: &str| Some(tools.to_owned());
     let [one, two] = [pass_from("0"), pass_from("5")];
-    assert_eq!(faulty_line(&format!("T1 M6\n{one}T2\n{two}M30\n")), None, "T2 is only made ready");
-    assert_eq!(faulty_line(&format!("T1 M6\n{one}T1 M6\n{two}M30\n")), None, "the same tool again");
-    assert_eq!(faulty_line(&format!("T1 M6\n{one}T2\nM6\n{two}M30\n")), Some(8));
-    assert_eq!(faulty_line(&format!("{one}T1 M6\n{two}M30\n")), Some(6), "the first one is not known");
-    assert_eq!(faulty_line(&format!("T[#1] M6\n{one}T[#1] M6\n{two}M30\n")), Some(7), "values are not known");
+    assert_eq!(refused(&format!("T1 M6\n{one}T2\n{two}M30\n")), None, "T2 is only made ready");
+    assert_eq!(refused(&format!("T1 M6\n{one}T1 M6\n{two}M30\n")), None, "the same tool again");
+    assert_eq!(refused(&format!("T1 M6\n{one}T2\nM6\n{two}M30\n")), two_tools("T1, T2"));
+    let first = refused(&format!("{one}T1 M6\n{two}M30\n"));
+    assert_eq!(first, two_tools("the tool that was there from the start, T1"));
+    // Values are not known.
+    let unknown = refused(&format!("T[#1] M6\n{one}T[#1] M6\n{two}M30\n"));
+    assert_eq!(unknown, two_tools("a tool that the text does not tell, a tool that the text does not tell"));
 }
 
 #[test]
 fn a_program_of_which_nothing_can_be_followed_is_refused_where_it_should_move() {
     // Read as conversational text, blocks of G words have no motion that could be followed.
     let forced = |step: WearParameters| WearParameters {
-        program: ProgramSetup { dialect: Some(Dialect::Heidenhain), ..zero() },
+        program: ProgramSetup { dialect: Some(Dialect::Heidenhain), ..at_zero() },
         ..step
     };
     let text = pass_from("0");
@@ -402,7 +403,7 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
     let (two, three) =
         ("G0 Z90.000\nX3.000 Y12.000 A-30.000 C0.000\nG1 Y20.000 Z20.000\nG0 Z90.000\n", pass_from("7"));
     let text = format!("T1 M6\n{one}T2 M6\n{two}M6 T1\n{three}M30\n");
-    let parameters = |number| WearParameters { tool_number: Some(number), ..ball_by_feed((5.0, 4.5)) };
+    let parameters = |number| WearParameters { program: with_tool(number), ..ball_by_feed((5.0, 4.5)) };
     let (output, report) = plain(&parameters(1), &text).expect("a program");
     let (source, written): (Vec<_>, Vec<_>) = (text.lines().collect(), output.lines().collect());
     assert_eq!(source.len(), written.len());
@@ -415,7 +416,7 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
     let second: Vec<_> = second.lines().collect();
     assert_eq!([&second[..5], &second[8..]], [&source[..5], &source[8..]]);
     assert_ne!(second[6], source[6]);
-    assert!(matches!(plain(&parameters(3), &text), Err(Fault::NoSuchTool { number: 3 })));
+    assert!(matches!(plain(&parameters(3), &text), Err(Fault::Tool(ToolUnknown::NoSuchTool { number: 3, .. }))));
     // A Y that the first tool left elsewhere would stand under the second one.
     let careless = text.replace(" Y12.000", "");
     match plain(&parameters(1), &careless) {
@@ -431,7 +432,7 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
 fn increments_inches_and_absent_words_end_where_absolute_millimetres_do() {
     let parameters = ball_by_feed((5.0, 4.5));
     let machine = WearParameters {
-        program: ProgramSetup { interpolation: Some(Interpolation::Machine), ..zero() },
+        program: ProgramSetup { interpolation: Some(Interpolation::Machine), ..at_zero() },
         ..parameters
     };
     let absolute = "G90 G21 G94\nG0 X0.0000 Y0.0000 Z20.0000 A-30.0000 C0.0000\nG1 X10.0000 Y2.0000 Z21.0000 A-30.0000 C0.0000 F800\nX20.0000 A-35.0000 C5.0000\nX30.0000 Y5.0000 Z19.0000\nM30\n";
