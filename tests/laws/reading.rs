@@ -303,8 +303,8 @@ fn an_arc_of_several_turns_is_moved_and_keeps_them() {
 
 #[test]
 fn a_second_transformation_is_left_alone_with_its_reason() {
-    let text = "%_N_P_MPF\nG71 G90 G94 G17\nTRAORI(2)\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n\
-                G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAORI(1)\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n\
+    let text = "%_N_P_MPF\nG71 G90 G94 G17\nTRAORI(2)\nG0 X50.000 Y0.000 Z0.000 A10.000 C0.000\n\
+                G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAORI(1)\nG0 X50.000 Y0.000 Z0.000 A10.000 C0.000\n\
                 G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAFOOF\nM30\n";
     let (output, report) = compensated(text);
     let at = text.find("TRAORI(1)").expect("the first one");
