@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use trunnion::contact::{Carry, CutterContact, SourceBlock, Station, quick_look, rotary_rad};
@@ -20,7 +21,7 @@ use trunnion::process::{
 };
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
-use set_ups::at_zero;
+use models::set_ups::at_zero;
 
 #[path = "../tests/models/mod.rs"]
 mod models;
@@ -324,7 +325,7 @@ fn pose(lanes: &PoseLanes, k: usize) -> ToolPose {
 /// The deviation in the middle of a block, stations and contact included, one block at a time: what the batches are
 /// measured against.
 fn one_by_one(machine: &trunnion::machine::Machine, tool: Tool) {
-    let kinematics = Kinematics::new(machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(machine, &Setup::default()));
     let mode = Interpolation::Machine;
     let mut state = [35.0, 0.0];
     let points: Vec<AxisWords> = (0..200_000).map(|index| words(&mut state, index)).collect();

@@ -5,13 +5,12 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use trunnion::geometry::Vec3;
-use trunnion::kinematics::Kinematics;
+use trunnion::kinematics::{Kinematics, Setup};
 use trunnion::machine::{Machine, Preset, Tool};
-use trunnion::process::{VerificationParameters, verify_part};
+use trunnion::process::{ProgramSetup, VerificationParameters, verify_part};
 use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
-use set_ups::at_zero;
 
 mod threads;
 
@@ -47,7 +46,7 @@ fn samples() -> Vec<SurfacePoint> {
 
 /// Zigzag over the patch with the axis off the normal, and (five-axis) swinging along.
 fn program(machine: &Machine, tool: &Tool, blocks: usize, five_axis: bool, tcp: bool) -> String {
-    let kinematics = Kinematics::new(machine, &trunnion::kinematics::Setup::default());
+    let kinematics = Kinematics::new(machine, &Setup::default());
     let per_pass = 250;
     let count = blocks / per_pass;
     let mut text = String::from(if tcp { "G90 G21 G43.4 H1\n" } else { "G90 G21\n" });
@@ -98,7 +97,7 @@ fn main() {
             continue;
         }
         let text = program(&machine, &tool, blocks, five_axis, tcp).into_bytes();
-        let parameters = VerificationParameters::new(tool, at_zero());
+        let parameters = VerificationParameters::new(tool, ProgramSetup::in_mm(&Setup::default()));
         let several = Threads(2);
         let ways: [(&str, &dyn SideBySide); 2] =
             [("one thread", &OneAfterAnother), ("two threads", &several)];

@@ -9,17 +9,21 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use trunnion::geometry::{Screw, Vec3, angle_about, angle_between, wrap_rad};
-use trunnion::jobs::{InverseAnswer, InverseTask, Limits, MachineUsed};
+use trunnion::jobs::{InverseAnswer, InverseTask, Limits, MachineUsed, ToolShelf};
 use trunnion::kinematics::{
     InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
-use trunnion::machine::{LocationError, Machine, Preset, Travel};
-use trunnion::wire::{InverseRequest, SolvedPoses, read_json};
+use trunnion::machine::{LocationError, Machine, MachineParts, Preset, Travel};
+use trunnion::wire::{InverseRequest, MachineProfile, SolvedPoses, read_json};
 
 const POSES: usize = 16_384;
 const GO_ON: &dyn Fn() -> ControlFlow<()> = &|| ControlFlow::Continue(());
 
 fn calibrated(id: &str) -> Option<Machine> {
+    Machine::new(calibrated_parts(id)?).ok()
+}
+
+fn calibrated_parts(id: &str) -> Option<MachineParts> {
     let mut parts = Preset::by_id(id)?.parts();
     for (k, axis) in parts.rotary_axes.iter_mut().enumerate() {
         let sign = if k == 0 { 1.0 } else { -1.0 };
@@ -30,7 +34,7 @@ fn calibrated(id: &str) -> Option<Machine> {
         };
     }
     parts.squareness.e_c0y_rad = 20e-6;
-    Machine::new(parts).ok()
+    Some(parts)
 }
 
 /// A finishing pass: the axis wanders between 10° and 50° of tilt, the azimuth to and fro.
@@ -212,7 +216,9 @@ fn main() {
 /// The JSON route without HTTP: text in, text out.
 #[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
 fn json(list: &[ToolPose]) {
-    let Some(machine) = calibrated("ac-table") else { return };
+    let Some(profile) = calibrated_parts("ac-table").map(|parts| MachineProfile::from(&parts)) else { return };
+    let Ok(on) = MachineUsed::new(String::new(), 1, profile, ToolShelf::default()) else { return };
+    let on = Arc::new(on);
     let limits = Limits { max_poses: POSES, max_cost_s: f64::INFINITY };
     for (name, decimals) in [("6 decimals", Some(6)), ("all digits", None)] {
         let mut text = String::from("{\"poses\": [");
@@ -231,7 +237,6 @@ fn json(list: &[ToolPose]) {
         text += "], \"work_offset_mm\": [70, -40, 95]}";
         let read = || read_json::<InverseRequest>(text.as_bytes()).ok();
         let Some(document) = read() else { continue };
-        let on = Arc::new(MachineUsed::new(1, machine.clone(), None));
         let solve = |document: &InverseRequest| {
             let options = document.options();
             let (setup, start_words_deg) = options.to_setup(&on.machine).ok()?;

@@ -4,15 +4,14 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use trunnion::kinematics::InstructionSet;
+use trunnion::kinematics::{InstructionSet, Setup};
 use trunnion::machine::{Machine, Preset};
-use trunnion::process::{SimulationParameters, simulate};
+use trunnion::process::{ProgramSetup, SimulationParameters, simulate};
 use trunnion::servo::{
     AxisLetter, AxisServo, Circle, Drive, DrivePreset, DriveSet, Resonance, Run, ServoPath, StateSpace, Step,
     sweep_at_feed,
 };
 use trunnion::units::Feedrate;
-use set_ups::at_zero;
 
 const STEPS: usize = 1_000_000;
 const AXES: usize = 5;
@@ -164,7 +163,7 @@ fn program() {
         writeln!(text, "G1 X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4} F2000").expect("a string takes it");
     }
     let source = text.into_bytes();
-    let parameters = SimulationParameters::new(drives, at_zero());
+    let parameters = SimulationParameters::new(drives, ProgramSetup::in_mm(&Setup::default()));
     let mut found = None;
     let seconds = best_seconds(3, || {
         found = Some(simulate(&machine, &parameters, &source, GO_ON).expect("a program"));

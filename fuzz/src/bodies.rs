@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -11,14 +11,16 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use crate::calibration::identify;
 use crate::calibration::rotary_sphere::identify_spheres;
 use crate::kinematics::{Kinematics, PathOptions, PoseLanes};
-use crate::machine::Machine;
+use crate::machine::{Machine, Tool};
+use crate::process::{ListedTool, ToolTable};
 use crate::servo::{Detail, ServoPath, simulate};
+use crate::units::Length;
 use crate::wire::{
     ApiKeyRequest, ApplyRequest, CalibrationDocument, CalibrationHead, CalibrationKind, CalibrationRequest, CcParameters,
     CompensationParameters, CorePath, Drives, FaultList, ForwardRequest, InverseRequest, JobOperation,
-    JobRequest, JointColumns, JointRows, JointWords, KinematicsOptions, MachineProfile, MatchingRequest, Pose, PoseRows,
+    JobRequest, JointColumns, JointRows, JointWords, KinematicsOptions, MachineProfile, MachineStatements, MatchingRequest, Pose, PoseRows,
     PostingParameters, ScallopRequest, ServoOptions, ServoProgramParameters, SimulationAnswer, SimulationRequest,
-    SolvedPoses, SweepRequest, TableTool, VerificationParameters, WearAdviceRequest, WearEntriesRequest,
+    SolvedPoses, Statements, SweepRequest, TableTool, VerificationParameters, WearAdviceRequest, WearEntriesRequest,
     WearParameters, WithdrawalRequest, example_machine, read_json, read_query,
 };
 
@@ -285,11 +287,27 @@ fn job(text: &[u8]) {
     }
 }
 
+/// What a request that was checked states of a program, on the machine there is, with a table of one tool.
+fn stated(statements: &Statements<'_>) {
+    let (profile, machine) = example();
+    let mut faults = FaultList::default();
+    statements.check(&mut faults);
+    if faults.into_result().is_err() {
+        return;
+    }
+    let cutter = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).ok();
+    let listed = ListedTool { number: Some(1), name: None, cutter, length: None, worn: None };
+    let (table, mut faults) = (Arc::new(ToolTable::new(vec![listed])), FaultList::default());
+    let of_machine = MachineStatements::of(profile);
+    finite("stated", &statements.to_core(machine, &of_machine, &table, true, &mut faults));
+}
+
 fn cc(text: &[u8]) {
     let Some(parameters) = kept::<CcParameters>(text) else { return };
     for has_part in [false, true] {
         if let Ok(tool) = parameters.check(has_part) {
             finite("tool", &tool);
+            stated(&parameters.statements());
         }
     }
 }
@@ -299,6 +317,7 @@ fn wear(text: &[u8]) {
     for has_part in [false, true] {
         if let Ok(core) = parameters.to_core(has_part) {
             finite("wear", &core);
+            stated(&parameters.statements());
         }
     }
 }
@@ -307,7 +326,8 @@ fn one_pass(text: &[u8]) {
     let Some(parameters) = kept::<CompensationParameters>(text) else { return };
     for has_part in [false, true] {
         if parameters.check(has_part).is_ok() {
-            finite("set-up", &(parameters.setup(), parameters.tolerance_um(), parameters.feed()));
+            finite("set-up", &(parameters.tolerance_um(), parameters.tool()));
+            stated(&parameters.statements());
             finite("wear", &parameters.wear_alone());
             finite("cc", &parameters.cc_alone());
         }

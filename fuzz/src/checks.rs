@@ -1,20 +1,18 @@
 //! What has to hold whatever the bytes are. A check that fails panics, and that is a finding.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use trunnion_core::kinematics::Setup;
 use trunnion_core::machine::{Machine, Preset, Tool};
-use trunnion_core::motion::{Interpolation, Interpreter, InterpreterOptions};
+use trunnion_core::motion::{Interpolation, Interpreter, InterpreterOptions, ToolName, WorkOffset, WorkOffsets};
 use trunnion_core::process::{
-    Budget, CcParameters, CcStep, CompensationParameters, Fault, MemorySpool, SingularityAction,
-    SingularityParameters, WearParameters, WearStep, WornCutter, compensate, compensate_program, compensate_wear,
-    treat_singular_regions,
+    Budget, CcParameters, CcStep, CompensationParameters, ContactSource, Fault, ListedTool, MemorySpool, ProgramSetup,
+    SingularityAction, SingularityParameters, StartPosition, ToolTable, Tools, WearParameters, WearStep, WornCutter,
+    compensate, compensate_program, compensate_wear, treat_singular_regions,
 };
 use trunnion_core::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, print_changed};
-use trunnion_core::units::Length;
+use trunnion_core::units::{Feedrate, Length, LengthUnit};
 use trunnion_core::wear::OneAfterAnother;
-use set_ups::{at_zero, in_mm};
-use trunnion::process::ProgramSetup;
 
 /// Lines longer than this are refused, so that the refusal is met too.
 const LINE_BYTES: usize = 2048;
@@ -109,26 +107,68 @@ fn no_defect<T>(step: &str, found: Result<T, Fault>) -> Option<T> {
     found.ok()
 }
 
+/// What is stated of a program, by the bits of a byte: its unit, its work offsets, where the axes start, its tools.
+fn stated(bits: u8, interpolation: Option<Interpolation>) -> ProgramSetup {
+    use LengthUnit::{Inch, Millimetre};
+    let mm = Length::from_mm;
+    let unit = [Some(Millimetre), Some(Inch), None, Some(Millimetre)][usize::from(bits & 3)];
+    let only_mm = Some([12.0, -7.0, 35.0]);
+    let named = [("G54", [12.0, -7.0, 35.0]), ("G55", [-3.0, 2.5, 40.0]), ("G54.1 P3", [0.0; 3])];
+    let named = named.into_iter().filter_map(|(name, at_mm)| Some((WorkOffset::from_name(name)?, at_mm))).collect();
+    let work_offsets = match bits >> 2 & 3 {
+        0 => WorkOffsets { only_mm, ..WorkOffsets::default() },
+        1 => WorkOffsets { named_mm: named, ..WorkOffsets::default() },
+        2 => WorkOffsets { only_mm, of_machine_mm: named, ..WorkOffsets::default() },
+        _ => WorkOffsets::default(),
+    };
+    let known = StartPosition { linear_mm: [None, None, Some(100.0)], rotary_deg: [Some(0.0); 2] };
+    let listed = |number, name: Option<&[u8]>, radius: f64, corner: f64, worn: f64| ListedTool {
+        number,
+        name: name.and_then(ToolName::new),
+        cutter: Tool::new(mm(radius), mm(corner)).ok(),
+        length: Some(mm(100.0 + radius)),
+        worn: Tool::new(mm(radius - worn), mm((corner - worn).max(0.0))).ok(),
+    };
+    let table = ToolTable::new(vec![
+        listed(Some(1), None, 5.0, 5.0, 0.1),
+        listed(Some(2), Some(b"BALL_10"), 6.0, 1.5, 0.0),
+        ListedTool { number: Some(3), name: None, cutter: None, length: None, worn: None },
+    ]);
+    let has_table = bits & 32 != 0;
+    let table = Arc::new(if has_table { table } else { ToolTable::default() });
+    let length = Some(mm(100.0)).filter(|_| !has_table);
+    ProgramSetup {
+        unit,
+        interpolation,
+        work_offsets: Arc::new(work_offsets),
+        start: if bits & 16 == 0 { StartPosition::default() } else { known },
+        tools: Tools::with(if bits & 0xc0 == 0xc0 { Some(1) } else { None }, length, table),
+        allow_repeated: bits & 0x80 != 0,
+        ..ProgramSetup::default()
+    }
+}
+
 /// A program goes through every step with a small budget: refused or written, never miswritten; what asks for nothing
 /// gives it back as it was.
 pub fn pipeline(data: &[u8]) {
-    let Some((&[choice, detail], text)) = data.split_first_chunk::<2>() else { return };
+    let Some((&[choice, detail, bits], text)) = data.split_first_chunk::<3>() else { return };
     let source = text.to_vec();
     let go_on = || ControlFlow::Continue(());
     let machine = machine(["ac-table", "bc-table", "nutating-b-head-c-table", "bc-head"][usize::from(choice & 3)]);
     let mm = Length::from_mm;
     let tool = if choice & 4 == 0 { Tool::new(mm(5.0), mm(5.0)) } else { Tool::new(mm(6.0), mm(1.5)) };
     let tool = tool.expect("a tool");
-    let setup = Setup { work_offset_mm: [12.0, -7.0, 35.0].into(), ..Setup::default() };
+    // With a table the tools may be its own.
+    let stated_tool = Some(tool).filter(|_| bits & 0x60 != 0x60);
     let interpolation =
         [None, Some(Interpolation::Machine), Some(Interpolation::Tcp), None][usize::from(choice >> 3 & 3)];
     let budget = Budget { max_evaluations: 50_000, max_blocks_out: 5_000 };
     let cc = CcParameters {
         tolerance: mm([0.01, 0.1, 1.0, 0.001][usize::from(detail & 3)]),
-        program: in_mm(&setup),
-        program: ProgramSetup { interpolation, ..at_zero() },
+        contact: if detail & 0x80 == 0 { ContactSource::Auto } else { ContactSource::FeedPlane },
+        max_feed: Some(Feedrate::from_mm_per_min(10_000.0)).filter(|_| detail & 0x40 != 0),
         budget,
-        ..CcParameters::new(tool, at_zero())
+        ..CcParameters::new(stated_tool, stated(bits, interpolation))
     };
     match choice >> 5 {
         0 | 1 => {
@@ -145,19 +185,22 @@ pub fn pipeline(data: &[u8]) {
         }
         3 => {
             let worn = Tool::new(tool.radius() - mm(0.1), tool.corner_radius() - mm(0.1)).expect("a tool");
-            let wear = WearParameters { program: in_mm(&setup), program: ProgramSetup { interpolation, ..at_zero() }, ..WearParameters::new(tool, WornCutter::Tool(worn), at_zero()) };
+            let worn = stated_tool.map(|_| WornCutter::Tool(worn));
+            let wear = WearParameters { contact: cc.contact, ..WearParameters::new(stated_tool, worn, cc.program) };
             let mut out = Vec::new();
             no_defect("wear", compensate_wear(&machine, &wear, &source, &mut out, &go_on));
         }
         4 => {
             let worn = Tool::new(tool.radius() - mm(0.05), tool.corner_radius()).ok().map(WornCutter::Tool);
             let parameters = CompensationParameters {
-                program: in_mm(&setup),
-                program: ProgramSetup { interpolation, ..at_zero() },
-                wear: worn.filter(|_| detail & 4 != 0).map(|worn| WearStep::new(tool, worn)),
+                wear: (detail & 4 != 0).then(|| WearStep {
+                    contact: cc.contact,
+                    ..WearStep::new(stated_tool, worn.filter(|_| stated_tool.is_some()))
+                }),
                 location_errors: detail & 8 != 0,
-                cc: (detail & 16 != 0).then(|| CcStep { budget, ..CcStep::new(tool) }),
-                ..CompensationParameters::new(at_zero())
+                cc: (detail & 16 != 0).then(|| CcStep { contact: cc.contact, budget, ..CcStep::new(stated_tool) }),
+                max_feed: cc.max_feed,
+                ..CompensationParameters::new(cc.program)
             };
             let mut out = Vec::new();
             let spool = MemorySpool::default();

@@ -73,6 +73,7 @@ fn the_impeller_keeps_its_tolerance_with_tcp() {
     for tolerance_um in [10.0, 1.0, 0.2] {
         let parameters = CcParameters {
             program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..at_zero() },
+            contact: ContactSource::FeedPlane,
             tolerance: Length::from_um(tolerance_um),
             ..CcParameters::new(ball(3.0), at_zero())
         };

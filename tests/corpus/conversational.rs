@@ -109,6 +109,7 @@ fn the_dmc_program_keeps_its_tolerance() {
     let radius = Length::from_mm(5.0);
     for tolerance_um in [10.0, 5.0] {
         let parameters = CcParameters {
+            contact: ContactSource::FeedPlane,
             tolerance: Length::from_um(tolerance_um),
             ..CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero())
         };

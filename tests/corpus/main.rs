@@ -12,7 +12,7 @@ mod posting;
 mod program;
 mod rotary_sphere;
 #[path = "../models/set_ups.rs"]
-#[expect(unreachable_pub, reason = "shared by test binaries")]
+#[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 mod set_ups;
 mod siemens;
 mod singularity;

@@ -9,7 +9,7 @@ use trunnion::geometry::Vec3;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcStep, CompensationParameters, CompensationReport, Fault, MemorySpool, WearStep, WornCutter,
+    CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemorySpool, WearStep, WornCutter,
     compensate_program,
 };
 use trunnion::units::Length;
@@ -161,10 +161,11 @@ fn the_impeller_gets_all_steps_at_once() {
     let Some(path) = shared_file("programs/5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc") else { return };
     let program = fs::read(path).expect("a file");
     let machine = with_errors(&tables([RotaryLetter::A, RotaryLetter::C], false), errors());
+    let contact = ContactSource::FeedPlane;
     let parameters = CompensationParameters {
-        wear: Some(WearStep::new(ball(3.0), WornCutter::Tool(ball(2.85)))),
+        wear: Some(WearStep { contact, ..WearStep::new(ball(3.0), WornCutter::Tool(ball(2.85))) }),
         location_errors: true,
-        cc: Some(CcStep { tolerance: Length::from_um(5.0), ..CcStep::new(ball(3.0)) }),
+        cc: Some(CcStep { contact, tolerance: Length::from_um(5.0), ..CcStep::new(ball(3.0)) }),
         program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..at_zero() },
         ..CompensationParameters::new(at_zero())
     };
@@ -183,9 +184,12 @@ fn every_program_is_compensated_or_refused_and_comes_back_where_nothing_is_wrong
     let Some(folder) = shared_file("programs") else { return };
     let perfect = [RotaryLetter::A, RotaryLetter::B].map(|first| tables([first, RotaryLetter::C], false));
     let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
-    let wear = |worn_mm| Some(WearStep::new(ball(5.0), WornCutter::Tool(ball(worn_mm))));
-    let cc =
-        |tolerance_um| Some(CcStep { tolerance: Length::from_um(tolerance_um), ..CcStep::new(ball(5.0)) });
+    let contact = ContactSource::FeedPlane;
+    let wear =
+        |worn_mm| Some(WearStep { contact, ..WearStep::new(ball(5.0), WornCutter::Tool(ball(worn_mm))) });
+    let cc = |tolerance_um| {
+        Some(CcStep { contact, tolerance: Length::from_um(tolerance_um), ..CcStep::new(ball(5.0)) })
+    };
     let all = CompensationParameters { wear: wear(4.8), cc: cc(10.0), ..location.clone() };
     let nothing = CompensationParameters { wear: wear(5.0), cc: cc(10_000.0), ..location.clone() };
     let (mut written, mut refused) = ([0; 3], [0; 3]);

@@ -55,13 +55,14 @@ fn the_impeller_and_the_printed_layers_are_moved_whole() {
         let nominal = tool(radius_mm, radius_mm);
         let parameters = WearParameters {
             program: ProgramSetup { interpolation, ..at_zero() },
+            contact: ContactSource::FeedPlane,
             ..WearParameters::new(nominal, ball(0.95 * radius_mm), at_zero())
         };
         let (output, report) = run(&tables(letters, reversed), &parameters, &program)
             .unwrap_or_else(|fault| panic!("{name}: {fault:?}"));
         println!(
             "{name}: {} contacts, {} moved, {} blocks changed, F lowered {} restored {}; before {:.2} µm, after {:.3} µm, shift {:.2} µm at {:?}",
-            report.contacts_kept,
+            report.contacts_assumed,
             report.motions_shifted,
             report.blocks_changed,
             report.feeds_lowered,
@@ -75,8 +76,10 @@ fn the_impeller_and_the_printed_layers_are_moved_whole() {
             println!("  {:?} × {} at {:?} {:?}", warning.kind, warning.count, warning.line, warning.reason);
         }
         assert_eq!(report.contact, ContactSource::FeedPlane);
-        assert!(report.contacts_kept > 4000 && report.motions_shifted > 1000);
-        assert!(report.after.max_mm <= ROUNDED_MM);
+        assert!(report.contacts_assumed > 4000 && report.motions_shifted > 1000);
+        // Nothing is proven where contacts are assumed.
+        assert!(report.contacts_kept == 0 && report.after.max_mm >= report.before.max_mm - ROUNDED_MM);
+        assert!(report.after_if_assumed.expect("assumed").max_mm <= ROUNDED_MM);
         let lines = |text: &[u8]| text.split(|byte| *byte == b'\n').count();
         assert_eq!(lines(&output), lines(&program));
     }
@@ -90,13 +93,17 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
         tables([RotaryLetter::B, RotaryLetter::C], false),
     ];
     let nominal = tool(5.0, 5.0);
+    let by_feed = |actual| WearParameters {
+        contact: ContactSource::FeedPlane,
+        ..WearParameters::new(nominal, WornCutter::Tool(actual), at_zero())
+    };
     let shorter = WearParameters {
         shorter_by: Length::from_mm(0.2),
-        ..WearParameters::new(nominal, WornCutter::Tool(nominal), at_zero())
+        ..by_feed(nominal)
     };
     let asked = [
-        WearParameters::new(nominal, WornCutter::Tool(tool(4.75, 4.75)), at_zero()),
-        WearParameters::new(nominal, WornCutter::Tool(tool(5.2, 1.0)), at_zero()),
+        by_feed(tool(4.75, 4.75)),
+        by_feed(tool(5.2, 1.0)),
         shorter,
         WearParameters::new(nominal, WornCutter::Tool(nominal), at_zero()),
     ];
@@ -107,7 +114,8 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
             for (k, parameters) in asked.iter().enumerate() {
                 match run(machine, parameters, &program) {
                     Ok((output, report)) => {
-                        assert!(report.after.max_mm <= ROUNDED_MM, "{}", path.display());
+                        let after = report.after_if_assumed.unwrap_or(report.after);
+                        assert!(after.max_mm <= ROUNDED_MM, "{}", path.display());
                         assert!(k < 3 || output == program, "{}", path.display());
                         assert!(
                             report.blocks_changed + report.feeds_restored > 0 || output == program,

@@ -317,10 +317,11 @@ fn tips_of_both_move_for_a_worn_cutter_as_its_shape_says() {
 fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
     let cuts = |text: &str, tool_number: Option<u32>| {
         let part = &parts()[0];
+        let mut program = in_mm(&part.setup);
+        program.tools.number = tool_number;
         let parameters = WearParameters {
-            program: in_mm(&part.setup),
+            program,
             contact: ContactSource::FeedPlane,
-            tool_number,
             ..WearParameters::new(part.tool, WornCutter::Tool(tool(4.8, 4.8)), at_zero())
         };
         let mut output = Vec::new();
@@ -328,7 +329,11 @@ fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
         compensate_wear(&part.machine, &parameters, &source, &mut output, &|| ControlFlow::Continue(()))
             .map(|_| String::from_utf8(output).expect("text"))
     };
-    let line = |x: i32| format!("L X+0.0000 Y+{x}.0000 Z+0.0000 A+20.0000 C+0.0000 R0 F100\n");
+    // The table turns along, so that the feed lets assume a contact.
+    let line = |x: i32| {
+        let a = 20.0 + 0.1 * f64::from(x);
+        format!("L X+0.0000 Y+{x}.0000 Z+0.0000 A+{a:.4} C+0.0000 R0 F100\n")
+    };
     let other = format!(
         "BEGIN PGM T MM\nTOOL CALL 1 Z S1\nL M128\n{}{}TOOL CALL 2 Z S1\n{}{}",
         line(0),

@@ -14,8 +14,8 @@ use trunnion::kinematics::Setup;
 use trunnion::machine::{LocationError, Machine, Tool};
 use trunnion::motion::MotionKind;
 use trunnion::process::{
-    BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, Fault, MemorySpool,
-    NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter, compensate,
+    BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, ContactSource, Fault,
+    MemorySpool, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter, compensate,
     compensate_program, compensate_wear, simulate,
 };
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
@@ -28,7 +28,7 @@ use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
 use crate::models::witness::{Tables, scan};
-use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::set_ups::{at_zero, in_mm, with_tool};
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
 /// words of four decimals give [mm].
@@ -429,16 +429,19 @@ fn other_tools_are_posted_anew_too_but_not_moved_for_wear() {
     let pass = |z: f64| {
         let (start, end) = (format!("{z:.4}"), format!("{:.4}", z + 4.0));
         format!(
-            "G0 X0.0000 Y0.0000 Z{start} A-30.0000 C40.0000\nG1 X10.0000 Y2.0000 Z{end} F800\nX20.0000 A-35.0000 C45.0000\n"
+            "G0 X0.0000 Y0.0000 Z{start} A-30.0000 C40.0000\nG1 X10.0000 Y2.0000 Z{end} A-31.0000 F800\nX20.0000 A-35.0000 C45.0000\n"
         )
     };
     let text = format!("G90 G21 G94\nT1 M6\n{}T2 M6\n{}M30\n", pass(20.0), pass(30.0));
     let location = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (posted, _, _) = done(&machine, &location, &text);
-    let step =
-        WearStep { tool_number: Some(1), ..WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5))) };
+    let step = WearStep {
+        contact: ContactSource::FeedPlane,
+        ..WearStep::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)))
+    };
+    let program = with_tool(1);
     let (output, _, changes) =
-        done(&machine, &CompensationParameters { wear: Some(step), ..location }, &text);
+        done(&machine, &CompensationParameters { wear: Some(step), program, ..location }, &text);
     let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
     let [source, posted, output] = [&text, &posted, &output].map(|text| lines(text));
     assert_eq!(posted[6..], output[6..]);

@@ -246,7 +246,7 @@ fn a_posted_program_can_be_moved_where_its_first_point_is_a_rapid() {
     let shorter = WearParameters {
         shorter_by: Length::from_mm(0.5),
         contact: ContactSource::FeedPlane,
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)))
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)), at_zero())
     };
     let points = "GOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
     let moved = |text: &str| {

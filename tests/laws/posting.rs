@@ -198,7 +198,8 @@ fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
 #[test]
 fn what_cannot_be_posted_anew_is_refused_by_line() {
     let machine = with_errors(&ac_machine(), errors());
-    let start = "G90 G21 G94 G17\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 X10.000 Y2.000 Z21.000 F800\n";
+    let start =
+        "G90 G21 G94 G17 G54\nG0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 X10.000 Y2.000 Z21.000 F800\n";
     for (block, line) in [
         ("/X20.000 A-35.000", 4),
         ("G81 X20.000 R30.000", 4),

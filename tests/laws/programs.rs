@@ -159,7 +159,7 @@ fn one_bad_contact_is_one_fault() {
 #[test]
 fn words_that_are_no_contact_points_do_not_choose_the_contact() {
     let (output, report) = done(&format!("G28 U0 V0 W0\n{START}{LONG}M30\n"));
-    assert_eq!(report.contact, ContactSource::FeedPlane);
+    assert_eq!(report.contact, ContactSource::Tip);
     assert!(report.motions_over_tolerance == 1 && output.lines().count() > 5);
 }
 
@@ -196,6 +196,7 @@ fn a_contact_that_swings_round_the_tool_is_left_alone() {
     // Feed-plane contact of a flat cutter jumps from one side to the other where the lead changes its sign.
     let program = "G1 X0.000 Y0.000 Z5.000 A1.000 C0.000 F1000\nY15.000\nY30.000 A-1.000\nY45.000\nM30\n";
     let flat = CcParameters {
+        contact: ContactSource::FeedPlane,
         program: ProgramSetup { interpolation: Some(Interpolation::Tcp), ..at_zero() },
         ..CcParameters::new(tool(8.0, 0.0), at_zero())
     };

@@ -9,13 +9,14 @@ use proptest::prelude::*;
 use trunnion::machine::{Machine, Preset};
 use trunnion::motion::Unfollowable;
 use trunnion::process::{
-    CcParameters, CcReport, ContactSource, Fault, LineFaultKind, WarningKind, WearParameters, WornCutter,
-    compensate, compensate_wear,
+    CcParameters, CcReport, ContactSource, Fault, LineFaultKind, ProgramSetup, ToolUnknown, WarningKind,
+    WearParameters, WornCutter, compensate, compensate_wear,
 };
 use trunnion::program::{Batch, Dialect, ForeignDialect, ReadFault, ReadLimits, Reader};
 use trunnion::units::Length;
 
 use crate::models::finishing::tool;
+use crate::models::set_ups::{at_zero, with_tool};
 
 fn machine() -> Machine {
     Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine")
@@ -25,8 +26,7 @@ fn compensated_as(dialect: Option<Dialect>, text: &str) -> Result<(String, CcRep
     let parameters = CcParameters {
         contact: ContactSource::FeedPlane,
         tolerance: Length::from_um(10.0),
-        dialect,
-        ..CcParameters::new(tool(5.0, 5.0))
+        ..CcParameters::new(tool(5.0, 5.0), ProgramSetup { dialect, ..at_zero() })
     };
     let mut output = Vec::new();
     let source = text.as_bytes().to_vec();
@@ -276,7 +276,7 @@ fn shorter() -> WearParameters {
     WearParameters {
         contact: ContactSource::FeedPlane,
         shorter_by: Length::from_mm(0.5),
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)))
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(5.0, 5.0)), at_zero())
     }
 }
 
@@ -303,8 +303,8 @@ fn an_arc_of_several_turns_is_moved_and_keeps_them() {
 
 #[test]
 fn a_second_transformation_is_left_alone_with_its_reason() {
-    let text = "%_N_P_MPF\nG71 G90 G94 G17\nTRAORI(2)\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n\
-                G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAORI(1)\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n\
+    let text = "%_N_P_MPF\nG71 G90 G94 G17\nTRAORI(2)\nG0 X50.000 Y0.000 Z0.000 A10.000 C0.000\n\
+                G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAORI(1)\nG0 X50.000 Y0.000 Z0.000 A10.000 C0.000\n\
                 G1 X50.000 Y20.000 A20.000 C20.000 F1000\nTRAFOOF\nM30\n";
     let (output, report) = compensated(text);
     let at = text.find("TRAORI(1)").expect("the first one");
@@ -329,19 +329,22 @@ fn a_second_transformation_is_left_alone_with_its_reason() {
 #[test]
 fn the_tool_before_a_change_is_the_one_that_is_moved_and_names_tell_tools_apart() {
     let pass = "G0 X0.000 Y0.000 Z20.000 A-30.000 C0.000\nG1 Y10.000 Z24.000 F800\nG0 Z90.000\n";
-    let numbered = |number| WearParameters { tool_number: Some(number), ..shorter() };
+    let numbered = |number| WearParameters { program: with_tool(number), ..shorter() };
     // T2 behind the change is only made ready.
     let text = format!("T1 M6 T2\n{pass}M30\n");
     assert_eq!(
         worn(&numbered(1), &text).expect("moved").replace("T1 M6 T2", "T1 M6"),
         worn(&numbered(1), &format!("T1 M6\n{pass}M30\n")).expect("moved")
     );
-    assert!(matches!(worn(&numbered(2), &text), Err(Fault::NoSuchTool { number: 2 })));
+    assert!(matches!(worn(&numbered(2), &text), Err(Fault::Tool(ToolUnknown::NoSuchTool { number: 2, .. }))));
     let alone = format!("M6 T2\n{pass}M30\n");
     assert_ne!(worn(&numbered(2), &alone).expect("moved"), alone);
     // Another name is another tool, the same name the same one.
     let refused = |first: &str, second: &str, dialect| {
-        let parameters = WearParameters { dialect: Some(dialect), ..by_feed() };
+        let parameters = WearParameters {
+            program: ProgramSetup { dialect: Some(dialect), ..at_zero() },
+            ..by_feed()
+        };
         let text = match dialect {
             Dialect::Heidenhain => {
                 let lines = "L X+0.000 Y+0.000 Z+20.000 A-30.000 C+0.000 FMAX\nL Y+10.000 Z+24.000 F800\nL Z+90.000 FMAX\n";
@@ -351,13 +354,7 @@ fn the_tool_before_a_change_is_the_one_that_is_moved_and_names_tell_tools_apart(
         };
         match worn(&parameters, &text) {
             Ok(_) => false,
-            Err(Fault::Lines(faults)) => {
-                assert!(
-                    faults.kept.iter().all(|fault| fault.kind == LineFaultKind::AnotherTool),
-                    "{faults:?}"
-                );
-                true
-            }
+            Err(Fault::Tool(ToolUnknown::Several { count: 2, .. })) => true,
             Err(fault) => panic!("{fault:?}"),
         }
     };
@@ -371,7 +368,7 @@ fn the_tool_before_a_change_is_the_one_that_is_moved_and_names_tell_tools_apart(
 fn by_feed() -> WearParameters {
     WearParameters {
         contact: ContactSource::FeedPlane,
-        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)))
+        ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.5, 4.5)), at_zero())
     }
 }
 

@@ -99,14 +99,18 @@ fn threads_and_their_order_change_nothing_for_a_worn_cutter() {
     let mut alone = Vec::new();
     let report = compensate_wear(&machine, &parameters, &text, &mut alone, &go_on).expect("compensated");
     assert!(report.motions_shifted > 8_000, "{}", report.motions_shifted);
-    // Refused as a whole; and from the middle on cut by another tool.
+    // Refused as a whole; from the middle on not to be moved; and from there on cut by another tool.
     let refused = [&text[..text.len() - 6], b"G4 X\n"].concat();
     let half = text.len() / 2 + text[text.len() / 2..].iter().position(|byte| *byte == b'\n').unwrap() + 1;
-    let faulty = [b"T1 M6\n", &text[2..half], b"T2 M6\n", &text[half..]].concat();
+    let faulty = [&text[..half], b"G41 D1\n", &text[half..]].concat();
+    let two_tools = [b"T1 M6\n", &text[2..half], b"T2 M6\n", &text[half..]].concat();
+    let programs = [&refused, &faulty, &two_tools];
     let said = |fault: Result<_, Fault>| format!("{:?}", fault.map(|_report| ()).expect_err("a fault"));
-    let alone_said = [&refused, &faulty]
-        .map(|text| said(compensate_wear(&machine, &parameters, text, &mut Vec::new(), &go_on)));
-    assert!(alone_said[0].starts_with("Program") && alone_said[1].starts_with("Lines"), "{alone_said:?}");
+    let alone_said =
+        programs.map(|text| said(compensate_wear(&machine, &parameters, text, &mut Vec::new(), &go_on)));
+    for (said, kind) in alone_said.iter().zip(["Program", "Lines", "Tool"]) {
+        assert!(said.starts_with(kind), "{said}");
+    }
     for hands in [Hands::Threads, Hands::Reversed] {
         let mut output = Vec::new();
         let go = |text: &Vec<u8>, output: &mut Vec<u8>, stop: &Stop<'_>| {
@@ -115,7 +119,7 @@ fn threads_and_their_order_change_nothing_for_a_worn_cutter() {
         let again = go(&text, &mut output, &go_on).expect("compensated");
         assert!(output == alone, "the bytes differ");
         assert_eq!(format!("{again:?}"), format!("{report:?}"));
-        let hands_said = [&refused, &faulty].map(|text| said(go(text, &mut Vec::new(), &go_on)));
+        let hands_said = programs.map(|text| said(go(text, &mut Vec::new(), &go_on)));
         assert_eq!(hands_said, alone_said);
         for left in [1, 40, 300] {
             let left = AtomicU64::new(left);

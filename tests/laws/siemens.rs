@@ -156,7 +156,10 @@ fn every_form_of_a_word_means_what_plain_words_mean_and_is_compensated_alike() {
         });
         assert!(over > 0, "{}", texts[0]);
         assert_same("contact path", [&outputs[0], &outputs[1]]);
-        let parameters = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), at_zero());
+        let parameters = WearParameters {
+            contact: ContactSource::FeedPlane,
+            ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), at_zero())
+        };
         let outputs = texts.map(|text| {
             let mut output = Vec::new();
             compensate_wear(&machine, &parameters, &text.as_bytes().to_vec(), &mut output, &go_on)

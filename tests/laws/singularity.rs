@@ -10,7 +10,7 @@ use trunnion::process::{
     CcParameters, Fault, LeftReason, MemorySpool, RegionTreatment, SingularityAction, SingularityParameters,
     SingularityReport, compensate, treat_and_compensate, treat_singular_regions,
 };
-use trunnion::units::{Angle, Length};
+use trunnion::units::{Angle, Feedrate, Length};
 use trunnion::wear::OneAfterAnother;
 
 use crate::models::axes_witness::{Axes, Move, angle_deg, off_line, on_circle};
@@ -472,7 +472,8 @@ fn beside_a_point_without_a_normal_none_is_made_up() {
     // Found by fuzzing: what lay between was not a number.
     let machine = Machine::new(Preset::by_id("ac-table").expect("a preset").parts()).expect("a machine");
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
-    let parameters = CcParameters::new(tool, at_zero());
+    let max_feed = Some(Feedrate::from_mm_per_min(1e6));
+    let parameters = CcParameters { max_feed, ..CcParameters::new(tool, at_zero()) };
     let densify = SingularityParameters::new(SingularityAction::Densify);
     let go_on = || ControlFlow::Continue(());
     for [from, to] in [["0,0,0", "0,0.1,0.99"], ["0,0.1,0.99", "0,0,0"], ["0,0,0", "0,0,0"]] {

@@ -9,7 +9,7 @@ use trunnion::machine::{LocationError, Machine, Preset};
 use trunnion::process::{
     CcParameters, CcStep, CompensationParameters, ContactSource, Fault, LineFaultKind, NotPosted,
     PostParameters, SingularityAction, SingularityParameters, WarningKind, WearParameters, WornCutter,
-    compensate, compensate_wear, post, treat_singular_regions,
+    ToolUnknown, compensate, compensate_wear, post, treat_singular_regions,
 };
 use trunnion::program::Dialect;
 use trunnion::units::{Angle, Length};
@@ -225,25 +225,21 @@ fn a_tool_that_only_t_puts_in_and_another_edge_are_another_cutter() {
         let text = format!("{first}\n{}{second}\n{}M30\n", pass(0), pass(5));
         match worn(&by_feed, &text) {
             Ok(_) => None,
-            Err(Fault::Lines(faults)) => {
-                assert!(
-                    faults.kept.iter().all(|fault| fault.kind == LineFaultKind::AnotherTool),
-                    "{faults:?}"
-                );
-                faults.kept.first().map(|fault| fault.line)
-            }
+            Err(Fault::Tool(ToolUnknown::Several { count: 2, tools, is_for_one: true })) => Some(tools),
             Err(fault) => panic!("{fault:?}"),
         }
     };
-    assert_eq!(refused(["T=\"MILL_10\" D1", "T=\"BALL_6\" D1"]), Some(7));
-    assert_eq!(refused(["T1 D1", "T2 D1"]), Some(7));
+    let tools = |first: &str, second: &str| Some(format!("{first}, {second}"));
+    let other_edge = "a tool that the text does not tell";
+    assert_eq!(refused(["T=\"MILL_10\" D1", "T=\"BALL_6\" D1"]), tools("\"MILL_10\"", "\"BALL_6\""));
+    assert_eq!(refused(["T1 D1", "T2 D1"]), tools("T1", "T2"));
     assert_eq!(refused(["T1 D1", "T1 D1"]), None);
-    assert_eq!(refused(["T1 D1", "D2"]), Some(7));
-    assert_eq!(refused(["T1 M6", "D2"]), Some(7));
+    assert_eq!(refused(["T1 D1", "D2"]), tools("T1", other_edge));
+    assert_eq!(refused(["T1 M6", "D2"]), tools("T1", other_edge));
     assert_eq!(refused(["T1 M6\nD1", "D1"]), None);
     // With a changer T only makes ready.
     assert_eq!(refused(["T1\nM6", "T2"]), None);
-    assert_eq!(refused(["T1\nM6", "T2\nM6"]), Some(9));
+    assert_eq!(refused(["T1\nM6", "T2\nM6"]), tools("T1", "T2"));
 }
 
 #[test]

@@ -12,3 +12,10 @@ pub fn at_zero() -> ProgramSetup {
 pub fn in_mm(setup: &Setup) -> ProgramSetup {
     ProgramSetup::in_mm(setup)
 }
+
+/// The same for the tool with this number, in a program that may have several.
+pub fn with_tool(number: u32) -> ProgramSetup {
+    let mut setup = at_zero();
+    setup.tools.number = Some(number);
+    setup
+}

@@ -1,8 +1,10 @@
 //! Deviation and repair of the contact path against closed forms and the published example.
 
+use std::sync::Arc;
+
 use trunnion::contact::{
-    BlockTime, Carry, Correction, CutterContact, Effort, Resolution, SourceBlock, Station, Touch,
-    block_time_s, divide, feed_word, sample_until_sure, segments,
+    BlockTime, Carry, Correction, CutterContact, Effort, Node, Resolution, SourceBlock, Station, Touch,
+    block_time_s, divide, feed_word, prove, sample_until_sure, segments,
 };
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
@@ -22,7 +24,7 @@ fn words(linear_mm: [f64; 3], rotary_deg: [f64; 2]) -> AxisWords {
     AxisWords { linear_mm, rotary_deg }
 }
 
-fn tip_block<'a>(machine: &'a Machine, kinematics: &'a Kinematics, ends: [AxisWords; 2]) -> SourceBlock<'a> {
+fn tip_block<'a>(machine: &'a Machine, kinematics: &Arc<Kinematics>, ends: [AxisWords; 2]) -> SourceBlock<'a> {
     let mode = Interpolation::Machine;
     let stations = ends.map(|words| Station::new(machine, kinematics, mode, words));
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
@@ -35,7 +37,7 @@ const TWO_DIGITS: f64 = 0.03;
 #[test]
 fn a_table_turn_bows_the_tip_by_rho_times_angle_squared_over_eight() {
     let machine = ac_table();
-    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(&machine, &Setup::default()));
     for (turn_deg, expected_um) in [(0.5, 0.95), (1.0, 3.8), (2.0, 15.2), (5.0, 95.2)] {
         let block = tip_block(
             &machine,
@@ -53,7 +55,7 @@ fn a_table_turn_bows_the_tip_by_rho_times_angle_squared_over_eight() {
 #[test]
 fn with_tcp_only_the_ball_s_own_turn_remains() {
     let machine = ac_table();
-    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(&machine, &Setup::default()));
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
     for (turn_deg, expected_um) in [(1.0, 0.2), (2.0, 0.8), (3.0, 1.7)] {
         let mode = Interpolation::Tcp;
@@ -61,7 +63,7 @@ fn with_tcp_only_the_ball_s_own_turn_remains() {
             .map(|words| Station::new(&machine, &kinematics, mode, words));
         let normal = Vec3::new(0.0, -0.1, 1.0);
         let touches =
-            ends.map(|end| Touch::from_normal(&tool, &end.pose, normal, None).expect("no undercut"));
+            ends.map(|end| Touch::from_normal(&tool, &end.pose, normal).expect("no undercut"));
         let carry =
             Carry::between(&tool, [&touches[0].contact, &touches[1].contact], ends.map(|end| end.pose.axis));
         let block = SourceBlock::new(&machine, &kinematics, tool, mode, ends, carry);
@@ -86,7 +88,7 @@ const P0_END: ([f64; 3], [f64; 2], [f64; 3]) =
 #[test]
 fn p0_table_1_has_the_length_time_and_contact_distances_it_states() {
     let machine = ac_table();
-    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(&machine, &Setup::default()));
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
     let mode = Interpolation::Machine;
     let points = [P0_START, P0_END].map(|(linear, rotary, contact)| {
@@ -95,7 +97,7 @@ fn p0_table_1_has_the_length_time_and_contact_distances_it_states() {
         (station, contact_mm)
     });
     let touches = points.map(|(station, contact_mm)| {
-        Touch::from_point(&tool, &station.pose, contact_mm, None).expect("carried as an offset")
+        Touch::from_point(&tool, &station.pose, contact_mm).expect("carried as an offset")
     });
     for (touch, (station, contact_mm), distance_mm) in
         [(touches[0], points[0], 0.474), (touches[1], points[1], 1.059)]
@@ -121,7 +123,7 @@ fn p0_table_1_has_the_length_time_and_contact_distances_it_states() {
 #[test]
 fn dividing_keeps_the_tolerance_with_hardly_more_parts_than_the_square_root_law() {
     let machine = ac_table();
-    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(&machine, &Setup::default()));
     let block = tip_block(
         &machine,
         &kinematics,
@@ -129,25 +131,26 @@ fn dividing_keeps_the_tolerance_with_hardly_more_parts_than_the_square_root_law(
     );
     let resolution = Resolution::absolute(5, 5, 1.0);
     let before = sample_until_sure(&block, &block.whole(), 0.001);
+    let divided_to = |tolerance_mm: f64| {
+        let sizes_mm = [before.max_mm, tolerance_mm];
+        let proof = |nodes: &[Node], effort: &mut Effort<'_>| prove(&block, nodes, tolerance_mm, effort);
+        divide(&block, Correction::Even, sizes_mm, &resolution, &mut Effort::default(), proof)
+    };
     for tolerance_mm in [0.05, 0.01, 0.002] {
-        let mut effort = Effort::default();
-        let divided = divide(&block, Correction::Even, before.max_mm, tolerance_mm, &resolution, &mut effort)
-            .expect("reachable");
+        let divided = divided_to(tolerance_mm).expect("reachable");
         for segment in segments(&block, &divided) {
             assert!(sample_until_sure(&block, &segment, tolerance_mm).max_mm <= tolerance_mm * (1.0 + 1e-4));
         }
         let law = (before.max_mm / tolerance_mm).sqrt().ceil();
         assert!(divided.len() as f64 <= law * 1.05 + 1.0, "{} {law}", divided.len());
     }
-    assert!(
-        divide(&block, Correction::Even, before.max_mm, 1e-6, &resolution, &mut Effort::default()).is_err()
-    );
+    assert!(divided_to(1e-6).is_err());
 }
 
 #[test]
 fn inserted_feeds_share_the_block_s_time() {
     let machine = ac_table();
-    let kinematics = Kinematics::new(&machine, &Setup::default());
+    let kinematics = Arc::new(Kinematics::new(&machine, &Setup::default()));
     let block = tip_block(
         &machine,
         &kinematics,

@@ -16,7 +16,7 @@ mod servo;
 mod servo_paths;
 mod servo_second_methods;
 #[path = "../models/set_ups.rs"]
-#[expect(unreachable_pub, reason = "shared by test binaries")]
+#[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]
 mod set_ups;
 mod sphere_run;
 mod stl;

@@ -5,12 +5,13 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use trunnion::geometry::Vec3;
+use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{Fault, Verification, VerificationFault, VerificationParameters, verify_part};
 use trunnion::surface::SurfacePoint;
 use trunnion::units::{Angle, Length};
 use trunnion::wear::{OneAfterAnother, Surface, effective_radius, scallop_height};
-use crate::set_ups::at_zero;
+use crate::set_ups::{at_zero, in_mm};
 
 /// Words in the programs here have nine decimals, and entries are found to 3e-8 mm along needles that meet the cutter's
 /// surface at no less than 30° [mm].
@@ -391,9 +392,9 @@ fn turning_axes_cut_as_a_dense_series_of_poses_does() {
         }
         let words = |w: &[f64; 5]| format!("X{} Y{} Z{} A{} C{}", w[0], w[1], w[2], w[3], w[4]);
         let text = format!("G90 G21\nG0 {}\nG1 {}\n", words(&ends[0]), words(&ends[1]));
-        let mut parameters = VerificationParameters::new(tool(radius, corner), at_zero());
+        let setup = Setup { work_offset_mm: Vec3::from(offset), ..Setup::default() };
+        let mut parameters = VerificationParameters::new(tool(radius, corner), in_mm(&setup));
         parameters.cutting_length = Some(Length::from_mm(solid.length));
-        parameters.setup.work_offset_mm = Vec3::from(offset);
         let verification = run(&parameters, &samples, &text).expect("a verification");
         let mut worst: f64 = 0.0;
         let mut both = 0;

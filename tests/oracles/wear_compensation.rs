@@ -251,7 +251,7 @@ fn a_point_far_off_the_ball_is_told_with_the_distance_of_its_touch() {
     let contact_mm = Vec3::new(0.3, 0.2, 0.25);
     let ball = wear([5.0, 5.0], [4.5, 4.5]);
     let stated = end_milling_shift_at(&ball, &pose, contact_mm).expect("a shift");
-    let touch = Touch::from_point(&ball.nominal, &pose, contact_mm, None).expect("a touch");
+    let touch = Touch::from_point(&ball.nominal, &pose, contact_mm).expect("a touch");
     assert!(matches!(touch.contact, CutterContact::Offset { .. }));
     assert!((stated.off_tool_mm - touch.off_tool_mm).abs() < 1e-15 && stated.off_tool_mm > 0.2);
 }

@@ -339,4 +339,8 @@ fn another_coordinate_system_is_another_offset() {
     );
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
+    // What stood before any was named is a system of its own.
+    let text = format!("GOTO/1,1,1\n{second}GOTO/2,1,1\n");
+    let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
+    assert_eq!(changed, [false, true]);
 }
