@@ -10,15 +10,15 @@ use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 use trunnion::config::Settings;
 use trunnion::jobs::{
-    Compensator, CompensatorFault, CutterContactCompensator, Refusal, RefusalClass, ToolAndPart,
+    Compensated, Compensator, CompensatorFault, CutterContactCompensator, Refusal, RefusalClass,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{ProgramSource, Spool, Stop};
+use trunnion::process::{self, ProgramSource, SingularityParameters, Spool, Stop};
 use trunnion::wear::SideBySide;
-use trunnion::wire::{CcFindings, CcParameters, CcReport};
+use trunnion::wire::{CcParameters, CcReport};
 
 use crate::support::{
-    App, ac_table, findings, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with, spawn_with,
+    App, ac_table, compensated, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with, spawn_with,
 };
 
 /// A compensator that notes in which order programs come, holds those that begin with `HOLD` until it is released or
@@ -57,14 +57,14 @@ impl Compensator for Held {
     fn compensate(
         &self,
         _machine: &Machine,
-        _parameters: &CcParameters,
-        _contact: ToolAndPart,
+        _asked: &process::CcParameters,
+        _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
         _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
-    ) -> Result<CcFindings, CompensatorFault> {
+    ) -> Result<Compensated, CompensatorFault> {
         let mut text = String::new();
         source.open()?.read_to_string(&mut text)?;
         self.order.lock().unwrap().push(text.trim().to_owned());
@@ -85,7 +85,7 @@ impl Compensator for Held {
         }
         assert!(!text.starts_with("PANIC"), "told to break");
         output.write_all(text.to_ascii_uppercase().as_bytes())?;
-        Ok(findings(1))
+        Ok(compensated(1))
     }
 
     fn figure(&self, _parameters: &CcParameters, _report: &CcReport) -> String {
