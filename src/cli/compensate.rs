@@ -18,7 +18,7 @@ use crate::jobs::{
     Means, ProgramWork, Sizes, Spool, ToolShelf, Workplace,
 };
 use crate::store::{Blobs, Draft};
-use crate::wire::{JobOperation, MachineProfile, read_json};
+use crate::wire::{JobOperation, MachineProfile, ProgramUnit, read_json};
 
 /// What is done to which program.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
@@ -36,6 +36,9 @@ pub struct CompensateArguments {
     /// Parameters of the operation: JSON, or a file with it
     #[arg(long, default_value = "{}")]
     parameters: String,
+    /// Unit of the lengths in a program that does not state one: mm, inch
+    #[arg(long, value_parser = unit)]
+    unit: Option<ProgramUnit>,
     /// The part's surface as STL
     #[arg(long)]
     surface: Option<PathBuf>,
@@ -48,6 +51,10 @@ pub struct CompensateArguments {
 }
 
 fn operation(word: &str) -> Result<JobOperation, serde_json::Error> {
+    serde_json::from_value(serde_json::Value::String(word.to_owned()))
+}
+
+fn unit(word: &str) -> Result<ProgramUnit, serde_json::Error> {
     serde_json::from_value(serde_json::Value::String(word.to_owned()))
 }
 
@@ -69,7 +76,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     let parameters = Parameters::of(&arguments.parameters);
     check_places(arguments, parameters)?;
     let on = machine(&arguments.machine, settings.max_json_bytes)?;
-    let parameters = parameters.read(settings.max_parameters_bytes)?;
+    let parameters = with_unit(parameters.read(settings.max_parameters_bytes)?, arguments.unit);
     let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
     let blobs = Blobs::open(working.path())?;
     let program = taken(&blobs, &arguments.input, "max_body_bytes", settings.max_body_bytes)?;
@@ -141,6 +148,18 @@ impl<'a> Parameters<'a> {
             Self::File(path) => read_within(path, setting, limit_bytes),
         }
     }
+}
+
+/// The parameters with one more member. One that is there already is found with them: no name stands twice.
+fn with_unit(parameters: Vec<u8>, unit: Option<ProgramUnit>) -> Vec<u8> {
+    let (Some(unit), Ok(text)) = (unit, std::str::from_utf8(&parameters)) else { return parameters };
+    let Some(members) = text.trim_start().strip_prefix('{') else { return parameters };
+    let comma = if members.trim_start().starts_with('}') { "" } else { "," };
+    let word = match unit {
+        ProgramUnit::Mm => "mm",
+        ProgramUnit::Inch => "inch",
+    };
+    format!("{{\"unit\": \"{word}\"{comma}{members}").into_bytes()
 }
 
 /// A whole file, up to the limit of a setting; what has no end, such as a device, is read no further.

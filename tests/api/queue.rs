@@ -18,7 +18,8 @@ use trunnion::wear::SideBySide;
 use trunnion::wire::{CcParameters, CcReport};
 
 use crate::support::{
-    App, ac_table, compensated, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with, spawn_with,
+    App, ac_table, compensated, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with,
+    spawn_with,
 };
 
 /// A compensator that notes in which order programs come, holds those that begin with `HOLD` until it is released or
@@ -169,8 +170,8 @@ M30
 #[tokio::test]
 async fn a_job_of_every_operation_makes_what_its_own_endpoint_makes() {
     let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
-    let tools = json!({"nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.95}});
-    for (operation, parameters) in [
+    let tools = json!({"nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.95}, "contact": "feed-plane"});
+    for (operation, mut parameters) in [
         ("cc-compensation", json!({"tool_radius_mm": 5, "contact": "tip", "tolerance_um": 7.5})),
         ("wear-compensation", tools.clone()),
         ("compensation", json!({"wear": tools, "location_errors": true, "cc": {"tolerance_um": 10}})),
@@ -181,6 +182,7 @@ async fn a_job_of_every_operation_makes_what_its_own_endpoint_makes() {
         ),
         ("servo-simulation", json!({"interpolation": "tcp", "position_gain_scale": {"X": 1.1}})),
     ] {
+        parameters["work_offset_mm"] = json!([0, 0, 0]);
         let parts = |name: &'static str, text: &Value| {
             Form::new()
                 .text(name, text.to_string())

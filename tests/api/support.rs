@@ -167,6 +167,19 @@ pub(crate) async fn problem(response: Response, code: &str) -> Value {
     body
 }
 
+/// A program without the comment that says what was done to it, and what that comment says.
+pub(crate) fn unstamped(text: &str) -> (String, Option<String>) {
+    let is_stamp = |line: &&str| line.contains("Trunnion ") && line.contains(" parameters ");
+    let stamps: Vec<_> = text.split_inclusive('\n').filter(is_stamp).collect();
+    assert!(stamps.len() <= 1, "{stamps:?}");
+    let bare = text.split_inclusive('\n').filter(|line| !is_stamp(line)).collect();
+    let words = |line: &str| {
+        let (_, words) = line.split_once("Trunnion ").unwrap();
+        words.trim_end().trim_end_matches(')').to_owned()
+    };
+    (bare, stamps.first().map(|line| words(line)))
+}
+
 /// The pointers of a problem's errors.
 pub(crate) fn pointers(problem: &Value) -> Vec<String> {
     let errors = problem["errors"].as_array().cloned().unwrap_or_default();
