@@ -59,6 +59,7 @@ enum PathOrProgram {
         content((SimulationRequest = "application/json", examples(
             ("program" = (summary = "A program, kept as a job", value = json!({
                 "machine_id": "example-ac-table",
+                "work_offset_mm": [0.0, 0.0, 0.0],
                 "path": {
                     "kind": "program", "file_name": "turn.nc",
                     "text": "G90 G21 G94\nG1 X10 Y0 Z5 A10 C20 F1000\nG1 X20 Y0 Z5 A25 C60\nM30\n"
