@@ -242,9 +242,10 @@ fn every_parameter_that_is_a_number_carries_its_unit() {
             if is_number(&parameter["schema"]) {
                 let last = parameter_name.rsplit('.').next().unwrap();
                 let named = UNITS.iter().any(|unit| last.ends_with(unit)) || BARE.contains(&last);
-                // Factors by axis letter.
-                let letters = parameter_name.starts_with("position_gain_scale.");
-                assert!(named || letters, "{name}: {parameter_name}");
+                // Factors by axis letter, and places by the names of work offsets: the object carries the unit.
+                let objects = ["position_gain_scale.", "work_offsets_mm."];
+                let is_member = objects.iter().any(|object| parameter_name.starts_with(object));
+                assert!(named || is_member, "{name}: {parameter_name}");
             }
         }
     }

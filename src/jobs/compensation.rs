@@ -17,7 +17,9 @@ use crate::meter;
 use crate::process::{self, ProgramReading, ProgramSetup, Stop};
 use crate::program::{Dialect, Step, Steps};
 use crate::wear::SideBySide;
-use crate::wire::{CcFindings, CcParameters, CcReport, Contact, Fault, JobOperation, SingularityAction};
+use crate::wire::{
+    CcFindings, CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction,
+};
 
 /// What the compensation of the CC path is computed by. The service has one; tests may give another.
 pub trait Compensator: Send + Sync + fmt::Debug {
@@ -124,16 +126,12 @@ impl ProgramParameters for CcParameters {
     }
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
-        let tool = self.check(sizes.has_part())?;
-        if tool.is_none() && self.contact != Contact::Tip && on.shelf.is_empty() {
-            let detail = "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
-            return Err(vec![Fault::new("/tool_radius_mm", detail)]);
-        }
+        let mut missing = FaultList::default();
+        missing_tool(&self, "", &on, &mut missing);
+        let tool = missing.after(self.check(sizes.has_part()))?;
         let parameters = serde_json::to_value(&self).unwrap_or_default();
-        let program = ProgramSetup {
-            allow_repeated: self.allow_repeated,
-            ..on.program(&self.statements(), true)?
-        };
+        let program =
+            ProgramSetup { allow_repeated: self.allow_repeated, ..on.program(&self.statements(), true)? };
         let mut asked = core_parameters(&self, tool, program);
         asked.max_feed = on.statements.max_feed(self.max_feed_mm_per_min);
         asked.block_time_s = on.statements.block_time_s();
@@ -178,6 +176,20 @@ impl ProgramParameters for CcParameters {
                 ..Finished::of(&report)?
             })
         }))
+    }
+}
+
+/// Where nothing states the cutter the machine's tool table has to. A corner radius alone is a fault that was found before.
+pub(super) fn missing_tool(
+    parameters: &CcParameters,
+    pointer: &str,
+    on: &MachineUsed,
+    faults: &mut FaultList,
+) {
+    let is_stated = parameters.tool_radius_mm.is_some() || parameters.corner_radius_mm.is_some();
+    if !is_stated && parameters.contact != Contact::Tip && on.shelf.is_empty() {
+        let detail = "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
+        faults.push(|| Fault::new(format!("{pointer}/tool_radius_mm"), detail));
     }
 }
 

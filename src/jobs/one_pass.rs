@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use super::compensation::treats;
+use super::compensation::{missing_tool, treats};
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
 use super::program_job::{Finished, Workplace, written};
@@ -19,7 +19,7 @@ use crate::process::{self, CcStep, Place, ProgramSetup, ServoStep, WearStep};
 use crate::program::{Step, Steps};
 use crate::store::Blobs;
 use crate::wire::{
-    ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
+    self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
     Fault, FaultList, JobOperation, Statements, fault_of_table, looks_at,
 };
 
@@ -52,7 +52,14 @@ impl ProgramParameters for CompensationParameters {
     }
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
-        self.check(sizes.has_part())?;
+        let mut missing = FaultList::default();
+        if let Some(step) = self.wear_alone() {
+            missing_from_table(&step, "/wear", &on, &mut missing);
+        }
+        if let Some(step) = self.cc_alone() {
+            missing_tool(&step, "/cc", &on, &mut missing);
+        }
+        missing.after(self.check(sizes.has_part()))?;
         let mut core = in_core_terms(&self, sizes.has_part(), &on)?;
         let parameters = serde_json::to_value(&self).unwrap_or_default();
         let mut faults = FaultList::default();
@@ -86,7 +93,7 @@ impl ProgramParameters for CompensationParameters {
                 threads,
                 stop,
             )
-            .map_err(in_words_of_the_wire)?;
+            .map_err(|fault| at_its_step(fault, &self))?;
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
             let findings = findings(&self, changes.sha256(), &done);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
@@ -117,6 +124,27 @@ impl ProgramParameters for CompensationParameters {
     }
 }
 
+/// A fault of the core as the service tells it: what a step states stands under its name.
+fn at_its_step(fault: process::Fault, parameters: &CompensationParameters) -> CompensatorFault {
+    // No contact is looked for in the program where none is asked for by name.
+    let lacks_contact = matches!(fault, process::Fault::NoContactInProgram { .. });
+    let is_of_wear = |step: &wire::WearStep| !lacks_contact || step.contact != Contact::Auto;
+    let of_contact = if parameters.wear.as_ref().is_some_and(is_of_wear) { "/wear" } else { "/cc" };
+    let mut fault = in_words_of_the_wire(fault);
+    if let CompensatorFault::Refused(refusal) = &mut fault {
+        for error in &mut refusal.errors {
+            let step = match error.pointer.as_str() {
+                "/contact" => of_contact,
+                "/tool_radius_mm" => "/cc",
+                "/nominal_tool" => "/wear",
+                _ => continue,
+            };
+            error.pointer.insert_str(0, step);
+        }
+    }
+    fault
+}
+
 /// Motions that were looked at by the step that looks at most of them.
 fn motions_checked(findings: &CompensationFindings) -> u64 {
     let cc = findings.cc.as_ref().map_or(0, |cc| cc.motions_checked);
@@ -138,7 +166,6 @@ fn in_core_terms(
         None => None,
         Some(step) => {
             let core = step.to_core(looks_at(step.contact, has_part))?;
-            missing_from_table(step.nominal_tool.is_none(), "/wear", on)?;
             Some(WearStep {
                 milling: core.milling,
                 shorter_by: core.shorter_by,
@@ -153,11 +180,6 @@ fn in_core_terms(
         None => None,
         Some(step) => {
             let tool = step.check(looks_at(step.contact, has_part))?;
-            if tool.is_none() && step.contact != Contact::Tip && on.shelf.is_empty() {
-                let detail =
-                    "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
-                return Err(vec![Fault::new("/cc/tool_radius_mm", detail)]);
-            }
             let process::CcParameters { tolerance, contact, pass_break, correction, output, budget, .. } =
                 core_parameters(&step, tool, program.clone());
             Some(CcStep { tool, tolerance, contact, pass_break, correction, output, budget })

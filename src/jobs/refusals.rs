@@ -35,7 +35,9 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::ContactUnknown { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
-        process::Fault::AlreadyCompensated { .. } => plain(RefusalClass::AlreadyCompensated, None, Vec::new()),
+        process::Fault::AlreadyCompensated { .. } => {
+            plain(RefusalClass::AlreadyCompensated, None, Vec::new())
+        }
         process::Fault::Tool(unknown) => {
             let line = match unknown {
                 ToolUnknown::CutterDiffers { line, .. } => Some(*line),
@@ -105,6 +107,10 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
     let at = |fault: &LineFault| match fault.kind {
         LineFaultKind::Unstated(unstated) => Fault::new(format!("/{}", unstated.member()), fault.to_string()),
         _ => at_line(fault.line, fault.to_string()),
+    };
+    let detail = match first {
+        Some(fault) if matches!(fault.kind, LineFaultKind::Unstated(_)) => fault.to_string(),
+        _ => detail,
     };
     let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
     let detail = if reachable_um > 0.0 {

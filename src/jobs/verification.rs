@@ -16,8 +16,8 @@ use crate::store::{BlobFault, Blobs, Draft};
 use crate::surface::EvenSamples;
 use crate::units::Length;
 use crate::wire::{
-    Fault, JobOperation, LocationErrors, ResidualRow, VerificationParameters, VerificationReport, VerificationSources,
-    fault_of_table,
+    Fault, FaultList, JobOperation, LocationErrors, ResidualRow, VerificationParameters, VerificationReport,
+    VerificationSources, fault_of_table,
 };
 
 impl ProgramParameters for VerificationParameters {
@@ -25,11 +25,12 @@ impl ProgramParameters for VerificationParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
-        let (mut core, surface) = self.to_core(sizes.has_part())?;
+        let mut missing = FaultList::default();
         if self.tool.is_none() && on.shelf.is_empty() {
             let detail = "missing: the cutter that cuts, as the machine's tool table is empty";
-            return Err(vec![Fault::new("/tool", detail)]);
+            missing.push(|| Fault::new("/tool", detail));
         }
+        let (mut core, surface) = missing.after(self.to_core(sizes.has_part()))?;
         core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
         // No block has its contact looked for on the part.
         let part = Sizes { program_length: 0, ..sizes }.cost_of_part();

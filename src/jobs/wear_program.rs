@@ -11,7 +11,7 @@ use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, ProgramSetup};
 use crate::program::{Step, Steps};
 use crate::units::Angle;
-use crate::wire::{Fault, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
+use crate::wire::{Fault, FaultList, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
 
 impl ProgramParameters for WearParameters {
     const OPERATION: JobOperation = JobOperation::WearCompensation;
@@ -26,13 +26,12 @@ impl ProgramParameters for WearParameters {
     }
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, _means: &Means) -> Result<Prepared, Vec<Fault>> {
-        let mut core = self.to_core(sizes.has_part())?;
-        missing_from_table(self.nominal_tool.is_none(), "", &on)?;
+        let mut missing = FaultList::default();
+        missing_from_table(&self, "", &on, &mut missing);
+        let mut core = missing.after(self.to_core(sizes.has_part()))?;
         let parameters = serde_json::to_value(&self).unwrap_or_default();
-        core.program = ProgramSetup {
-            allow_repeated: self.allow_repeated,
-            ..on.program(&self.statements(), true)?
-        };
+        core.program =
+            ProgramSetup { allow_repeated: self.allow_repeated, ..on.program(&self.statements(), true)? };
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, threads, stop, .. } = place;
@@ -74,15 +73,23 @@ impl ProgramParameters for WearParameters {
 
 /// Where nothing states the nominal cutter the machine's tool table has to.
 pub(super) fn missing_from_table(
-    is_missing: bool,
+    parameters: &WearParameters,
     pointer: &str,
     on: &MachineUsed,
-) -> Result<(), Vec<Fault>> {
-    if is_missing && on.shelf.is_empty() {
-        let detail = "missing: the cutter that the program was made for, as the machine's tool table is empty";
-        return Err(vec![Fault::new(format!("{pointer}/nominal_tool"), detail)]);
+    faults: &mut FaultList,
+) {
+    if parameters.nominal_tool.is_some() || !on.shelf.is_empty() {
+        return;
     }
-    Ok(())
+    if parameters.wear.is_some() {
+        let detail =
+            "the machine's tool table is empty: put the tool whose entries count into it, with its radii";
+        faults.push(|| Fault::new("/wear/from", detail));
+    } else {
+        let detail =
+            "missing: the cutter that the program was made for, as the machine's tool table is empty";
+        faults.push(|| Fault::new(format!("{pointer}/nominal_tool"), detail));
+    }
 }
 
 /// The core's report in the words of the wire.

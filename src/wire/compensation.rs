@@ -174,9 +174,11 @@ pub struct CcParameters {
     pub max_feed_mm_per_min: Option<f64>,
     /// Whether a program that leaves changed says so in a comment.
     #[serde(default)]
+    #[schema(default = "comment")]
     pub stamp: StampForm,
     /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
     #[serde(default)]
+    #[schema(default = false)]
     pub allow_repeated: bool,
     /// What is done about singular regions, before everything else.
     #[serde(default)]

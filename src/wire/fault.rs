@@ -53,6 +53,19 @@ impl FaultList {
         self.faults.is_empty()
     }
 
+    /// What was checked, unless something is wrong with it or with what is in this list.
+    ///
+    /// # Errors
+    /// Both faults, those of `checked` first.
+    pub fn after<T>(self, checked: Result<T, Vec<Fault>>) -> Result<T, Vec<Fault>> {
+        match (checked, self.faults) {
+            (Ok(value), more) if more.is_empty() => Ok(value),
+            (checked, more) => {
+                Err(checked.err().into_iter().flatten().chain(more).take(Self::KEPT).collect())
+            }
+        }
+    }
+
     /// Nothing wrong, or everything that is.
     ///
     /// # Errors

@@ -1,4 +1,5 @@
-//! Query parameters to documents: dotted names nest, commas separate the elements of an array.
+//! Query parameters to documents: dotted names nest, commas separate the elements of an array. Names of work offsets have dots
+//! of their own: `work_offsets_mm.G54.1 P3` is the offset `G54.1 P3`.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, Vi
 use thiserror::Error;
 
 use super::Fault;
-use super::reading::fault_at;
+use super::reading::{escape, fault_at};
 
 /// Why a query gives no document.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -46,28 +47,45 @@ enum Node {
     Branch(BTreeMap<String, Node>),
 }
 
+/// The object whose members the caller names: everything behind its dot is one name.
+const OF_NAMES: &str = "work_offsets_mm";
+
+/// The pointer that a parameter's name stands for.
+fn pointer(name: &str) -> String {
+    let mut pointer = String::new();
+    let mut rest = Some(name);
+    while let Some(name) = rest {
+        let (first, inner) = name.split_once('.').map_or((name, None), |(first, inner)| (first, Some(inner)));
+        for part in [Some(first), inner.filter(|_| first == OF_NAMES)].into_iter().flatten() {
+            pointer.push('/');
+            pointer.push_str(&escape(part));
+        }
+        rest = inner.filter(|_| first != OF_NAMES);
+    }
+    pointer
+}
+
 fn insert(
     branch: &mut BTreeMap<String, Node>,
     whole: &str,
     name: &str,
     value: String,
 ) -> Result<(), QueryFault> {
-    let refuse = |detail: String| {
-        Err(QueryFault::Parameter(Fault::new(
-            format!("/{}", whole.replace('~', "~0").replace('/', "~1").replace('.', "/")),
-            detail,
-        )))
+    let refuse = |detail: String| Err(QueryFault::Parameter(Fault::new(pointer(whole), detail)));
+    let leaf = |branch: &mut BTreeMap<String, Node>, name: &str, value| match branch
+        .insert(name.to_owned(), Node::Leaf(value))
+    {
+        None => Ok(()),
+        Some(_) => refuse(format!("query parameter `{whole}` is given more than once")),
     };
     let Some((first, rest)) = name.split_once('.') else {
-        return match branch.insert(name.to_owned(), Node::Leaf(value)) {
-            None => Ok(()),
-            Some(_) => refuse(format!("query parameter `{whole}` is given more than once")),
-        };
+        return leaf(branch, name, value);
     };
     if whole.matches('.').count() > 8 {
         return refuse(format!("query parameter `{whole}` is nested too deeply"));
     }
     match branch.entry(first.to_owned()).or_insert_with(|| Node::Branch(BTreeMap::new())) {
+        Node::Branch(inner) if first == OF_NAMES => leaf(inner, rest, value),
         Node::Branch(inner) => insert(inner, whole, rest, value),
         Node::Leaf(_) => refuse(format!("query parameter `{whole}` is nested under one that has a value")),
     }
@@ -210,5 +228,39 @@ impl<'de> Deserializer<'de> for Node {
 
     serde::forward_to_deserialize_any! {
         char str string bytes byte_buf unit unit_struct tuple_struct identifier ignored_any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::CcParameters;
+    use super::*;
+
+    #[test]
+    fn names_of_work_offsets_have_dots_and_blanks_of_their_own() {
+        let query =
+            "work_offsets_mm.G54=1,2,3&work_offsets_mm.G54.1+P3=4,5,6&work_offsets_mm.G54.1%20P4=7,8,9";
+        let offsets = read_query::<CcParameters>(query).unwrap().work_offsets_mm.unwrap();
+        let expected =
+            [("G54", [1.0, 2.0, 3.0]), ("G54.1 P3", [4.0, 5.0, 6.0]), ("G54.1 P4", [7.0, 8.0, 9.0])];
+        assert_eq!(offsets.iter().collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn a_fault_stands_at_the_place_that_the_dotted_name_means() {
+        for (query, expected) in [
+            ("work_offsets_mm.G54.1+P3=1,2", "/work_offsets_mm/G54.1 P3"),
+            ("work_offsets_mm.G54.1=0,0,0&work_offsets_mm.G54.1=0,0,0", "/work_offsets_mm/G54.1"),
+            ("work_offsets_mm=0,0,0", "/work_offsets_mm"),
+            ("work_offsets_mm=0,0,0&work_offsets_mm.G54=0,0,0", "/work_offsets_mm/G54"),
+            ("singular_regions.a.b=1", "/singular_regions/a"),
+            ("a.b.c.d.e.f.g.h.i.j=1", "/a/b/c/d/e/f/g/h/i/j"),
+        ] {
+            let fault = read_query::<CcParameters>(query).unwrap_err();
+            assert!(
+                matches!(&fault, QueryFault::Parameter(fault) if fault.pointer == expected),
+                "{query}: {fault}"
+            );
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::servo::{check_feed, check_period, scale_gains};
+use super::servo::{check_period, scale_gains};
 use super::statements::program_parameters;
 use super::{
     AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, GainScales,
@@ -87,9 +87,6 @@ impl ServoProgramParameters {
         let mut set = drives.map(|drives| drives.to_core("/drives", faults)).unwrap_or_default();
         scale_gains(drives, &mut set, &self.position_gain_scale, faults);
         check_period(self.sample_period_s, faults);
-        if let Some(feed) = self.feed_mm_per_min {
-            check_feed(feed, || "/feed_mm_per_min".to_owned(), faults);
-        }
         let profile = self.feed_profile.map(|profile| profile.to_core(faults));
         self.statements().check(faults);
         let plain = SimulationParameters::new(set, ProgramSetup::default());

@@ -31,7 +31,8 @@ macro_rules! program_parameters {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = json!([0.0, 0.0, 0.0]))]
             pub work_offset_mm: Option<$crate::wire::Fixed<3>>,
-            /// The same for each work offset that the program names. In a query one parameter for each: `work_offsets_mm.G54`.
+            /// The same for each work offset that the program names. In a query one parameter for each: `work_offsets_mm.G54`,
+            /// and likewise any other name, as `work_offsets_mm.G54.1 P3`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
             /// Length of the tool, which only head axes turn. Zero is an answer; without one the machine's tool table counts.
@@ -78,23 +79,27 @@ pub(super) use program_parameters;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
 pub struct StartWords {
-    /// X word.
+    /// Where X stands before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
     pub x: Option<f64>,
-    /// Y word.
+    /// Where Y stands before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
     pub y: Option<f64>,
-    /// Z word.
+    /// Where Z stands before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
     pub z: Option<f64>,
-    /// A word, on a machine that has A.
+    /// Where A stands before the first block, on a machine that has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub a: Option<f64>,
-    /// B word, on a machine that has B.
+    /// Where B stands before the first block, on a machine that has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.0)]
     pub b: Option<f64>,
-    /// C word, on a machine that has C.
+    /// Where C stands before the first block, on a machine that has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub c: Option<f64>,

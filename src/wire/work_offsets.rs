@@ -107,8 +107,11 @@ impl<'de> Deserialize<'de> for WorkOffsets {
 
 impl PartialSchema for WorkOffsets {
     fn schema() -> RefOr<Schema> {
-        let name =
-            ObjectBuilder::new().schema_type(Type::String).min_length(Some(1)).max_length(Some(MAX_NAME));
+        let name = ObjectBuilder::new()
+            .schema_type(Type::String)
+            .min_length(Some(1))
+            .max_length(Some(MAX_NAME))
+            .examples(["G54", "G55", "G56", "G57", "G58", "G59"]);
         ObjectBuilder::new()
             .description(Some(
                 "Work offsets by name: X Y Z of the programming zero in machine coordinates at zero pose",

@@ -260,7 +260,11 @@ async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
     let table = app.get(&format!("{job}/changes")).await.text().await.unwrap();
     assert_eq!(std::fs::read_to_string(&changes).unwrap(), table);
     // Parameters in a file, the report on standard output, another operation.
-    std::fs::write(bench.at("parameters.json"), "{\"tool_radius_mm\": 5, \"tolerance_um\": 4}").unwrap();
+    std::fs::write(
+        bench.at("parameters.json"),
+        "{\"tool_radius_mm\": 5, \"tolerance_um\": 4, \"work_offset_mm\": [12, -7, 35]}",
+    )
+    .unwrap();
     let parameters = bench.at("parameters.json");
     let done = bench.compensate(&["--operation", "cc-compensation", "--parameters", path(&parameters)]);
     let report: Value = serde_json::from_slice(&done.stdout).unwrap();
@@ -268,10 +272,14 @@ async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
     assert!(report["after"]["max_um"].as_f64().unwrap() <= 4.0);
 }
 
+/// Parameters that a program in millimetres can do with.
+const LOCATION_ERRORS: &str = "{\"location_errors\": true, \"work_offset_mm\": [0, 0, 0]}";
+const CC: &str = "{\"cc\": {\"tool_radius_mm\": 5}, \"work_offset_mm\": [0, 0, 0]}";
+
 #[test]
 fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
-    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
-    let given = ["--parameters", "{\"location_errors\": true}"];
+    let bench = Bench::new("G21 G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let given = ["--parameters", LOCATION_ERRORS];
     let output = bench.at("out.nc");
     for (places, part) in [
         (["--report", path(&output)], "two results"),
@@ -342,7 +350,7 @@ fn unread(data: &Path, arguments: &[&str]) -> Output {
 
 #[test]
 fn what_cannot_be_printed_is_said_in_its_own_words_and_leaves_nothing() {
-    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let bench = Bench::new("G21 G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
     let (data, input, output) = (bench.at("data"), bench.at("in.nc"), bench.at("out.nc"));
     let machine = bench.at("machine.json");
     let create = ["keys", "create", "--name", "office", "--scopes", "admin"];
@@ -353,7 +361,7 @@ fn what_cannot_be_printed_is_said_in_its_own_words_and_leaves_nothing() {
         "--machine",
         path(&machine),
         "--parameters",
-        "{\"location_errors\": true}",
+        LOCATION_ERRORS,
     ];
     for arguments in
         [&["openapi"][..], &["config", "show"], &["doctor"], &create, &["keys", "list"], &compensate]
@@ -371,9 +379,9 @@ fn what_cannot_be_printed_is_said_in_its_own_words_and_leaves_nothing() {
 
 #[test]
 fn the_limits_of_the_settings_hold_on_the_command_line() {
-    let program = "G1 X1.000 Y1.000 Z1.000 A0.000 C0.000 F100.\nG1 X8.000 A3.000 C6.000\n";
+    let program = "G21 G1 X1.000 Y1.000 Z1.000 A0.000 C0.000 F100.\nG1 X8.000 A3.000 C6.000\n";
     let bench = Bench::new(program, &ac_table());
-    let parameters = ["--parameters", "{\"cc\": {\"tool_radius_mm\": 5}}"];
+    let parameters = ["--parameters", CC];
     let with = |limit: &[&str]| bench.compensate(&[&parameters[..], limit].concat());
     let length = program.len();
     let (fits, over) = (length.to_string(), (length - 1).to_string());
@@ -391,18 +399,19 @@ fn the_limits_of_the_settings_hold_on_the_command_line() {
 
 #[test]
 fn what_has_no_end_is_read_up_to_its_limit() {
-    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let bench = Bench::new("G21 G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
     let profile = std::fs::metadata(bench.at("machine.json")).unwrap().len();
     let (fits, over) = (profile.to_string(), (profile - 1).to_string());
     let parameters = bench.at("parameters.json");
-    let given = "{\"location_errors\": true}";
+    let given = LOCATION_ERRORS;
+    let (length, less) = (given.len().to_string(), (given.len() - 1).to_string());
     std::fs::write(&parameters, given).unwrap();
     for typed in [given, path(&parameters)] {
         let with = |limit: &[&str]| bench.compensate(&[&["--parameters", typed], limit].concat());
-        let done = with(&["--max-parameters-bytes", "25", "--max-json-bytes", &fits]);
+        let done = with(&["--max-parameters-bytes", &length, "--max-json-bytes", &fits]);
         assert_eq!(done.status.code(), Some(0), "{typed}: {}", said(&done));
         std::fs::remove_file(bench.at("out.nc")).unwrap();
-        for (limit, bytes) in [("max-parameters-bytes", "24"), ("max-json-bytes", over.as_str())] {
+        for (limit, bytes) in [("max-parameters-bytes", less.as_str()), ("max-json-bytes", over.as_str())] {
             let done = with(&[&format!("--{limit}"), bytes]);
             assert_eq!(done.status.code(), Some(1), "{typed}: {}", said(&done));
             let told = format!("than {bytes} bytes ({})", limit.replace('-', "_"));
@@ -419,9 +428,9 @@ fn what_has_no_end_is_read_up_to_its_limit() {
 
 #[test]
 fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
-    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
+    let bench = Bench::new("G21 G1 X1 Y1 Z1 A0 C0 F100\n", &ac_table());
     let (input, parameters, surface) = (bench.at("in.nc"), bench.at("parameters.json"), bench.at("part.stl"));
-    std::fs::write(&parameters, "{\"location_errors\": true}").unwrap();
+    std::fs::write(&parameters, LOCATION_ERRORS).unwrap();
     std::fs::write(&surface, "solid\nendsolid\n").unwrap();
     // Another way to the same place, and a link to it.
     let roundabout = bench.at("folder");
@@ -457,8 +466,35 @@ fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
 }
 
 #[test]
+fn the_unit_of_a_program_can_be_stated_on_the_command_line() {
+    let bench = Bench::new("G1 X1.0000 Y1.0000 Z1.0000 A0. C0. F100.\nX2. A20. C40.\n", &ac_table());
+    let with = |more: &[&str]| bench.compensate(&[&["--parameters", CC], more].concat());
+    let done = with(&[]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("X is a length, and its unit is not known: give `unit`"), "{}", said(&done));
+    let mut made = Vec::new();
+    for unit in ["mm", "inch"] {
+        let done = with(&["--unit", unit]);
+        assert_eq!(done.status.code(), Some(0), "{unit}: {}", said(&done));
+        let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(
+            (&report["resolved"]["unit"], &report["resolved"]["unit_stated_by"]),
+            (&json!(unit), &json!("request"))
+        );
+        made.push(report["cc"]["before"]["max_um"].as_f64().unwrap());
+    }
+    assert!(made[1] > made[0] + 500.0, "{made:?}");
+    // An object without a member, one that has the member already, and another unit.
+    let done = bench.compensate(&["--unit", "mm", "--parameters", " { } "]);
+    assert!(said(&done).contains("nothing is asked for"), "{}", said(&done));
+    let done = bench.compensate(&["--unit", "mm", "--parameters", "{\"unit\": \"mm\"}"]);
+    assert!(said(&done).contains("/unit") && done.status.code() == Some(1), "{}", said(&done));
+    assert_eq!(with(&["--unit", "cm"]).status.code(), Some(2));
+}
+
+#[test]
 fn what_is_refused_on_the_command_line_is_named_and_nothing_is_written() {
-    let bench = Bench::new("G1 X1 Y1 Z1 A0 C0 F100\nG1 X[#<_x>] A1\n", &ac_table());
+    let bench = Bench::new("G21 G1 X1 Y1 Z1 A0 C0 F100\nG1 X[#<_x>] A1\n", &ac_table());
     std::fs::write(bench.at("out.nc"), "as it was").unwrap();
     for (more, code, part) in [
         (&["--parameters", "{\"cc\": {\"tolerance_um\": 0}}"][..], 1, "/cc/tolerance_um"),
@@ -468,15 +504,15 @@ fn what_is_refused_on_the_command_line_is_named_and_nothing_is_written() {
         (&["--parameters", "none.json"], 2, "none.json"),
         (&["--operation", "servo-simulation"], 2, "makes no program"),
         (&["--operation", "posting", "--changes", "c.csv"], 2, "makes no table of changes"),
-        (&["--max-cost-s", "0.000001", "--parameters", "{\"location_errors\": true}"], 1, "over the limit"),
+        (&["--max-cost-s", "0.000001", "--parameters", LOCATION_ERRORS], 1, "over the limit"),
     ] {
         let done = bench.compensate(more);
         assert_eq!(done.status.code(), Some(code), "{more:?}: {}", said(&done));
         assert!(said(&done).contains(part), "{more:?}: {}", said(&done));
         assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), "as it was", "{more:?}");
     }
-    std::fs::write(bench.at("in.nc"), "G1 X1 Y1 Z1 A0 C0 F100\nG1 X5 A130\n").unwrap();
-    let done = bench.compensate(&["--parameters", "{\"cc\": {\"tool_radius_mm\": 5}}"]);
+    std::fs::write(bench.at("in.nc"), "G21 G1 X1 Y1 Z1 A0 C0 F100\nG1 X5 A130\n").unwrap();
+    let done = bench.compensate(&["--parameters", CC]);
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
     assert!(said(&done).contains("first at line 2: G1 X5 A130"), "{}", said(&done));
     assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), "as it was");

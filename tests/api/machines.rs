@@ -316,7 +316,7 @@ fn with_programs() -> Value {
         ("program_unit", json!("inch")),
         (
             "work_offsets_mm",
-            json!({"G55": [0, 0, 1.5], "G54": [-70, 40, 95], "G54.1 P3": [1, 2, 3], "Palette 2": [0, 0, 0]}),
+            json!({"G55": [0, 0, 1.5], "G54": [-70, 40, 95], "G54.1 P3": [1, 2, 3], "G505": [0, 0, 0]}),
         ),
         ("max_feed_mm_per_min", json!(15_000)),
         ("block_time_ms", json!(0.4)),
@@ -367,7 +367,7 @@ async fn what_a_profile_says_of_programs_is_kept_and_what_it_does_not_say_is_not
     // In whatever order offsets are named, and zero whatever its sign.
     let mut turned = with_programs();
     turned["work_offsets_mm"] = serde_json::from_str(
-        r#"{"Palette 2": [-0.0, 0, 0], "G54.1 P3": [1, 2, 3], "G54": [-70, 40, 95], "G55": [0, -0.0, 1.5]}"#,
+        r#"{"G505": [-0.0, 0, 0], "G54.1 P3": [1, 2, 3], "G54": [-70, 40, 95], "G55": [0, -0.0, 1.5]}"#,
     )
     .unwrap();
     assert_eq!(etag(&put_if(&app, "m", &turned, "if-match", "*").await), second);

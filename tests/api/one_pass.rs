@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::support::{App, ac_table, pointers, problem, spawn, spawn_real};
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_real, unstamped};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const PATH: &str = "/v1/machines/example-ac-table/compensation";
@@ -130,7 +130,14 @@ async fn one_step_alone_is_what_its_own_operation_makes() {
         let path = format!("/v1/machines/example-ac-table/{own}");
         let alone = post(&app, &path, &format!("{OFFSET}&{query}"), BLADE).await.text().await.unwrap();
         let as_step = post(&app, PATH, &format!("{OFFSET}&{step}"), BLADE).await.text().await.unwrap();
+        let [(alone, alone_says), (as_step, step_says)] = [&alone, &as_step].map(|text| unstamped(text));
         assert!(alone == as_step && alone != BLADE, "{own}");
+        // The stamps name the operations, and the same step.
+        let steps = format!(" steps {} machine ", own.split('-').next().unwrap());
+        for (says, operation) in [(alone_says, own), (step_says, "compensation")] {
+            let says = says.unwrap();
+            assert!(says.contains(&format!(" {operation}{steps}")), "{says}");
+        }
     }
 }
 
@@ -176,7 +183,8 @@ async fn singular_regions_are_listed_divided_or_passed_more_slowly() {
             "&singularity=densify&singular_regions.axis_tolerance_deg=0.2",
             "&singularity=smooth&singular_regions.axis_tolerance_deg=0.2",
         ] {
-            let response = post(&app, path, &format!("{query}{action}"), OVER_THE_POLE).await;
+            let response =
+                post(&app, path, &format!("work_offset_mm=0,0,0&{query}{action}"), OVER_THE_POLE).await;
             assert_eq!(response.status(), 200, "{path} {action}");
             let job = response.headers()["location"].to_str().unwrap().to_owned();
             let text = response.text().await.unwrap();

@@ -180,7 +180,9 @@ async fn a_cut_that_leaves_its_path_between_two_points_is_refused_with_its_line(
     // One millimetre apart, but the table has to turn by 90°: in machine coordinates the tip swings centimetres off.
     let text =
         "UNITS/MM\nMULTAX/ON\nFEDRAT/1200,MMPM\nGOTO/100,0,0,0.3,0,0.9539392\nGOTO/101,0,0,0,0.3,0.9539392\n";
-    let refusal = problem(posted(&app, "interpolation=machine", text).await, "program-fault").await;
+    let refusal =
+        problem(posted(&app, "interpolation=machine&work_offset_mm=0,0,0", text).await, "program-fault")
+            .await;
     assert_eq!((&refusal["line"], pointers(&refusal)), (&json!(5), vec!["/program/5".to_owned()]));
     // The control keeps the tip on its line.
     assert_eq!(posted(&app, "interpolation=tcp", text).await.status(), 200);

@@ -10,15 +10,16 @@ use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 use trunnion::config::Settings;
 use trunnion::jobs::{
-    Compensator, CompensatorFault, CutterContactCompensator, Refusal, RefusalClass, ToolAndPart,
+    Compensated, Compensator, CompensatorFault, CutterContactCompensator, Refusal, RefusalClass,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{ProgramSource, Spool, Stop};
+use trunnion::process::{self, ProgramSource, SingularityParameters, Spool, Stop};
 use trunnion::wear::SideBySide;
-use trunnion::wire::{CcFindings, CcParameters, CcReport};
+use trunnion::wire::{CcParameters, CcReport};
 
 use crate::support::{
-    App, ac_table, findings, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with, spawn_with,
+    App, ac_table, compensated, pointers, problem, spawn, spawn_real, spawn_real_in, spawn_real_with,
+    spawn_with,
 };
 
 /// A compensator that notes in which order programs come, holds those that begin with `HOLD` until it is released or
@@ -57,14 +58,14 @@ impl Compensator for Held {
     fn compensate(
         &self,
         _machine: &Machine,
-        _parameters: &CcParameters,
-        _contact: ToolAndPart,
+        _asked: &process::CcParameters,
+        _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
         _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
-    ) -> Result<CcFindings, CompensatorFault> {
+    ) -> Result<Compensated, CompensatorFault> {
         let mut text = String::new();
         source.open()?.read_to_string(&mut text)?;
         self.order.lock().unwrap().push(text.trim().to_owned());
@@ -85,7 +86,7 @@ impl Compensator for Held {
         }
         assert!(!text.starts_with("PANIC"), "told to break");
         output.write_all(text.to_ascii_uppercase().as_bytes())?;
-        Ok(findings(1))
+        Ok(compensated(1))
     }
 
     fn figure(&self, _parameters: &CcParameters, _report: &CcReport) -> String {
@@ -169,8 +170,8 @@ M30
 #[tokio::test]
 async fn a_job_of_every_operation_makes_what_its_own_endpoint_makes() {
     let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
-    let tools = json!({"nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.95}});
-    for (operation, parameters) in [
+    let tools = json!({"nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.95}, "contact": "feed-plane"});
+    for (operation, mut parameters) in [
         ("cc-compensation", json!({"tool_radius_mm": 5, "contact": "tip", "tolerance_um": 7.5})),
         ("wear-compensation", tools.clone()),
         ("compensation", json!({"wear": tools, "location_errors": true, "cc": {"tolerance_um": 10}})),
@@ -181,6 +182,7 @@ async fn a_job_of_every_operation_makes_what_its_own_endpoint_makes() {
         ),
         ("servo-simulation", json!({"interpolation": "tcp", "position_gain_scale": {"X": 1.1}})),
     ] {
+        parameters["work_offset_mm"] = json!([0, 0, 0]);
         let parts = |name: &'static str, text: &Value| {
             Form::new()
                 .text(name, text.to_string())

@@ -38,7 +38,7 @@ async fn an_answer_under_a_key_outlives_the_machine() {
         ]
     });
     let simulation = json!({
-        "machine_id": "m", "path": {"kind": "program", "text": "G1 X1.000 Y0.000 Z0.000 A0.000 C0.000 F1000\nG1 X5.000\n"}
+        "machine_id": "m", "path": {"kind": "program", "text": "G21 G1 X1.000 Y0.000 Z0.000 A0.000 C0.000 F1000\nG1 X5.000\n"}
     });
     let requests = [
         (PROGRAM, json!("g1 x1\n")),

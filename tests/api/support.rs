@@ -12,10 +12,11 @@ use tempfile::TempDir;
 use trunnion::cli::{Running, start};
 use trunnion::config::Settings;
 use trunnion::jobs::{
-    Clock, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources, ToolAndPart,
+    Clock, Compensated, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{ProgramSource, Spool, Stop};
+use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, Spool, Stop};
+use trunnion::program::{self, Steps};
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
@@ -166,6 +167,19 @@ pub(crate) async fn problem(response: Response, code: &str) -> Value {
     body
 }
 
+/// A program without the comment that says what was done to it, and what that comment says.
+pub(crate) fn unstamped(text: &str) -> (String, Option<String>) {
+    let is_stamp = |line: &&str| line.contains("Trunnion ") && line.contains(" parameters ");
+    let stamps: Vec<_> = text.split_inclusive('\n').filter(is_stamp).collect();
+    assert!(stamps.len() <= 1, "{stamps:?}");
+    let bare = text.split_inclusive('\n').filter(|line| !is_stamp(line)).collect();
+    let words = |line: &str| {
+        let (_, words) = line.split_once("Trunnion ").unwrap();
+        words.trim_end().trim_end_matches(')').to_owned()
+    };
+    (bare, stamps.first().map(|line| words(line)))
+}
+
 /// The pointers of a problem's errors.
 pub(crate) fn pointers(problem: &Value) -> Vec<String> {
     let errors = problem["errors"].as_array().cloned().unwrap_or_default();
@@ -232,14 +246,14 @@ impl Compensator for Upper {
     fn compensate(
         &self,
         _machine: &Machine,
-        _parameters: &CcParameters,
-        _contact: ToolAndPart,
+        _asked: &process::CcParameters,
+        _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
         _spool: &dyn Spool,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
-    ) -> Result<CcFindings, CompensatorFault> {
+    ) -> Result<Compensated, CompensatorFault> {
         let mut text = Vec::new();
         source.open()?.read_to_end(&mut text)?;
         let mut lines = 0;
@@ -270,7 +284,7 @@ impl Compensator for Upper {
             }
             output.write_all(&line.to_ascii_uppercase())?;
         }
-        Ok(findings(lines))
+        Ok(compensated(lines))
     }
 
     fn figure(&self, _parameters: &CcParameters, report: &CcReport) -> String {
@@ -281,8 +295,17 @@ impl Compensator for Upper {
     }
 }
 
-/// What is found in a program of so many lines where nothing is wrong.
-pub(crate) fn findings(lines: u64) -> CcFindings {
+/// What comes of a program of so many lines where nothing is wrong.
+pub(crate) fn compensated(lines: u64) -> Compensated {
+    Compensated {
+        findings: findings(lines),
+        dialect: program::Dialect::Iso,
+        steps: Steps::NONE,
+        reading: ProgramReading::default(),
+    }
+}
+
+fn findings(lines: u64) -> CcFindings {
     CcFindings {
         dialect: Dialect::Iso,
         interpolation: Interpolation::Machine,
@@ -293,6 +316,7 @@ pub(crate) fn findings(lines: u64) -> CcFindings {
         feeds_restored: 0,
         motions_checked: 0,
         motions_over_tolerance: 0,
+        motions_left_over: 0,
         before: DeviationSummary::default(),
         after: DeviationSummary::default(),
         cc_path_length_mm: 0.0,

@@ -4,6 +4,7 @@ use reqwest::{Method, Response, StatusCode};
 use serde_json::{Value, json};
 use sqlx::Connection;
 use trunnion::store::Store;
+use trunnion::wire::WearEntry;
 
 use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
 
@@ -420,22 +421,18 @@ async fn what_a_job_takes_of_the_table_is_in_the_store() {
     assert_eq!((flat.radius().mm(), flat.corner_radius().mm()), (4.0, 0.0));
     assert!(store.tools("nobody").await.unwrap().is_empty());
 
-    let newest = async |cutter: Option<&str>| {
-        let found = store.newest_wear_entry("example-ac-table", "a", cutter).await.unwrap();
-        found.map(|entry| (entry.id, entry.measured_at, entry.radius_wear_um))
+    let newest = async |cutter: &str| {
+        let found = store.newest_radius_wear("example-ac-table", cutter).await.unwrap();
+        let row = |entry: WearEntry| (entry.id, entry.edge.unwrap(), entry.measured_at, entry.radius_wear_um);
+        found.into_iter().map(row).collect::<Vec<_>>()
     };
-    let expected = |index: usize, day: u32, wear_um: f64| {
+    let expected = |index: usize, edge: &str, day: u32, wear_um: f64| {
         let id = posted[index]["id"].as_str().unwrap().to_owned();
-        Some((id, format!("2025-03-{day}T09:00:00.000Z"), Some(wear_um)))
+        (id, edge.to_owned(), format!("2025-03-{day}T09:00:00.000Z"), Some(wear_um))
     };
-    assert_eq!(newest(None).await, expected(4, 21, 3.0));
-    assert_eq!(newest(Some("1")).await, expected(0, 20, 31.0));
-    assert_eq!(newest(Some("3")).await, None);
-    assert_eq!(store.newest_wear_entry("example-ac-table", "b", None).await.unwrap(), None);
-    let edges = store.newest_wear_of_edges("example-ac-table", "a", "1").await.unwrap();
-    let edges: Vec<_> =
-        edges.iter().map(|entry| (entry.edge.as_deref().unwrap(), entry.radius_wear_um)).collect();
-    assert_eq!(edges, [("1", Some(35.0)), ("2", Some(31.0))]);
+    assert_eq!(newest("1").await, [expected(1, "1", 19, 35.0), expected(0, "2", 20, 31.0)]);
+    assert_eq!(newest("2").await, [expected(4, "1", 21, 3.0)]);
+    assert_eq!(newest("3").await, []);
     store.close().await;
 }
 

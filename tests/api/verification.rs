@@ -5,7 +5,7 @@ use std::fmt::Write;
 use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 
-use crate::support::{App, pointers, problem, spawn, spawn_with};
+use crate::support::{App, pointers, problem, spawn, spawn_with, unstamped};
 
 const PATH: &str = "/v1/machines/example-ac-table/verification";
 /// Passes this far apart [mm], by a ball of this radius [mm].
@@ -152,7 +152,7 @@ async fn bad_parameters_of_a_verification_are_all_named() {
         asked
     };
     for (asked, expected) in [
-        (json!({}), vec!["/tool"]),
+        (json!({}), vec!["/surface", "/tool"]),
         (json!({"tool": {"radius_mm": 5}}), vec!["/surface"]),
         (with(json!({"tool": {"radius_mm": 0}})), vec!["/tool/radius_mm"]),
         (with(json!({"tool": {"radius_mm": 5, "length_mm": 80}})), vec!["/tool/length_mm"]),
@@ -292,8 +292,8 @@ async fn the_part_says_where_a_worn_cutter_touches() {
     let by_part = post(&asked, &bare, Some(stl(plate))).await;
     assert_eq!(by_part.status(), 200);
     let job = by_part.headers()["location"].to_str().unwrap().to_owned();
-    let by_part = by_part.text().await.unwrap();
-    let by_words = app.post_text(WEAR, "text/plain", stated).await.text().await.unwrap();
+    let (by_part, _) = unstamped(&by_part.text().await.unwrap());
+    let (by_words, _) = unstamped(&app.post_text(WEAR, "text/plain", stated).await.text().await.unwrap());
     for (part, words) in by_part.lines().zip(by_words.lines()) {
         assert_eq!(part, words.split(" U").next().unwrap());
     }
@@ -328,13 +328,16 @@ async fn only_the_named_tool_cuts() {
         asked["samples"] = json!(500);
         post(&app, &asked, &text, "application/json").await.json().await.unwrap()
     };
-    let (first, both) = (cut(Some(1)).await, cut(None).await);
+    let (first, second) = (cut(Some(1)).await, cut(Some(2)).await);
     assert_eq!((&first["max_gouge"], &first["warnings"]), (&Value::Null, &json!([])));
     assert!(first["left_out"].to_string().contains("other_tool"), "{first}");
-    assert!((both["max_gouge"]["residual_um"].as_f64().unwrap() + 500.0).abs() < 1.0, "{both}");
-    assert_eq!(both["warnings"][0]["kind"], "several_tools");
+    assert!((second["max_gouge"]["residual_um"].as_f64().unwrap() + 500.0).abs() < 1.0, "{second}");
+    // One cutter is stated, and two cut: nobody says which of them it is.
+    let both = cut(None).await;
+    assert_eq!(both["errors"][0]["pointer"], "/tool_number", "{both}");
+    assert!(both["detail"].as_str().unwrap().contains("2 tools cut in this program (T1, T2)"), "{both}");
     let none = cut(Some(3)).await;
-    assert_eq!(none["type"], "/problems/program-fault", "{none}");
+    assert_eq!(none["errors"][0]["pointer"], "/tool_number", "{none}");
 }
 
 #[tokio::test]

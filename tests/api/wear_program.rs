@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{App, ac_table, pointers, problem, spawn};
+use crate::support::{App, ac_table, pointers, problem, spawn, unstamped};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const PATH: &str = "/v1/machines/example-ac-table/wear-compensation";
@@ -40,7 +40,12 @@ async fn the_tools_of_p3_table_4_move_the_blade_in_proportion_and_keep_its_rotar
         let response = post(&app, &format!("{NOMINAL}&actual_tool.radius_mm={radius}"), BLADE).await;
         assert_eq!(response.status(), 200);
         let job = response.headers()["location"].to_str().unwrap().to_owned();
-        let text = response.text().await.unwrap();
+        let (text, stamp) = unstamped(&response.text().await.unwrap());
+        assert!(
+            stamp
+                .unwrap()
+                .contains(" wear-compensation steps wear machine example-ac-table revision 1 tool 1 ")
+        );
         let written = words(&text);
         assert_eq!((written.len(), text.lines().count()), (source.len(), BLADE.lines().count()));
         for ((_, before), (_, after)) in source.iter().zip(&written) {
@@ -99,7 +104,8 @@ async fn a_worn_program_is_a_job_with_report_and_figure() {
     assert_eq!(app.get(&format!("{job}/program")).await.text().await.unwrap(), program);
     // The same by a form, and as the report.
     let parameters = json!({
-        "nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.75}, "work_offset_mm": [12, -7, 35]
+        "nominal_tool": {"radius_mm": 5}, "actual_tool": {"radius_mm": 4.75}, "work_offset_mm": [12, -7, 35],
+        "allowed_scallop_um": 20, "stepover_mm": 0.85
     });
     let form = reqwest::multipart::Form::new()
         .text("parameters", parameters.to_string())
@@ -107,7 +113,11 @@ async fn a_worn_program_is_a_job_with_report_and_figure() {
     let request = app.client.post(app.url(PATH)).header("accept", "application/json").multipart(form);
     let by_form: Value = request.send().await.unwrap().json().await.unwrap();
     assert_eq!(by_form["output_sha256"], report["output_sha256"]);
-    assert_eq!(by_form["advice"], Value::Null);
+    assert_eq!(by_form["advice"], report["advice"]);
+    // Without the figures for the advice there is none.
+    let request = app.client.post(app.url(&format!("{PATH}?{NOMINAL}&actual_tool.radius_mm=4.75")));
+    let plain = request.header("accept", "application/json").body(BLADE).send().await.unwrap();
+    assert_eq!(plain.json::<Value>().await.unwrap()["advice"], Value::Null);
     // A key gives the same answer again.
     let keyed =
         || app.client.post(app.url(&format!("{PATH}?{query}"))).header("idempotency-key", "k").body(BLADE);
@@ -133,7 +143,7 @@ async fn no_wear_gives_the_bytes_back() {
 async fn tables_and_lengths_are_taken() {
     let app = spawn().await;
     let answer = |query: &str| {
-        let query = format!("{NOMINAL}&{query}");
+        let query = format!("{NOMINAL}&stamp=none&{query}");
         let app = &app;
         async move { post(app, &query, BLADE).await.text().await.unwrap() }
     };
@@ -156,7 +166,7 @@ async fn tables_and_lengths_are_taken() {
 async fn bad_parameters_of_a_worn_program_are_named() {
     let app = spawn().await;
     for (query, expected) in [
-        ("", vec!["/nominal_tool"]),
+        ("", vec!["/actual_tool", "/nominal_tool"]),
         ("nominal_tool.radius_mm=5", vec!["/actual_tool"]),
         (
             "nominal_tool.radius_mm=0&actual_tool.radius_mm=-1",

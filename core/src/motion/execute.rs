@@ -507,10 +507,9 @@ impl Interpreter {
         motion.start = self.position.axis_words();
         motion.unfollowable = Some(reason);
         if matches!(reason, Unfollowable::Call | Unfollowable::UnknownCode) {
-            // F may be an argument there: what is called may run at the feed that stands.
+            // F may be an argument: what is called may run at the feed that stands. A block's time ends with it.
             motion.feed.word_in_block = false;
             if motion.feed.mode == Some(FeedMode::InverseTime) {
-                // A block's time ends with the block.
                 (motion.feed.value, motion.feed.raw, motion.feed.decimals) = (None, 0.0, 0);
             }
         }

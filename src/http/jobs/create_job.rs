@@ -19,11 +19,10 @@ use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::observation::Trace;
 use crate::http::problem::{Problem, ProblemType};
+use crate::http::programs::EXAMPLE_PROGRAM;
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{
-    Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear,
-};
+use crate::jobs::{Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
     CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
@@ -106,9 +105,9 @@ enum AnyParameters {
             (JobForm = "multipart/form-data", example = json!({
                 "job": {
                     "machine_id": "example-ac-table", "operation": "cc-compensation",
-                    "parameters": {"tool_radius_mm": 5.0, "contact": "tip"}, "external_id": "WO-4711/20"
+                    "parameters": {"tool_radius_mm": 5.0, "work_offset_mm": [12.0, -7.0, 35.0]}, "external_id": "WO-4711/20"
                 },
-                "program": "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+                "program": EXAMPLE_PROGRAM,
             })),
         ),
     ),

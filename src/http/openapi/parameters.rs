@@ -46,6 +46,7 @@ pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Val
         }
     }
     *parameters = mended;
+    take_examples_of_the_form(operation);
     if operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data")).is_some() {
         tell_defaults(operation);
     }
@@ -63,11 +64,54 @@ fn of_the_form(operation: &Map<String, Value>, schemas: &Map<String, Value>) -> 
     let members = document.get("properties").and_then(Value::as_object);
     let parameter = |(name, schema): (&String, &Value)| {
         let mut schema = schema.clone();
-        let description = schema.as_object_mut().and_then(|schema| schema.remove("description"));
-        let description = description.unwrap_or_default();
+        let description = taken_description(&mut schema).unwrap_or_default();
         json!({ "name": name, "in": "query", "required": false, "description": description, "schema": schema })
     };
     members.into_iter().flatten().map(parameter).collect()
+}
+
+/// The description of a schema, taken out of it. One or null has it at the one.
+fn taken_description(schema: &mut Value) -> Option<Value> {
+    let members = schema.as_object_mut()?;
+    if let Some(description) = members.remove("description") {
+        return Some(description);
+    }
+    let choices = members.get_mut("oneOf")?.as_array_mut()?;
+    let mut known: Vec<_> =
+        choices.iter_mut().filter(|one| one.get("type") != Some(&json!("null"))).collect();
+    match known.as_mut_slice() {
+        [only] => only.as_object_mut()?.remove("description"),
+        _ => None,
+    }
+}
+
+/// A request by query has the example of the form.
+fn take_examples_of_the_form(operation: &mut Map<String, Value>) {
+    let form = operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data"));
+    let example = form.and_then(|form| form.pointer("/example/parameters")).cloned().unwrap_or_default();
+    let mut values = BTreeMap::new();
+    dotted("", &example, &mut values);
+    let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
+    for parameter in parameters.into_iter().flatten() {
+        let value = text(parameter, "name").and_then(|name| values.remove(name));
+        if let (Some(value), Some("query"), Some(parameter)) =
+            (value, text(parameter, "in").map(str::to_owned).as_deref(), parameter.as_object_mut())
+        {
+            parameter.insert("example".to_owned(), value);
+        }
+    }
+}
+
+/// Every value of a document by the name that a query has for it.
+fn dotted(name: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
+    let Some(members) = value.as_object() else {
+        into.insert(name.to_owned(), value.clone());
+        return;
+    };
+    for (member, value) in members {
+        let separator = if name.is_empty() { "" } else { "." };
+        dotted(&format!("{name}{separator}{member}"), value, into);
+    }
 }
 
 /// Defaults in words: parameters come in the query or in a field of the form, not in both, and there are clients that
@@ -76,7 +120,8 @@ fn tell_defaults(operation: &mut Map<String, Value>) {
     let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
     for parameter in parameters.into_iter().flatten().filter_map(Value::as_object_mut) {
         let schema = parameter.get_mut("schema").and_then(Value::as_object_mut);
-        if let Some(default) = schema.and_then(|schema| schema.remove("default")) {
+        let default = schema.and_then(|schema| schema.remove("default"));
+        if let Some(default) = default.filter(|default| !default.is_null()) {
             let description = parameter.get("description").and_then(Value::as_str).unwrap_or_default();
             let words = format!("{description} Default: {default}.");
             parameter.insert("description".to_owned(), Value::String(words));
@@ -109,7 +154,11 @@ fn flatten(parameter: Value, schemas: &Map<String, Value>, into: &mut Vec<Value>
                 .map(|(member, schema)| (member.clone(), schema.clone(), needed && is_needed(member)))
                 .collect()
         } else if let Some(one) = schema.get("additionalProperties").filter(|one| one.is_object()) {
-            AXES.iter().map(|letter| ((*letter).to_owned(), one.clone(), false)).collect()
+            // A map by other names says which ones people use most.
+            let names = schema.pointer("/propertyNames/examples").and_then(Value::as_array);
+            let names = names.map(|names| names.iter().filter_map(Value::as_str).collect::<Vec<_>>());
+            let names = names.unwrap_or_else(|| AXES.to_vec());
+            names.into_iter().map(|name| (name.to_owned(), one.clone(), false)).collect()
         } else {
             let mut parameter = parameter;
             if let Some(parameter) = parameter.as_object_mut() {
@@ -124,7 +173,7 @@ fn flatten(parameter: Value, schemas: &Map<String, Value>, into: &mut Vec<Value>
             return;
         };
     for (member, mut schema, required) in members {
-        let description = schema.as_object_mut().and_then(|schema| schema.remove("description"));
+        let description = taken_description(&mut schema);
         let description = description.or_else(|| parameter.get("description").cloned()).unwrap_or_default();
         let part = json!({
             "name": format!("{name}.{member}"), "in": "query", "required": required, "description": description, "schema": schema
@@ -154,6 +203,10 @@ fn joined(schema: &Value, schemas: &Map<String, Value>) -> Value {
                 whole.insert(key, value);
             }
         }
+    }
+    // A reference has its default beside it.
+    if let (Some(default), true) = (schema.get("default"), schema.get("$ref").is_some()) {
+        whole.insert("default".to_owned(), default.clone());
     }
     Value::Object(whole)
 }
@@ -215,6 +268,39 @@ mod tests {
         mend(&mut operation, schemas.as_object().unwrap());
         let schema = &operation["parameters"][0]["schema"];
         assert_eq!(schema, &json!({ "$ref": "#/components/schemas/Word", "default": "a" }));
+    }
+
+    #[test]
+    fn a_query_has_the_example_of_the_form_and_names_of_offsets() {
+        let numbers = json!({"type": "array", "items": {"type": "number"}});
+        let offsets = json!({"type": "object", "additionalProperties": numbers, "propertyNames": {"examples": ["G54", "G55"]}});
+        let parameters = json!({"type": "object", "properties": {
+            "offsets": {"oneOf": [{"$ref": "#/components/schemas/Offsets", "description": "Where."}, {"type": "null"}]},
+            "word": {"$ref": "#/components/schemas/Word", "default": "a"}
+        }});
+        let schemas = json!({
+            "Offsets": offsets, "Word": {"type": "string", "enum": ["a", "b"]},
+            "Form": {"type": "object", "properties": {"parameters": parameters}}
+        });
+        let form = json!({"schema": {"$ref": "#/components/schemas/Form"}, "example": {"parameters": {"offsets": {"G55": [1, 2, 3]}}}});
+        let mut operation = Map::new();
+        operation.insert("requestBody".into(), json!({ "content": {"multipart/form-data": form} }));
+        mend(&mut operation, schemas.as_object().unwrap());
+        let found: Vec<_> = operation["parameters"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|one| {
+                (one["name"].as_str().unwrap(), one["description"].as_str().unwrap(), one.get("example"))
+            })
+            .collect();
+        let example = json!([1, 2, 3]);
+        let expected = [
+            ("offsets.G54", "Where.", None),
+            ("offsets.G55", "Where.", Some(&example)),
+            ("word", " Default: \"a\".", None),
+        ];
+        assert_eq!(found, expected);
     }
 
     #[test]

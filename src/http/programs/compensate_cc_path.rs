@@ -3,6 +3,7 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
+use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
 use crate::http::AppState;
@@ -50,10 +51,10 @@ struct ProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
+            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
             (ProgramForm = "multipart/form-data", example = json!({
-                "parameters": {"tool_radius_mm": 5.0, "contact": "tip"},
-                "program": "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+                "parameters": {"tool_radius_mm": 5.0, "work_offset_mm": [12.0, -7.0, 35.0]},
+                "program": EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",

@@ -3,6 +3,7 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
+use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
 use crate::http::AppState;
@@ -52,14 +53,15 @@ struct CompensationForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A25.000 C60.000\nG0 Z50.000\nM30\n"),
+            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
             (CompensationForm = "multipart/form-data", example = json!({
                 "parameters": {
                     "wear": {"nominal_tool": {"radius_mm": 5.0}, "actual_tool": {"radius_mm": 4.95}},
                     "location_errors": true,
-                    "cc": {"tolerance_um": 10.0}
+                    "cc": {"tolerance_um": 10.0},
+                    "work_offset_mm": [12.0, -7.0, 35.0]
                 },
-                "program": "G90 G21 G94\nG0 X0.000 Y0.000 Z5.000 A10.000 C20.000\nG1 X10.000 Y4.000 Z6.000 A12.000 C20.000 F1000\nX20.000 Y8.000 Z8.000 A25.000 C60.000\nG0 Z50.000\nM30\n",
+                "program": EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",

@@ -49,7 +49,9 @@ struct PostingForm {
         content(
             (String = "text/plain", example = "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n"),
             (PostingForm = "multipart/form-data", example = json!({
-                "parameters": {"interpolation": "machine", "linear_decimals": 3, "rotary_decimals": 3},
+                "parameters": {
+                    "interpolation": "machine", "work_offset_mm": [0.0, 0.0, 0.0], "linear_decimals": 3, "rotary_decimals": 3
+                },
                 "program": "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n",
             })),
         ),

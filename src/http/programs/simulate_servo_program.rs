@@ -3,6 +3,7 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
+use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
 use crate::http::AppState;
@@ -45,9 +46,10 @@ struct ServoProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = "G90 G21 G94\nG0 X0 Y0 Z5 A0 C0\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"),
+            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
             (ServoProgramForm = "multipart/form-data", example = json!({
-                "program": "G90 G21 G94\nG0 X0 Y0 Z5 A0 C0\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n",
+                "parameters": {"work_offset_mm": [12.0, -7.0, 35.0]},
+                "program": EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",

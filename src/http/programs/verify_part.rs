@@ -55,7 +55,8 @@ struct VerificationForm {
                 "parameters": {
                     "tool": {"radius_mm": 5.0},
                     "surface": {"kind": "plane", "length_mm": 40.0, "width_mm": 2.0},
-                    "samples": 2000
+                    "samples": 2000,
+                    "work_offset_mm": [0.0, 0.0, 0.0]
                 },
                 "program": "G90 G21 G94\nG0 X-25.000 Y0.000 Z5.000 A0.000 C0.000\nG1 Z0.000 F1000\nX25.000\nG0 Z50.000\nM30\n",
             })),

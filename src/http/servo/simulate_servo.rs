@@ -16,18 +16,18 @@ use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
 use crate::http::programs::answer;
 use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
-use crate::jobs::{ProgramJob, ProgramWork, Sizes, run_program_job};
+use crate::jobs::{CompensatorFault, JobFault, ProgramJob, ProgramWork, Sizes, run_program_job};
 use crate::wire::{
     Fault, FaultList, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
 };
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
-    UnsupportedMediaType, InvalidRequest, KeyReused, ProgramFault, UnreachablePose, UnstableLoop, TooCostly, Busy
+    UnsupportedMediaType, InvalidRequest, KeyReused, ProgramFault, UnitUnknown, UnreachablePose, UnstableLoop, TooCostly, Busy
 );
 
 /// Of a path, or of a program.
@@ -59,6 +59,7 @@ enum PathOrProgram {
         content((SimulationRequest = "application/json", examples(
             ("program" = (summary = "A program, kept as a job", value = json!({
                 "machine_id": "example-ac-table",
+                "work_offset_mm": [0.0, 0.0, 0.0],
                 "path": {
                     "kind": "program", "file_name": "turn.nc",
                     "text": "G90 G21 G94\nG1 X10 Y0 Z5 A10 C20 F1000\nG1 X20 Y0 Z5 A25 C60\nM30\n"
@@ -140,7 +141,7 @@ async fn program(
     }
     let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
     parameters.to_core(drives, &mut faults);
-    faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
+    faults.into_result().map_err(|faults| at_the_path(JobFault::Parameters(faults)))?;
     let Some((machine_id, on)) = current else {
         return Err(Problem::internal(&"a program without a machine has no fault"));
     };
@@ -149,7 +150,8 @@ async fn program(
     let file_name = file_name.as_deref().and_then(clean_name).unwrap_or_else(|| "program.nc".to_owned());
     let (program, machine_revision) = (spooling.finish().await?, on.revision);
     let sizes = Sizes { program_length: program.length(), surface_facets: None };
-    let work = ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means())?;
+    let work =
+        ProgramWork::new(parameters, Arc::unwrap_or_clone(on), sizes, &app.means()).map_err(at_the_path)?;
     let by = actor(parts)?;
     let job = ProgramJob {
         machine_id,
@@ -162,6 +164,30 @@ async fn program(
         used,
         by,
     };
-    let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await?;
-    answer::job(app, &job, kind).await
+    let job = run_program_job(&app.compute, &app.store, &app.spool, &app.sources, job).await;
+    answer::job(app, &job.map_err(at_the_path)?, kind).await
+}
+
+/// Members of a program that stand in the path, and beside it in the operation on a program alone.
+const OF_THE_PATH: [&str; 7] =
+    ["interpolation", "unit", "work_offsets_mm", "tool_number", "start", "dialect", "plane"];
+
+/// A fault of the work on a program, where this request has what is wrong.
+fn at_the_path(fault: JobFault) -> JobFault {
+    let moved = |fault: Fault| {
+        let member = fault.pointer.split('/').nth(1).unwrap_or_default();
+        if OF_THE_PATH.contains(&member) {
+            Fault { pointer: format!("/path{}", fault.pointer), ..fault }
+        } else {
+            fault
+        }
+    };
+    match fault {
+        JobFault::Parameters(faults) => JobFault::Parameters(faults.into_iter().map(moved).collect()),
+        JobFault::Compensator(CompensatorFault::Refused(mut refusal)) => {
+            refusal.errors = refusal.errors.into_iter().map(moved).collect();
+            JobFault::Compensator(CompensatorFault::Refused(refusal))
+        }
+        other => other,
+    }
 }
