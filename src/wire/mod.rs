@@ -38,6 +38,7 @@ mod verification;
 mod wear_advice;
 mod wear_history;
 mod wear_numbers;
+mod wear_outlook;
 mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
@@ -118,6 +119,7 @@ pub use wear_history::{
     WearQuantity, Withdrawal, WithdrawalRequest, check_name, other_quantity,
 };
 pub use wear_numbers::{Answers, Numbers};
+pub use wear_outlook::{EdgeBasis, OutlookBasis, PartsInterval, PartsOutlook, PartsOutlookKind, StageBasis};
 pub use wear_program::{
     LengthInControl, Milling, WearFindings, WearParameters, WearQuery, WearReport, WearTableDoc,
 };
@@ -125,8 +127,7 @@ pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
 pub use wear_trend::{
-    FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
-    WearTrendPoint, WearWarning, wear_trend_table,
+    FollowedWear, WearEdge, WearFit, WearTrend, WearTrendHead, WearTrendPoint, WearWarning, wear_trend_table,
 };
 pub use webhook::{
     Deliveries, DeliveryAttempt, DeliveryDocument, DeliveryOutcome, DeliveryState, PreviousSecret,
