@@ -173,6 +173,12 @@ const BARE: &[&str] = &[
     "resonance_peak",
     "scale",
     "condition_number",
+    "correlation",
+    "rate_drift",
+    "stages_per_stretch",
+    "standstill_share",
+    "standstill_of_age",
+    "rate_ratios",
 ];
 
 /// Objects that carry the unit of what is in them.

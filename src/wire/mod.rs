@@ -44,6 +44,7 @@ mod verification;
 mod wear_advice;
 mod wear_history;
 mod wear_numbers;
+mod wear_outlook;
 mod wear_program;
 mod wear_scallop;
 mod wear_scallop_curves;
@@ -133,6 +134,7 @@ pub use wear_history::{
     WearQuantity, Withdrawal, WithdrawalRequest, check_name, other_quantity,
 };
 pub use wear_numbers::{Answers, Numbers};
+pub use wear_outlook::{EdgeBasis, OutlookBasis, PartsInterval, PartsOutlook, PartsOutlookKind, StageBasis};
 pub use wear_program::{
     AssumptionDoc, LengthInControl, Milling, WearFindings, WearFrom, WearParameters, WearReport, WearSource,
     WearTableDoc,
@@ -141,8 +143,7 @@ pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;
 pub use wear_trend::{
-    FollowedWear, PartsInterval, PartsOutlook, PartsOutlookKind, WearEdge, WearFit, WearTrend, WearTrendHead,
-    WearTrendPoint, WearWarning, wear_trend_table,
+    FollowedWear, WearEdge, WearFit, WearTrend, WearTrendHead, WearTrendPoint, WearWarning, wear_trend_table,
 };
 pub use webhook::{
     Deliveries, DeliveryAttempt, DeliveryDocument, DeliveryOutcome, DeliveryState, PreviousSecret,

@@ -3,9 +3,10 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::wear_outlook::{OutlookBasis, PartsOutlook, PartsOutlookKind, named};
 use super::{WearEntry, WearQuantity};
 use crate::units::UM_PER_MM;
-use crate::wear::{CutterLife, LifeKind, WearCourse, WearReading, cutter_life};
+use crate::wear::{CutterLife, WearCourse, WearReading, cutter_life};
 
 /// One entry of a trend.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
@@ -48,49 +49,6 @@ pub struct WearEdge {
     pub entries: Vec<WearTrendPoint>,
     /// Null where there are too few entries.
     pub fit: Option<WearFit>,
-}
-
-/// What can be told of the parts that are left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum PartsOutlookKind {
-    /// Where the limit is most likely reached.
-    Predicted,
-    /// Nothing but an early end: of no edge it is sure that it still wears.
-    NoRise,
-    /// The limit lies beyond three times the stretch that was measured.
-    BeyondReach,
-    /// The newest entry of an edge is at the limit or over it.
-    Passed,
-    /// No edge was measured at three numbers of parts.
-    TooFewEntries,
-}
-
-/// Numbers of parts; 95 % lie between the earliest and the latest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-pub struct PartsInterval {
-    /// The early end; null beyond what can be told.
-    pub earliest: Option<u64>,
-    /// As likely less as more; null where there is no telling.
-    pub estimate: Option<u64>,
-    /// The late end; null beyond what can be told.
-    pub latest: Option<u64>,
-}
-
-/// The parts that are left to the limit.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct PartsOutlook {
-    /// What can be told.
-    pub kind: PartsOutlookKind,
-    /// Counted from the newest entry; null where nothing can be told, and once the limit is passed.
-    pub parts_left: Option<PartsInterval>,
-    /// The same counted since the cutter was new.
-    pub parts_at_limit: Option<PartsInterval>,
-    /// The edge that is most likely first, or that has passed; null where the cutter was measured as a whole too.
-    pub first_edge: Option<String>,
-    /// The same in words, and why a number is missing.
-    #[schema(example = "150 µm are most likely reached at 271 parts, 21 more than now")]
-    pub words: String,
 }
 
 /// Something that a person should look at.
@@ -156,6 +114,9 @@ pub struct FollowedWear {
 
 /// Falling by more than so many standard deviations of an entry is no scatter.
 const FALL: f64 = 4.0;
+/// Times that of neighbours, which a standard deviation is not larger than: errors that hang together make it twice as large at
+/// most, while a misread entry or a changed cutter widens the fit as much as it likes.
+const OF_NEIGHBOURS: f64 = 3.0;
 
 impl FollowedWear {
     /// The trend of entries that are in the order of edges and parts.
@@ -174,7 +135,9 @@ impl FollowedWear {
                     .enumerate()
                     .filter_map(|(index, course)| Some((index, course.as_ref()?)))
                     .collect();
-                let (Some(now), false) = (parts_now, fitted.is_empty()) else { return too_few(&edges) };
+                let (Some(now), false) = (parts_now, fitted.is_empty()) else {
+                    return too_few(&edges);
+                };
                 let alone: Vec<&WearCourse> = fitted.iter().map(|(_, course)| *course).collect();
                 let found = cutter_life(&alone, limit_um / UM_PER_MM, now);
                 life = Some(found);
@@ -182,10 +145,15 @@ impl FollowedWear {
                     .first_edge
                     .and_then(|index| fitted.get(index))
                     .and_then(|(index, _)| edges.get(*index));
-                outlook(&found, limit_um, now, first.and_then(|edge| edge.edge.clone()))
+                let first_edge = first.and_then(|edge| edge.edge.clone());
+                let each = fitted
+                    .iter()
+                    .filter_map(|(index, course)| Some((edges.get(*index)?.edge.as_deref(), *course)));
+                let basis = OutlookBasis::of(each, found.reach);
+                PartsOutlook::told(&found, limit_um, now, first_edge, basis)
             })
         });
-        let warnings = warnings(&edges, parts_now);
+        let warnings = warnings(&edges, &courses, parts_now);
         let quantity = entries.first().map(|entry| entry.wear().0);
         let WearTrendHead { machine_id, tool_id, cutter_id, limit_um } = head;
         let trend = WearTrend {
@@ -241,10 +209,6 @@ fn edge_doc(edge: &[WearEntry], course: Option<&WearCourse>) -> WearEdge {
     WearEdge { edge: edge.first().and_then(|entry| entry.edge.clone()), entries, fit }
 }
 
-fn named(edge: Option<&str>) -> String {
-    edge.map(|edge| format!(" of edge {edge}")).unwrap_or_default()
-}
-
 /// That an edge's newest entry is at the limit.
 fn passed(edges: &[WearEdge], limit_um: f64) -> Option<PartsOutlook> {
     let over = |edge: &&WearEdge| edge.entries.last().is_some_and(|newest| newest.wear_um >= limit_um);
@@ -263,85 +227,25 @@ fn passed(edges: &[WearEdge], limit_um: f64) -> Option<PartsOutlook> {
     };
     let words =
         format!("the limit of {limit_um} µm was passed {when}: the newest entry{name} is {newest_um} µm");
-    Some(PartsOutlook {
-        kind: PartsOutlookKind::Passed,
-        parts_left: None,
-        parts_at_limit: None,
-        first_edge: first.edge.clone(),
-        words,
-    })
-}
-
-fn places(edge: &WearEdge) -> usize {
-    edge.entries.chunk_by(|one, next| one.parts_cut == next.parts_cut).count()
+    Some(PartsOutlook::without_numbers(PartsOutlookKind::Passed, first.edge.clone(), words))
 }
 
 fn too_few(edges: &[WearEdge]) -> PartsOutlook {
     let most = edges.iter().map(places).max().unwrap_or(0);
     let needed = crate::wear::LEAST_PLACES;
-    PartsOutlook {
-        kind: PartsOutlookKind::TooFewEntries,
-        parts_left: None,
-        parts_at_limit: None,
-        first_edge: None,
-        words: format!("entries at {most} numbers of parts say nothing of the next; {needed} are needed"),
-    }
+    let words = format!("entries at {most} numbers of parts say nothing of the next; {needed} are needed");
+    PartsOutlook::without_numbers(PartsOutlookKind::TooFewEntries, None, words)
 }
 
-/// Whole parts below a number of them: what is cut when it is reached.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 4e9")]
-fn whole(parts: f64) -> u64 {
-    parts.max(0.0) as u64
+/// Different numbers of parts that an edge was measured at.
+fn places(edge: &WearEdge) -> usize {
+    edge.entries.chunk_by(|one, next| one.parts_cut == next.parts_cut).count()
 }
 
-fn outlook(life: &CutterLife, limit_um: f64, now: u32, first_edge: Option<String>) -> PartsOutlook {
-    let at = PartsInterval {
-        earliest: life.earliest.map(whole),
-        estimate: life.estimate.map(whole),
-        latest: life.latest.map(f64::ceil).map(whole),
-    };
-    let left = |parts: Option<u64>| parts.map(|parts| parts.saturating_sub(u64::from(now)));
-    let parts_left =
-        PartsInterval { earliest: left(at.earliest), estimate: left(at.estimate), latest: left(at.latest) };
-    let reach = whole(life.reach);
-    let early = match at.earliest {
-        Some(earliest) => format!("with 97.5 % not before {earliest} parts"),
-        None => format!("with 97.5 % not before {reach} parts, beyond which nothing is told"),
-    };
-    let (kind, words) = match life.kind {
-        LifeKind::Predicted => {
-            let estimate = at.estimate.unwrap_or_default();
-            let more = parts_left.estimate.unwrap_or_default();
-            let late = match at.latest {
-                Some(latest) => format!("and before {latest}"),
-                None => format!("with no late end up to {reach}, beyond which nothing is told"),
-            };
-            let name = named(first_edge.as_deref());
-            let most_likely = format!(
-                "{limit_um} µm{name} are most likely reached at {estimate} parts, {more} more than now"
-            );
-            (PartsOutlookKind::Predicted, format!("{most_likely}; {early}, {late}"))
-        }
-        LifeKind::NoRise => {
-            let words = format!(
-                "it is less than 90 % sure that the wear still grows, so that there is no telling when {limit_um} µm are reached; {early}"
-            );
-            (PartsOutlookKind::NoRise, words)
-        }
-        LifeKind::BeyondReach => {
-            let words = format!(
-                "{limit_um} µm are most likely reached behind {reach} parts, and nobody has measured a stretch that tells so far; {early}"
-            );
-            (PartsOutlookKind::BeyondReach, words)
-        }
-    };
-    PartsOutlook { kind, parts_left: Some(parts_left), parts_at_limit: Some(at), first_edge, words }
-}
-
-fn warnings(edges: &[WearEdge], parts_now: Option<u32>) -> Vec<WearWarning> {
+fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Option<u32>) -> Vec<WearWarning> {
     let mut warnings = Vec::new();
     let any_fit = edges.iter().any(|edge| edge.fit.is_some());
-    for edge in edges {
+    for (edge, course) in edges.iter().zip(courses) {
         let mut warn = |kind, detail| warnings.push(WearWarning { kind, edge: edge.edge.clone(), detail });
         if any_fit && edge.fit.is_none() {
             warn(
@@ -365,10 +269,12 @@ fn warnings(edges: &[WearEdge], parts_now: Option<u32>) -> Vec<WearWarning> {
                 format!("{stated} of {count} entries state an uncertainty; they weigh only where all do"),
             );
         }
-        if let Some(fit) = &edge.fit {
+        if let Some(course) = course {
+            let scatter_mm = course.scatter_mm().min(OF_NEIGHBOURS * course.neighbour_scatter_mm());
+            let fall_um = FALL * scatter_mm * UM_PER_MM;
             let mut most_um = f64::NEG_INFINITY;
             let mut fallen = edge.entries.iter().filter(|entry| {
-                let falls = entry.wear_um < most_um - FALL * fit.scatter_um;
+                let falls = entry.wear_um < most_um - fall_um;
                 most_um = most_um.max(entry.wear_um);
                 falls
             });

@@ -85,6 +85,9 @@ impl Described {
             };
             address = format!("{address}/{value}");
         }
+        if let Some(tool) = address.strip_suffix("/wear-trend") {
+            wear(app, tool).await;
+        }
         address
     }
 
@@ -250,6 +253,23 @@ impl Recording {
 /// Whether the example of an answer is not a recorded one.
 fn is_by_hand(content: &Value, known: Option<&Value>) -> bool {
     known.is_none() && (!content["example"].is_null() || content["examples"].is_object())
+}
+
+/// A cutter of the tool that was measured eight times.
+async fn wear(app: &App, tool: &str) {
+    let wear_um = [61.0, 71.0, 79.0, 89.0, 96.0, 107.0, 115.0, 124.0];
+    let entries: Vec<Value> = wear_um
+        .iter()
+        .enumerate()
+        .map(|(index, wear_um)| {
+            serde_json::json!({
+                "measured_at": format!("2025-03-{:02}T09:26:53Z", 3 + index), "parts_cut": 30 * (index + 1),
+                "flank_wear_um": wear_um,
+            })
+        })
+        .collect();
+    let posted = app.post_json(&format!("{tool}/wear-entries"), &entries.into()).await;
+    assert_eq!(posted.status(), 201);
 }
 
 /// The id of a job whose end is told to nobody who can be found.

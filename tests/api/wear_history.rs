@@ -124,8 +124,30 @@ async fn a_steady_cutter_is_told_the_parts_it_has_left() {
     assert_eq!(outlook["kind"], "predicted", "{outlook}");
     let number = |pointer: &str| outlook.pointer(pointer).and_then(Value::as_u64).unwrap();
     assert!((196..=204).contains(&number("/parts_at_limit/estimate")), "{outlook}");
-    assert!((170..200).contains(&number("/parts_at_limit/earliest")), "{outlook}");
-    assert!((201..250).contains(&number("/parts_at_limit/latest")), "{outlook}");
+    assert!((130..200).contains(&number("/parts_at_limit/earliest")), "{outlook}");
+    assert!((201..480).contains(&number("/parts_at_limit/latest")), "{outlook}");
+    assert!((165..200).contains(&number("/parts_at_limit_in_this_stage/earliest")), "{outlook}");
+    assert!((201..400).contains(&number("/parts_at_limit_in_this_stage/latest")), "{outlook}");
+    for end in ["earliest", "latest"] {
+        let whole = number(&format!("/parts_at_limit/{end}")).abs_diff(200);
+        assert!(whole > number(&format!("/parts_at_limit_in_this_stage/{end}")).abs_diff(200), "{outlook}");
+    }
+    let basis = &outlook["basis"];
+    assert_eq!(
+        (&basis["model"], &basis["reach_parts"]),
+        (&json!("straying-rate-with-stages"), &json!(480)),
+        "{basis}"
+    );
+    let of_edge = &basis["edges"][0];
+    assert_eq!(
+        (&of_edge["entries"], &of_edge["numbers_of_parts"], &of_edge["first_parts"], &of_edge["last_parts"]),
+        (&json!(13), &json!(13), &json!(0), &json!(120)),
+        "{basis}"
+    );
+    assert_eq!(of_edge["scatter_um"], edge["fit"]["scatter_um"]);
+    assert!((of_edge["reference_rate_um_per_part"].as_f64().unwrap() - 0.2).abs() < 0.02, "{basis}");
+    assert!((0.0..0.7).contains(&of_edge["correlation"].as_f64().unwrap()), "{basis}");
+    assert!((0.02..1.0).contains(&of_edge["rate_drift"].as_f64().unwrap()), "{basis}");
     assert_eq!(number("/parts_left/estimate") + 120, number("/parts_at_limit/estimate"));
     assert!(outlook["words"].as_str().unwrap().starts_with("60 µm are most likely reached at"), "{outlook}");
     assert_eq!(found["warnings"], json!([]));
@@ -157,6 +179,10 @@ async fn what_cannot_be_told_is_null_and_said() {
     let few = read(&app, &trend("?limit_um=60")).await;
     assert_eq!((&few["outlook"]["kind"], &few["edges"][0]["fit"]), (&json!("too-few-entries"), &Value::Null));
     assert!(few["outlook"]["words"].as_str().unwrap().contains("at 2 numbers of parts"), "{few}");
+    assert_eq!(
+        (&few["outlook"]["basis"], &few["outlook"]["parts_at_limit_in_this_stage"]),
+        (&Value::Null, &Value::Null)
+    );
     assert!(as_kind(&app, &trend("?limit_um=60"), "image/svg+xml").await.contains("<circle"));
 
     post(&app, &json!((2..10).map(|k| radius(10 * k)).collect::<Vec<_>>())).await;
@@ -193,6 +219,9 @@ async fn what_cannot_be_told_is_null_and_said() {
         "{outlook}"
     );
     assert_eq!(still["edges"][0]["fit"]["is_rising"], false);
+    assert_eq!(outlook["parts_at_limit_in_this_stage"]["latest"], Value::Null, "{outlook}");
+    assert!(outlook["parts_at_limit"]["earliest"].as_u64().unwrap() > 70, "{outlook}");
+    assert_eq!(outlook["basis"]["edges"][0]["entries"], 8, "{outlook}");
     assert!(outlook["words"].as_str().unwrap().contains("less than 90 % sure"), "{outlook}");
 }
 

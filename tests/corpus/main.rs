@@ -19,6 +19,8 @@ mod singularity;
 #[path = "../models/tables.rs"]
 mod tables;
 mod wear;
+#[path = "../models/wear_back_test.rs"]
+mod wear_back_test_model;
 mod wear_history;
 
 use std::path::{Path, PathBuf};

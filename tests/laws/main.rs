@@ -29,4 +29,5 @@ mod tool_vectors;
 mod unsaid;
 mod virtual_cutting;
 mod wear;
+mod wear_history;
 mod wear_program;

@@ -31,6 +31,9 @@ mod tables;
 mod tessellation;
 mod virtual_blade;
 mod virtual_cutting;
+mod wear_back_test;
+#[path = "../models/wear_back_test.rs"]
+mod wear_back_test_model;
 mod wear_compensation;
 mod wear_history;
 mod wear_scallop;

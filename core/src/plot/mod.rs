@@ -23,7 +23,7 @@ pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
 pub use residual_map::{ResidualFigure, ResidualSample, residual_map};
 pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
-pub use wear_trend::{WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
+pub use wear_trend::{WearBand, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 
 /// A figure could not be drawn: a defect of this software, never of the figure's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

@@ -21,7 +21,8 @@ pub use cutter_wear::CutterWear;
 pub use effective_radius::{LEAD_RANGE_DEG, LeadFault, cutter_radius, effective_radius};
 pub use end_milling::{end_milling_shift, uncompensated_excess_mm};
 pub use history::{
-    CourseFault, CutterLife, LEAST_PLACES, LifeKind, WearCourse, WearRate, WearReading, cutter_life,
+    CourseBasis, CourseFault, CutterLife, LEAST_PLACES, LifeEnds, LifeKind, STAGE_RATES, STAGES_PER_SPAN,
+    STANDSTILL_OF_AGE, STANDSTILLS, WearAhead, WearCourse, WearRate, WearReading, cutter_life, wear_ahead,
 };
 pub use pass::{CutterPass, PassFault};
 pub use scallop::{largest_stepover, scallop_height, smallest_tool_radius};

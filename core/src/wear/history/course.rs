@@ -1,22 +1,41 @@
-//! The course of one edge's wear and what it says of wear to come.
+//! The course of one edge's wear, and what it says of the wear now.
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::filter::{Fitted, Scaled};
-use super::{CourseFault, LEAST_PLACES, WearReading, student};
+use super::filter::{Fitted, Scaled, Tried};
+use super::{CourseFault, LEAST_PLACES, WearReading, normal};
 
 /// Least scatter of a reading that states no uncertainty \[mm\]: one read to the whole micrometre strays by 1/√12 of it.
 const LEAST_SCATTER_MM: f64 = 0.3e-3;
-/// Squares of the roughnesses tried: how far the rate strays over the span of the readings, against the scatter of one.
-/// From what nobody sees to what leaves the scatter nothing, two in each decade.
-const LEAST_ROUGHNESS: f64 = 0.1;
-const ROUGHNESSES: u32 = 27;
-/// Weight beforehand of a rate that never strays.
-const STRAIGHT: f64 = 0.3;
+/// Middle of what a reading scatters beforehand \[mm\], where it states no uncertainty: tool setters repeat to 1 µm, a land
+/// of wear under a microscope is read to 2 to 5 µm.
+const USUAL_SCATTER_MM: f64 = 1.5e-3;
+/// Logarithmic width of that (a factor of 3), with the tails of a Cauchy distribution: what is read may be far worse.
+const SCATTER_WIDTH: f64 = 1.1;
+/// Scatters tried, from the least (or what is stated) up, each 1.45 times the one before: up to 800 times as much.
+const SCATTERS: u32 = 19;
+const SCATTER_RATIO: f64 = 1.45;
+/// Correlations of neighbouring readings that are tried, with their weights beforehand: as likely none as some. The same
+/// person at the same microscope misreads the same land alike.
+const CORRELATIONS: [(f64, f64); 3] = [(0.0, 0.5), (0.35, 0.25), (0.7, 0.25)];
+/// Squares of the roughnesses tried: how far the rate strays over the span, against the scatter of one reading. From what
+/// nobody sees to what leaves the scatter nothing, two in each decade.
+const LEAST_ROUGHNESS: f64 = 1e-2;
+const ROUGHNESSES: u32 = 26;
+/// Middle of how far the rate strays over the span beforehand, over the mean rate. With the width below that is a seventh to
+/// three times in nineteen of twenty: no rate of wear keeps to a tenth, few change more than threefold within a stage.
+const USUAL_DRIFT: f64 = 0.7;
+/// Logarithmic width of that (a factor of 2.2).
+const DRIFT_WIDTH: f64 = 0.8;
+/// Least and largest drift tried.
+const DRIFTS: [f64; 2] = [0.02, 5.0];
+/// What the mean rate is at least, over the wear by the parts since the cutter was new. A rate that stands still now, or
+/// readings that began on a plateau, do not make the whole cutter slow.
+const OF_LIFE: f64 = 0.5;
 /// From this probability of a rate above zero on, wear is taken to rise.
 const RISING: f64 = 0.9;
-/// Likelihood, over that of the likeliest, below which a roughness no longer counts.
-const NEGLIGIBLE: f64 = 1e-6;
+/// Likelihood, over that of the likeliest, below which what was tried no longer counts.
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// Wear and rate at the last reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,57 +48,162 @@ pub struct WearRate {
     pub chance_rising: f64,
 }
 
-/// One roughness with its share of the whole.
+/// What the readings say of how they were taken and of how steadily the edge wears: means of what is likely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CourseBasis {
+    /// Readings.
+    pub readings: usize,
+    /// Different numbers of parts among them.
+    pub places: usize,
+    /// Standard deviation of a typical reading about the course \[mm\].
+    pub scatter_mm: f64,
+    /// Correlation of the errors of neighbouring readings.
+    pub correlation: f64,
+    /// How far the rate strays over the span of the readings (standard deviation), over the reference rate.
+    pub drift: f64,
+    /// Mean rate that straying and later stages are measured by \[mm per part\].
+    pub reference_mm_per_part: f64,
+}
+
+/// One scatter, correlation and roughness with its share of the whole.
 #[derive(Debug, Clone, Copy)]
-struct Component {
-    share: f64,
+pub(super) struct Component {
+    pub(super) share: f64,
     /// Wear \[mm\] and rate \[mm per span\] at the last reading.
-    end: Vector2<f64>,
-    covariance: Matrix2<f64>,
-    /// Variance of the rate gained over a span.
-    walk: f64,
+    pub(super) end: Vector2<f64>,
+    pub(super) covariance: Matrix2<f64>,
+    /// How far the rate strays over a span, over the reference.
+    pub(super) drift: f64,
+    /// The rate it is measured by \[mm per span\].
+    pub(super) reference: f64,
     /// Standard deviation of a reading, over what was stated or the least.
     scatter: f64,
+    correlation: f64,
 }
 
 impl Component {
-    /// Probability that the wear `ahead` spans behind the last reading is above `wear_mm`, of those courses alone that do
-    /// not fall on the way.
-    fn chance_above(&self, ahead: f64, wear_mm: f64, freedom: usize) -> f64 {
+    /// Probability that the wear `ahead` spans after the last reading is above `wear_mm`, if the rate strays on as it did.
+    fn chance_above(&self, ahead: f64, wear_mm: f64) -> f64 {
         let c = &self.covariance;
-        let walked = self.walk * ahead * ahead * ahead / 3.0;
-        let turned = ahead * ahead * c.m22;
-        let mean_mm = self.end.x + self.end.y * ahead;
-        let deviation_mm = (c.m11 + 2.0 * ahead * c.m12 + turned + walked).max(0.0).sqrt();
-        let above = student::below((mean_mm - wear_mm) / deviation_mm, freedom);
-        if ahead <= 0.0 {
-            return above;
-        }
-        let rising = student::below(self.end.y * ahead / (turned + walked).sqrt(), freedom);
-        (above / rising.max(f64::MIN_POSITIVE)).min(1.0)
+        let walk = self.drift * self.reference;
+        let variance =
+            c.m11 + ahead * (2.0 * c.m12 + ahead * c.m22) + walk * walk * ahead * ahead * ahead / 3.0;
+        let deviation_mm = variance.max(f64::MIN_POSITIVE).sqrt();
+        normal::below((self.end.x + self.end.y * ahead - wear_mm) / deviation_mm)
     }
 
-    fn chance_rising(&self, freedom: usize) -> f64 {
-        student::below(self.end.y / self.covariance.m22.sqrt(), freedom)
+    fn chance_rising(&self) -> f64 {
+        normal::below(self.end.y / self.covariance.m22.max(f64::MIN_POSITIVE).sqrt())
     }
 }
 
 /// What the readings of one edge say: wear whose rate strays like a random walk by an unknown amount, seen through
-/// readings of an unknown scatter.
+/// readings of an unknown scatter whose errors may hang together.
 ///
-/// A rate that never strays (a straight line) has three tenths of the weight beforehand, 27 roughnesses share the rest; the
-/// readings then weigh them by the restricted likelihood. The scatter is that of the readings, at least what they state
-/// (0.3 µm where they do not); Student's distribution of n − 2 degrees stands for what n readings leave open of it. Where
-/// every reading states an uncertainty they weigh by it. Valid from [`LEAST_PLACES`] numbers of parts; how far ahead
-/// anything can be said, the straying itself tells.
+/// Scatter, correlation and straying are tried on a grid, each with a weight beforehand that the constants of this file
+/// give with their reasons; the readings then weigh them by the restricted likelihood. Nothing is estimated and then taken
+/// for known: whatever so few readings leave open widens what is told. The scatter is never below what the readings state
+/// (0.3 µm where they do not). Where every reading states an uncertainty they weigh by it. Valid from [`LEAST_PLACES`]
+/// numbers of parts.
 #[derive(Debug, Clone)]
 pub struct WearCourse {
     components: Vec<Component>,
-    freedom: usize,
+    readings: usize,
+    places: usize,
     first_parts: u32,
     last_parts: u32,
     fitted_mm: Vec<f64>,
-    scatter_mm: f64,
+    typical_mm: f64,
+    neighbours_mm: f64,
+}
+
+/// The readings in the scale of the filter, and what the grid needs to know of them.
+struct Prepared {
+    places: Vec<f64>,
+    /// About their mean, where the readings are small numbers \[mm\].
+    wear_mm: Vec<f64>,
+    middle_mm: f64,
+    deviations_mm: Vec<f64>,
+    typical_mm: f64,
+    /// Middle of the scatters beforehand, over the typical deviation.
+    usual: f64,
+    /// Slope of least squares \[mm per span\], and what a unit of scatter makes of it.
+    slope: f64,
+    slope_deviation: f64,
+    /// Spans since the cutter was new.
+    age: f64,
+}
+
+impl Prepared {
+    fn of(readings: &[WearReading], first_parts: u32, last_parts: u32) -> Self {
+        let span = f64::from(last_parts) - f64::from(first_parts);
+        let place = |reading: &WearReading| (f64::from(reading.parts_cut) - f64::from(last_parts)) / span;
+        let places: Vec<f64> = readings.iter().map(place).collect();
+        let stated: Option<Vec<f64>> =
+            readings.iter().map(|reading| reading.standard_uncertainty_mm).collect();
+        let usual = if stated.is_some() { 1.0 } else { USUAL_SCATTER_MM / LEAST_SCATTER_MM };
+        let deviations_mm = stated.unwrap_or_else(|| vec![LEAST_SCATTER_MM; readings.len()]);
+        let count = readings.len() as f64;
+        let square = deviations_mm.iter().map(|deviation| deviation * deviation).sum::<f64>() / count;
+        let middle_mm = readings.iter().map(|reading| reading.wear_mm).sum::<f64>() / count;
+        let wear_mm: Vec<f64> = readings.iter().map(|reading| reading.wear_mm - middle_mm).collect();
+        let middle = places.iter().sum::<f64>() / count;
+        let about = || places.iter().map(|place| place - middle);
+        let squares = about().map(|place| place * place).sum::<f64>();
+        let slope = about().zip(&wear_mm).map(|(place, wear)| place * wear).sum::<f64>() / squares;
+        let age = f64::from(last_parts) / span;
+        Self {
+            slope,
+            slope_deviation: squares.sqrt().recip(),
+            places,
+            wear_mm,
+            middle_mm,
+            deviations_mm,
+            typical_mm: square.sqrt(),
+            usual,
+            age,
+        }
+    }
+
+    fn scaled(&self) -> Scaled<'_> {
+        Scaled { places: &self.places, wear_mm: &self.wear_mm, deviations_mm: &self.deviations_mm }
+    }
+
+    /// Every scatter for one fit, with the logarithm of its weight and likelihood.
+    fn weighed<'a>(
+        &'a self,
+        fitted: &'a Fitted,
+        tried: Tried,
+        weight: f64,
+    ) -> impl Iterator<Item = (f64, Component)> + 'a {
+        let freedom = self.wear_mm.len() as f64 - 2.0;
+        let scatters = std::iter::successors(Some(1.0), |scatter| Some(scatter * SCATTER_RATIO));
+        scatters.take(SCATTERS as usize).filter_map(move |scatter| {
+            let end = Vector2::new(fitted.end.x + self.middle_mm, fitted.end.y);
+            // What the readings cannot tell from zero may be that much.
+            let unseen = scatter * self.typical_mm * self.slope_deviation;
+            let reference = self.slope.abs().max(OF_LIFE * end.x / self.age).max(unseen);
+            let drift = scatter * tried.walk.sqrt() / reference;
+            if !(DRIFTS[0]..=DRIFTS[1]).contains(&drift) {
+                return None;
+            }
+            let strange = (scatter / self.usual).ln() / SCATTER_WIDTH;
+            let rough = (drift / USUAL_DRIFT).ln() / DRIFT_WIDTH;
+            let beforehand = weight.ln() - (1.0 + strange * strange).ln() - 0.5 * rough * rough;
+            let misfit = freedom * scatter.ln() + 0.5 * fitted.square / (scatter * scatter);
+            let likelihood = beforehand - misfit - 0.5 * fitted.log_determinant;
+            let component = Component {
+                share: 0.0,
+                end,
+                covariance: fitted.covariance * (scatter * scatter),
+                drift,
+                reference,
+                scatter,
+                correlation: tried.correlation,
+            };
+            Some((likelihood, component))
+        })
+    }
 }
 
 impl WearCourse {
@@ -102,48 +226,40 @@ impl WearCourse {
         if parts.len() < LEAST_PLACES {
             return Err(few);
         }
-        let span = f64::from(last_parts) - f64::from(first_parts);
-        let place = |reading: &WearReading| (f64::from(reading.parts_cut) - f64::from(last_parts)) / span;
-        let places: Vec<f64> = readings.iter().map(place).collect();
-        let stated: Option<Vec<f64>> =
-            readings.iter().map(|reading| reading.standard_uncertainty_mm).collect();
-        let deviations_mm = stated.unwrap_or_else(|| vec![LEAST_SCATTER_MM; readings.len()]);
-        let variance_mm2: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * deviation).collect();
-        let count = readings.len() as f64;
-        let typical_mm2 = variance_mm2.iter().sum::<f64>() / count;
-        // About their mean the readings are small numbers.
-        let middle_mm = readings.iter().map(|reading| reading.wear_mm).sum::<f64>() / count;
-        let wear_mm: Vec<f64> = readings.iter().map(|reading| reading.wear_mm - middle_mm).collect();
-        let scaled = Scaled { places: &places, wear_mm: &wear_mm, variance_mm2: &variance_mm2 };
-
-        let freedom = readings.len() - 2;
-        let fits: Vec<(Fitted, f64, f64)> = walks(typical_mm2)
-            .filter_map(|(walk, prior)| {
-                let fitted = scaled.fit(walk)?;
-                let factor = (fitted.square / freedom as f64).max(1.0);
-                let misfit = freedom as f64 * factor.ln() + fitted.square / factor;
-                Some((fitted, walk, prior.ln() - 0.5 * (fitted.log_determinant + misfit)))
+        let prepared = Prepared::of(readings, first_parts, last_parts);
+        let mut found: Vec<(f64, Component)> = Vec::new();
+        let mut best: Option<(f64, Tried, Vector2<f64>)> = None;
+        for (tried, weight) in grid(prepared.typical_mm) {
+            let Some(fitted) = prepared.scaled().fit(tried) else { continue };
+            for (likelihood, component) in prepared.weighed(&fitted, tried, weight) {
+                if best.is_none_or(|(most, ..)| likelihood > most) {
+                    best = Some((likelihood, tried, fitted.start));
+                }
+                found.push((likelihood, component));
+            }
+        }
+        let (most, likeliest, start) = best.ok_or(few)?;
+        found.retain(|(likelihood, _)| (likelihood - most).exp() > NEGLIGIBLE);
+        let whole: f64 = found.iter().map(|(likelihood, _)| (likelihood - most).exp()).sum();
+        let components = found
+            .into_iter()
+            .map(|(likelihood, component)| Component {
+                share: (likelihood - most).exp() / whole,
+                ..component
             })
             .collect();
-        let best = fits.iter().max_by(|one, other| one.2.total_cmp(&other.2)).ok_or(few)?;
-        let factor = |fitted: &Fitted| (fitted.square / freedom as f64).max(1.0);
-        let counts = |likelihood: f64| (likelihood - best.2).exp() > NEGLIGIBLE;
-        let kept = || fits.iter().filter(|(.., likelihood)| counts(*likelihood));
-        let whole: f64 = kept().map(|(.., likelihood)| (likelihood - best.2).exp()).sum();
-        let components: Vec<Component> = kept()
-            .map(|(fitted, walk, likelihood)| Component {
-                share: (likelihood - best.2).exp() / whole,
-                end: Vector2::new(fitted.end.x + middle_mm, fitted.end.y),
-                covariance: fitted.covariance * factor(fitted),
-                walk: walk * factor(fitted),
-                scatter: factor(fitted).sqrt(),
-            })
-            .collect();
-        let smoothed_mm = scaled.smooth(best.1, best.0.start);
-        let fitted_mm = smoothed_mm.into_iter().map(|wear_mm| wear_mm + middle_mm).collect();
-        let scatter: f64 = components.iter().map(|component| component.share * component.scatter).sum();
-        let scatter_mm = scatter * typical_mm2.sqrt();
-        Ok(Self { components, freedom, first_parts, last_parts, fitted_mm, scatter_mm })
+        let smoothed_mm = prepared.scaled().smooth(likeliest, start);
+        let fitted_mm = smoothed_mm.into_iter().map(|wear_mm| wear_mm + prepared.middle_mm).collect();
+        Ok(Self {
+            components,
+            readings: readings.len(),
+            places: parts.len(),
+            first_parts,
+            last_parts,
+            fitted_mm,
+            typical_mm: prepared.typical_mm,
+            neighbours_mm: neighbours(&prepared.wear_mm).max(prepared.typical_mm),
+        })
     }
 
     /// Parts at the first reading.
@@ -158,29 +274,59 @@ impl WearCourse {
         self.last_parts
     }
 
+    /// Parts between the first reading and the last.
+    pub(super) fn span(&self) -> f64 {
+        f64::from(self.last_parts) - f64::from(self.first_parts)
+    }
+
+    pub(super) fn components(&self) -> &[Component] {
+        &self.components
+    }
+
     /// The likeliest wear at every reading \[mm\].
     #[must_use]
     pub fn fitted_mm(&self) -> &[f64] {
         &self.fitted_mm
     }
 
+    fn mean(&self, of: impl Fn(&Component) -> f64) -> f64 {
+        self.components.iter().map(|component| component.share * of(component)).sum()
+    }
+
     /// Standard deviation of a typical reading about the course \[mm\].
     #[must_use]
     pub fn scatter_mm(&self) -> f64 {
-        self.scatter_mm
+        self.mean(|component| component.scatter) * self.typical_mm
+    }
+
+    /// Standard deviation of a reading as neighbours tell it \[mm\], at least what it states: few misread ones, or a cutter
+    /// that was changed, make it no larger, as they do the scatter. Too small where errors hang together, by half at most.
+    #[must_use]
+    pub fn neighbour_scatter_mm(&self) -> f64 {
+        self.neighbours_mm
+    }
+
+    /// What the readings say of how they were taken and of how steadily the edge wears.
+    #[must_use]
+    pub fn basis(&self) -> CourseBasis {
+        CourseBasis {
+            readings: self.readings,
+            places: self.places,
+            scatter_mm: self.scatter_mm(),
+            correlation: self.mean(|component| component.correlation),
+            drift: self.mean(|component| component.drift),
+            reference_mm_per_part: self.mean(|component| component.reference) / self.span(),
+        }
     }
 
     /// Wear and rate at the last reading.
     #[must_use]
     pub fn now(&self) -> WearRate {
-        let mean = |of: &dyn Fn(&Component) -> f64| -> f64 {
-            self.components.iter().map(|component| component.share * of(component)).sum()
-        };
-        let span = f64::from(self.last_parts) - f64::from(self.first_parts);
         WearRate {
-            wear_mm: mean(&|component| component.end.x),
-            rate_mm_per_part: mean(&|component| component.end.y) / span,
-            chance_rising: mean(&|component| component.chance_rising(self.freedom)),
+            wear_mm: self.mean(|component| component.end.x),
+            rate_mm_per_part: self.mean(|component| component.end.y) / self.span(),
+            // The shares add up to one but for rounding.
+            chance_rising: self.mean(Component::chance_rising).min(1.0),
         }
     }
 
@@ -190,24 +336,23 @@ impl WearCourse {
         self.now().chance_rising >= RISING
     }
 
-    /// Probability that the wear once `parts` are cut is above `wear_mm` \[mm\]; for parts before the last reading that of
-    /// the last reading. Wear does not fall: only courses count that end no lower than they are now.
+    /// Probability that the wear once `parts` are cut is above `wear_mm` \[mm\], if the rate strays on as it did and no new
+    /// stage of wear begins; for parts before the last reading that of the last reading.
     #[must_use]
     pub fn chance_above(&self, parts: f64, wear_mm: f64) -> f64 {
-        let span = f64::from(self.last_parts) - f64::from(self.first_parts);
-        let ahead = ((parts - f64::from(self.last_parts)) / span).max(0.0);
-        let above = |component: &Component| component.chance_above(ahead, wear_mm, self.freedom);
-        self.components.iter().map(|component| component.share * above(component)).sum()
+        let ahead = ((parts - f64::from(self.last_parts)) / self.span()).max(0.0);
+        self.mean(|component| component.chance_above(ahead, wear_mm))
     }
 
-    /// The wear that is exceeded with `probability` once `parts` are cut \[mm\], between `least_mm` and `most_mm`.
+    /// The wear that is as likely exceeded as not once `parts` are cut \[mm\], if no new stage begins: between `least_mm`
+    /// and `most_mm`.
     #[must_use]
-    pub fn exceeded_mm(&self, parts: f64, probability: f64, [least_mm, most_mm]: [f64; 2]) -> f64 {
+    pub fn middle_mm(&self, parts: f64, [least_mm, most_mm]: [f64; 2]) -> f64 {
         let (mut low_mm, mut high_mm) = (least_mm, most_mm);
         // A thousand millionth of the stretch is left.
         for _ in 0..30 {
             let middle_mm = 0.5 * (low_mm + high_mm);
-            if self.chance_above(parts, middle_mm) > probability {
+            if self.chance_above(parts, middle_mm) > 0.5 {
                 low_mm = middle_mm;
             } else {
                 high_mm = middle_mm;
@@ -217,10 +362,31 @@ impl WearCourse {
     }
 }
 
-/// The walks tried \[mm² per span\], each with its weight beforehand.
-fn walks(typical_mm2: f64) -> impl Iterator<Item = (f64, f64)> {
-    let rough = std::iter::successors(Some(LEAST_ROUGHNESS), |roughness| Some(roughness * 10.0_f64.sqrt()));
-    let each = (1.0 - STRAIGHT) / f64::from(ROUGHNESSES);
-    let rough = rough.take(ROUGHNESSES as usize).map(move |roughness| (roughness * typical_mm2, each));
-    std::iter::once((0.0, STRAIGHT)).chain(rough)
+/// Standard deviation of a reading from the median of how far the steps between neighbours lie from the middle one: 1.4826
+/// times it for normal steps, each of two readings.
+fn neighbours(wear_mm: &[f64]) -> f64 {
+    let mut steps: Vec<f64> =
+        wear_mm.windows(2).filter_map(|pair| Some(pair.get(1)? - pair.first()?)).collect();
+    let middle = median(&mut steps);
+    for step in &mut steps {
+        *step = (*step - middle).abs();
+    }
+    1.4826 * median(&mut steps) / std::f64::consts::SQRT_2
+}
+
+/// The upper middle of the values, which are put in order.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The walks and correlations tried, each with its weight beforehand.
+fn grid(typical_mm: f64) -> impl Iterator<Item = (Tried, f64)> {
+    let roughnesses =
+        move || std::iter::successors(Some(LEAST_ROUGHNESS), |roughness| Some(roughness * 10.0_f64.sqrt()));
+    CORRELATIONS.into_iter().flat_map(move |(correlation, weight)| {
+        roughnesses()
+            .take(ROUGHNESSES as usize)
+            .map(move |roughness| (Tried { walk: roughness * typical_mm * typical_mm, correlation }, weight))
+    })
 }

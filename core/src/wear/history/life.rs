@@ -1,25 +1,36 @@
 //! How many parts a cutter's edges still cut before one of them reaches the limit.
 
 use super::WearCourse;
+use super::ahead::{Ahead, DRAWN, Stages};
 
 /// What is left outside an interval of 95 % on either side.
 const TAIL: f64 = 0.025;
 /// How far ahead anything is told, in spans of the readings: nobody has seen farther stages of the wear.
 const REACH: f64 = 3.0;
-/// Places looked at on the way there.
-const PLACES: u32 = 400;
+/// Places looked at on the way to the estimate.
+const PLACES: u32 = 120;
 /// Halvings of the stretch between two of them.
 const HALVINGS: u32 = 40;
 
 /// What can be told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LifeKind {
-    /// The number of parts at which an edge most likely reaches the limit.
+    /// The number of parts at which an edge reaches the limit if it wears on as it does.
     Predicted,
     /// Of no edge it is sure that the wear still rises (less than 90 %).
     NoRise,
-    /// The limit is most likely reached beyond what the readings reach to.
+    /// The limit is reached beyond what the readings reach to.
     BeyondReach,
+}
+
+/// Parts between which the limit is reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LifeEnds {
+    /// Reached before with a probability of 2.5 % at most; `None` where that lies beyond the reach.
+    pub earliest: Option<f64>,
+    /// Reached before with a probability of 97.5 % at least; `None` where that lies beyond the reach, or where of no edge it
+    /// is sure that it wears.
+    pub latest: Option<f64>,
 }
 
 /// Parts cut since the cutter was new at which the first edge reaches the limit.
@@ -27,13 +38,13 @@ pub enum LifeKind {
 pub struct CutterLife {
     /// What can be told.
     pub kind: LifeKind,
-    /// Reached before with a probability of 2.5 % at most; `None` where that lies beyond the reach.
-    pub earliest: Option<f64>,
-    /// As likely before as after, for the edge that is first.
+    /// The ends, whatever stage of wear comes next.
+    pub ends: LifeEnds,
+    /// As likely before as after, for the edge that is first, if its rate strays on as it did.
     pub estimate: Option<f64>,
-    /// Reached before with a probability of 97.5 % at least; `None` where that lies beyond the reach.
-    pub latest: Option<f64>,
-    /// Index of the edge that is most likely first, where there is an estimate.
+    /// The ends if no new stage of wear begins before the limit is reached.
+    pub same_stage: LifeEnds,
+    /// Index of the edge that the estimate is of, where there is one.
     pub first_edge: Option<usize>,
     /// The parts beyond which nothing is told.
     pub reach: f64,
@@ -43,49 +54,94 @@ pub struct CutterLife {
 /// reading of any of them.
 ///
 /// Whatever the edges have in common, the chance that one has reached the limit is between the largest of theirs and
-/// their sum: the sum gives the early end, the largest the estimate and the late end. Estimate and late end come from
+/// their sum: the sum gives the early ends, the largest the estimate and the late ends. Estimate and late ends come from
 /// edges whose wear still rises.
 #[must_use]
 pub fn cutter_life(courses: &[&WearCourse], limit_mm: f64, parts_now: u32) -> CutterLife {
     let now = f64::from(parts_now);
     let first = courses.iter().map(|course| course.first_parts()).min().unwrap_or(parts_now);
-    let span = now - f64::from(first);
-    let reach = now + REACH * span;
+    let reach = now + REACH * (now - f64::from(first));
     let rises: Vec<bool> = courses.iter().map(|course| course.is_rising()).collect();
-    let any = |parts: f64| -> f64 { courses.iter().map(|course| course.chance_above(parts, limit_mm)).sum() };
-    let surely = |parts: f64| -> f64 {
-        let rising = courses.iter().zip(&rises).filter(|(_, rises)| **rises);
-        rising.map(|(course, _)| course.chance_above(parts, limit_mm)).fold(0.0, f64::max)
-    };
-    let places = || (0..=PLACES).map(|k| now + (reach - now) * f64::from(k) / f64::from(PLACES));
-    let earliest = reached(places(), &any, TAIL);
-    let estimate = reached(places(), &surely, 0.5);
-    let latest = reached(places(), &surely, 1.0 - TAIL);
-    let first_edge = estimate.and_then(|parts| {
-        let chances = courses.iter().zip(&rises).enumerate().filter(|(_, (_, rises))| **rises);
-        let chances = chances.map(|(index, (course, _))| (index, course.chance_above(parts, limit_mm)));
-        chances
-            .max_by(|one, other| one.1.total_cmp(&other.1).then(other.0.cmp(&one.0)))
-            .map(|(index, _)| index)
-    });
+    let (mut new, mut same) = (Ends::default(), Ends::default());
+    for (course, rises) in courses.iter().zip(&rises) {
+        let ahead = Ahead::of(course, reach);
+        new.add(ahead.reached(Stages::New, limit_mm), *rises);
+        same.add(ahead.reached(Stages::Same, limit_mm), *rises);
+    }
+    let each = courses.iter().zip(&rises).enumerate().filter(|(_, (_, rises))| **rises);
+    let estimates =
+        each.filter_map(|(index, (course, _))| Some((index, middle(course, limit_mm, now, reach)?)));
+    let estimate = estimates.min_by(|one, other| one.1.total_cmp(&other.1).then(one.0.cmp(&other.0)));
     let kind = match (estimate, rises.contains(&true)) {
         (Some(_), _) => LifeKind::Predicted,
         (None, true) => LifeKind::BeyondReach,
         (None, false) => LifeKind::NoRise,
     };
-    CutterLife { kind, earliest, estimate, latest, first_edge, reach }
+    let ends = |ends: Ends| ends.within(now, reach, estimate.map(|(_, parts)| parts));
+    CutterLife {
+        kind,
+        ends: ends(new),
+        estimate: estimate.map(|(_, parts)| parts),
+        same_stage: ends(same),
+        first_edge: estimate.map(|(index, _)| index),
+        reach,
+    }
 }
 
-/// The first of the `places` at which `chance` is at least `probability`, narrowed down from the one before.
-fn reached(places: impl Iterator<Item = f64>, chance: &dyn Fn(f64) -> f64, probability: f64) -> Option<f64> {
+/// The ends of several edges.
+#[derive(Debug, Default)]
+struct Ends {
+    /// What any edge's courses reach, as far as the early end may need it.
+    any: Vec<f64>,
+    latest: Option<f64>,
+}
+
+impl Ends {
+    /// Courses of one more edge, in the order of the parts at which they reach the limit.
+    fn add(&mut self, reached: Vec<f64>, rises: bool) {
+        let late = reached.get(rank(1.0 - TAIL)).copied().filter(|_| rises);
+        self.latest = match (self.latest, late) {
+            (Some(one), Some(other)) => Some(one.min(other)),
+            (one, other) => one.or(other),
+        };
+        self.any.extend(reached.into_iter().take(rank(TAIL) + 1));
+    }
+
+    fn within(mut self, now: f64, reach: f64, estimate: Option<f64>) -> LifeEnds {
+        self.any.sort_by(f64::total_cmp);
+        let told = |parts: f64| (parts <= reach).then_some(parts.max(now));
+        let earliest = self.any.get(rank(TAIL)).copied().and_then(told);
+        let latest = self.latest.and_then(told);
+        // Drawn courses and the estimate, which is none of them, may differ by a hair.
+        LifeEnds {
+            earliest: match (earliest, estimate) {
+                (Some(parts), Some(estimate)) => Some(parts.min(estimate)),
+                (None, estimate) => estimate,
+                (earliest, None) => earliest,
+            },
+            latest: latest.map(|parts| estimate.map_or(parts, |estimate| parts.max(estimate))),
+        }
+    }
+}
+
+/// Which of the courses in order is the first with this share of all before it.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the courses drawn")]
+fn rank(share: f64) -> usize {
+    (share * DRAWN as f64).round() as usize
+}
+
+/// The first parts from now on at which the limit is as likely reached as not, if no new stage begins.
+fn middle(course: &WearCourse, limit_mm: f64, now: f64, reach: f64) -> Option<f64> {
+    let is_reached = |parts: f64| course.chance_above(parts, limit_mm) >= 0.5;
+    let places = (0..=PLACES).map(|k| now + (reach - now) * f64::from(k) / f64::from(PLACES));
     let mut before: Option<f64> = None;
     for place in places {
-        if chance(place) >= probability {
+        if is_reached(place) {
             let Some(mut low) = before else { return Some(place) };
             let mut high = place;
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
-                if chance(middle) >= probability {
+                if is_reached(middle) {
                     high = middle;
                 } else {
                     low = middle;

@@ -1,11 +1,14 @@
-//! What measured wear says of the parts that are left: the course of one edge's readings, and the life of a cutter.
+//! What measured wear says of the parts that are left: the course of one edge's readings, the courses it may take from
+//! there, and the life of a cutter.
 
+mod ahead;
 mod course;
 mod filter;
 mod life;
+mod normal;
 mod reading;
-mod student;
 
-pub use course::{WearCourse, WearRate};
-pub use life::{CutterLife, LifeKind, cutter_life};
+pub use ahead::{STAGE_RATES, STAGES_PER_SPAN, STANDSTILL_OF_AGE, STANDSTILLS, WearAhead, wear_ahead};
+pub use course::{CourseBasis, WearCourse, WearRate};
+pub use life::{CutterLife, LifeEnds, LifeKind, cutter_life};
 pub use reading::{CourseFault, LEAST_PLACES, WearReading};

@@ -36,8 +36,9 @@ const LIMIT_UM: [f64; 2] = [1e-3, 10_000.0];
 /// Follow the wear of a cutter
 ///
 /// Its entries by edge with the course fitted to them, and with `limit_um` the number of parts that are left, between an
-/// early and a late end that hold 95 %. What cannot be told is null, and `words` says why. `Accept: text/csv` gives the
-/// entries as a table, `Accept: image/svg+xml` a figure with the limit and what is to come.
+/// early and a late end that hold 95 % whatever stage of wear comes next. `outlook.basis` says what they rest on. A narrower
+/// interval holds as long as no new stage begins. What cannot be told is null, and `words` says why. `Accept: text/csv` gives
+/// the entries as a table, `Accept: image/svg+xml` a figure with the limit and what is to come.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-trend",
