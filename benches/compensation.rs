@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use models::set_ups::at_zero;
 use trunnion::contact::{Carry, CutterContact, SourceBlock, Station, quick_look, rotary_rad};
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::{JointLanes, Kinematics, PoseLanes, Setup, ToolPose};
@@ -21,7 +22,6 @@ use trunnion::process::{
 };
 use trunnion::units::Length;
 use trunnion::wear::{OneAfterAnother, SideBySide};
-use models::set_ups::at_zero;
 
 #[path = "../tests/models/mod.rs"]
 mod models;

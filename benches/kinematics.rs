@@ -216,7 +216,9 @@ fn main() {
 /// The JSON route without HTTP: text in, text out.
 #[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
 fn json(list: &[ToolPose]) {
-    let Some(profile) = calibrated_parts("ac-table").map(|parts| MachineProfile::from(&parts)) else { return };
+    let Some(profile) = calibrated_parts("ac-table").map(|parts| MachineProfile::from(&parts)) else {
+        return;
+    };
     let Ok(on) = MachineUsed::new(String::new(), 1, profile, ToolShelf::default()) else { return };
     let on = Arc::new(on);
     let limits = Limits { max_poses: POSES, max_cost_s: f64::INFINITY };

@@ -91,7 +91,8 @@ pub async fn repeated_step(
 #[must_use]
 pub fn already_done(step: &str) -> JobFault {
     let class = RefusalClass::AlreadyCompensated;
-    let is_repeatable = Steps::from_names(step).and_then(|steps| steps.iter().next()).is_some_and(Step::may_be_repeated);
+    let is_repeatable =
+        Steps::from_names(step).and_then(|steps| steps.iter().next()).is_some_and(Step::may_be_repeated);
     let cure = if is_repeatable {
         "allow_repeated=true does it again"
     } else {

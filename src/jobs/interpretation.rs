@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 
 use super::program_job::{JobFault, written};
 use super::refusals::in_words_of_the_wire;
-use super::{Compute, CompensatorFault, Cost, InputFile, MachineUsed, Means, Spool};
+use super::{CompensatorFault, Compute, Cost, InputFile, MachineUsed, Means, Spool};
 use crate::motion::ToolKey;
 use crate::process::{self, Fault, Interpretation, Interpreted, ProgramSetup, Stop};
 use crate::store::Draft;
@@ -85,9 +85,7 @@ impl Answering<'_> {
         let in_table = |fault: csv::Error| CompensatorFault::Io(fault_of_table(fault));
         let mut table = InterpretationTable::new(self.output()?, &self.on.machine).map_err(in_table)?;
         let mut take = |told: &Interpreted| match told {
-            Interpreted::Motion(motion) => {
-                table.add(&self.motion(motion)).map_err(fault_of_table)
-            }
+            Interpreted::Motion(motion) => table.add(&self.motion(motion)).map_err(fault_of_table),
             Interpreted::LeftAlone { .. } => Ok(()),
         };
         self.read(source, &mut take, stop)?;

@@ -39,10 +39,8 @@ impl Leaving<'_> {
         } else {
             self.with_stamp(program, output, place)?
         };
-        let provenance = Provenance {
-            steps: Some(StepName::all_of(self.steps)),
-            ..self.on.provenance(program, &output)
-        };
+        let provenance =
+            Provenance { steps: Some(StepName::all_of(self.steps)), ..self.on.provenance(program, &output) };
         Ok((output, provenance))
     }
 

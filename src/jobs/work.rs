@@ -60,10 +60,19 @@ impl MachineUsed {
     }
 
     /// How a program runs on it of which a request states this.
-    pub(super) fn program(&self, statements: &Statements<'_>, apply_errors: bool) -> Result<ProgramSetup, Vec<Fault>> {
+    pub(super) fn program(
+        &self,
+        statements: &Statements<'_>,
+        apply_errors: bool,
+    ) -> Result<ProgramSetup, Vec<Fault>> {
         let mut faults = FaultList::default();
-        let program =
-            statements.to_core(&self.machine, &self.statements, self.shelf.table(), apply_errors, &mut faults);
+        let program = statements.to_core(
+            &self.machine,
+            &self.statements,
+            self.shelf.table(),
+            apply_errors,
+            &mut faults,
+        );
         faults.into_result().map(|()| program)
     }
 

@@ -152,9 +152,7 @@ impl InterpretedMotionDoc {
                 ToolKey::Number(number) => Some(number),
                 ToolKey::Name(_) => number_of(key),
             }),
-            tool_name: motion
-                .tool_name
-                .map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
+            tool_name: motion.tool_name.map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
             work_offset: named(motion.work_offset),
             centre_mm: motion.arc.map(|arc| arc.centre_mm),
             normal: motion.arc.map(|arc| arc.normal),

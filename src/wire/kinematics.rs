@@ -302,7 +302,12 @@ impl From<ToolPose> for Pose {
 }
 
 impl RotaryWords {
-    pub(super) fn in_profile_order(&self, machine: &Machine, pointer: &str, faults: &mut FaultList) -> [f64; 2] {
+    pub(super) fn in_profile_order(
+        &self,
+        machine: &Machine,
+        pointer: &str,
+        faults: &mut FaultList,
+    ) -> [f64; 2] {
         let words = [('A', self.a), ('B', self.b), ('C', self.c)];
         for (letter, word) in words {
             let has = machine.rotary_axes().iter().any(|axis| axis.letter.as_char() == letter);

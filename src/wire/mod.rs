@@ -125,9 +125,7 @@ pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use statements::{MachineStatements, StampForm, StartWords, Statements};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};
 pub use tool_table::{TableTool, ToolDocument, ToolKind, tool_name_key};
-pub use verification::{
-    VerificationParameters, VerificationReport, VerificationSources, verification_fault,
-};
+pub use verification::{VerificationParameters, VerificationReport, VerificationSources, verification_fault};
 pub use wear_advice::{AdviceKind, OutlookDoc, WearAdviceAnswer, WearAdviceRequest};
 pub use wear_history::{
     MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntriesAnswer, WearEntriesRequest, WearEntry, WearEntryRequest,

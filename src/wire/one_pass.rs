@@ -7,7 +7,8 @@ use super::compensation::check_max_feed;
 use super::statements::program_parameters;
 use super::{
     CcParameters, Contact, Correction, Fault, FaultList, LengthInControl, Milling, Output, SingularRegions,
-    SingularityAction, StampForm, SurfaceReading, ToolDoc, WearFrom, WearParameters, WearSource, WearTableDoc,
+    SingularityAction, StampForm, SurfaceReading, ToolDoc, WearFrom, WearParameters, WearSource,
+    WearTableDoc,
 };
 
 /// The step for a worn cutter; its members mean what they do in a wear compensation.
@@ -141,7 +142,9 @@ impl WearStep {
     fn check_source(&self, faults: &mut FaultList) {
         let (pointer, detail) = match (self.from.is_some(), self.cutter_id.is_some()) {
             (true, false) => ("/wear/cutter_id", "missing: the cutter whose wear entries count"),
-            (false, true) => ("/wear/from", "missing: entries, for the machine's wear entries of this cutter"),
+            (false, true) => {
+                ("/wear/from", "missing: entries, for the machine's wear entries of this cutter")
+            }
             _ => return,
         };
         faults.push(|| Fault::new(pointer, detail));

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    CcFindings, Dialect, Interpolation, Provenance, ResolvedInputs, SingularityFindings, Warning, WearFindings,
+    CcFindings, Dialect, Interpolation, Provenance, ResolvedInputs, SingularityFindings, Warning,
+    WearFindings,
 };
 use crate::motion::MotionKind;
 use crate::process;

@@ -122,8 +122,7 @@ impl PostingParameters {
             faults.push(|| Fault::new("/dialect", "only cutter location data is posted: auto or apt"));
         }
         self.statements().check(&mut faults);
-        let start_words_deg =
-            self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
+        let start_words_deg = self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
         for (axis, word) in machine.rotary_axes().iter().zip(start_words_deg.into_iter().flatten()) {
             if let Some(travel) = axis.travel_deg {
                 let at = || format!("/start/{}", axis.letter.as_char());

@@ -135,7 +135,9 @@ impl ResolvedInputs {
                 number: match used.called.key() {
                     Some(ToolKey::Number(number)) => Some(number),
                     Some(ToolKey::Name(_)) => None,
-                    None if used.called == CalledTool::NotCalled && !used.is_unknown => statements.tool_number,
+                    None if used.called == CalledTool::NotCalled && !used.is_unknown => {
+                        statements.tool_number
+                    }
                     None => None,
                 },
                 name: used.name.map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
@@ -181,8 +183,9 @@ impl ResolvedInputs {
     #[must_use]
     pub fn only_tool(&self) -> Option<String> {
         let used = self.tools.iter().filter(|tool| !tool.is_left_alone && tool.number != Some(0));
-        let mut names: Vec<String> =
-            used.filter_map(|tool| tool.number.map(|number| number.to_string()).or_else(|| tool.name.clone())).collect();
+        let mut names: Vec<String> = used
+            .filter_map(|tool| tool.number.map(|number| number.to_string()).or_else(|| tool.name.clone()))
+            .collect();
         names.dedup();
         match names.as_slice() {
             [only] => Some(only.clone()),
@@ -209,7 +212,10 @@ fn resolved_offset(
 ) -> ResolvedOffset {
     let named = |offsets: Option<&super::WorkOffsets>| {
         let name = used.offset?;
-        offsets?.iter().find(|(known, _)| WorkOffset::from_name(known) == Some(name)).map(|(_, at_mm)| Fixed(at_mm))
+        offsets?
+            .iter()
+            .find(|(known, _)| WorkOffset::from_name(known) == Some(name))
+            .map(|(_, at_mm)| Fixed(at_mm))
     };
     let of_request = named(statements.work_offsets_mm).or(statements.work_offset_mm.filter(|_| used.is_only));
     let (origin_mm, stated_by) = match (of_request, named(of_machine.work_offsets_mm.as_ref())) {

@@ -4,9 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
-use super::{
-    Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, StartWords, WorkOffsets,
-};
+use super::{Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, StartWords, WorkOffsets};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, RotaryLetter};

@@ -214,11 +214,7 @@ impl Statements<'_> {
             interpolation: self.interpolation.map(Interpolation::to_core),
             feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             work_offsets: Arc::new(work_offsets),
-            tools: Tools::with(
-                self.tool_number,
-                self.tool_length_mm.map(Length::from_mm),
-                Arc::clone(table),
-            ),
+            tools: Tools::with(self.tool_number, self.tool_length_mm.map(Length::from_mm), Arc::clone(table)),
             start: self.start.map_or_else(StartPosition::default, |start| start.to_core(machine, faults)),
             apply_errors,
             ..ProgramSetup::default()
@@ -238,7 +234,8 @@ impl StartWords {
 
     fn check(self, faults: &mut FaultList) {
         for (letter, word) in self.words() {
-            let max = if "XYZ".contains(letter) { CcParameters::MAX_OFFSET_MM } else { Machine::MAX_TRAVEL_DEG };
+            let max =
+                if "XYZ".contains(letter) { CcParameters::MAX_OFFSET_MM } else { Machine::MAX_TRAVEL_DEG };
             if let Some(word) = word {
                 faults.check_range(|| format!("/start/{letter}"), word, -max, max);
             }
@@ -254,7 +251,8 @@ impl StartWords {
                 Some(index) => start.rotary_deg[index] = Some(word),
                 None => faults.push(|| {
                     let [first, second] = axes.each_ref().map(|axis| axis.letter.as_char());
-                    let detail = format!("the machine has no axis {letter}; its rotary axes are {first} and {second}");
+                    let detail =
+                        format!("the machine has no axis {letter}; its rotary axes are {first} and {second}");
                     Fault::new(format!("/start/{letter}"), detail)
                 }),
             }

@@ -13,9 +13,9 @@ use trunnion::motion::Interpolation;
 use trunnion::process::{CcParameters, CcReport, ContactSource, Fault, compensate};
 use trunnion::units::Length;
 
+use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
-use crate::set_ups::at_zero;
 use trunnion::process::ProgramSetup;
 
 fn ac() -> Machine {

@@ -10,9 +10,9 @@ use trunnion::process::{CcParameters, ContactSource, compensate};
 use trunnion::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 use trunnion::units::Length;
 
+use crate::set_ups::at_zero;
 use crate::shared_file;
 use crate::tables::tables;
-use crate::set_ups::at_zero;
 
 /// Posted points are rounded to three decimals, cutter location data to six [mm].
 const POSTED_MM: f64 = 0.0006;

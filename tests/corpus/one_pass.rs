@@ -9,16 +9,16 @@ use trunnion::geometry::Vec3;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemorySpool, WearStep, WornCutter,
-    compensate_program,
+    CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemorySpool, WearStep,
+    WornCutter, compensate_program,
 };
 use trunnion::units::Length;
 use trunnion::wear::OneAfterAnother;
 
 use crate::displaced::{Line, displaced, errors, with_errors};
+use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
-use crate::set_ups::at_zero;
 use trunnion::process::ProgramSetup;
 
 /// Half a unit of three decimals on three axes, or of four in inches [mm].
@@ -113,7 +113,8 @@ fn the_printed_layers_meet_their_way_points_on_a_machine_with_errors() {
     };
     let program = fs::read(path).expect("a file");
     let machine = with_errors(&tables([RotaryLetter::B, RotaryLetter::C], true), errors());
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
+    let parameters =
+        CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     let (output, report) = run(&machine, &parameters, &program).unwrap_or_else(|fault| panic!("{fault:?}"));
     say(name, &report);
     let lines: [Line; 2] = displaced([(Vec3::y(), Vec3::zeros()), (Vec3::z(), Vec3::zeros())], errors());

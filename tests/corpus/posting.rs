@@ -7,9 +7,9 @@ use std::ops::ControlFlow;
 use trunnion::machine::{Machine, RotaryLetter};
 use trunnion::process::{Fault, PostForm, PostParameters, PostReport, post};
 
+use crate::set_ups::at_zero;
 use crate::shared_file;
 use crate::tables::tables;
-use crate::set_ups::at_zero;
 
 fn run(machine: &Machine, parameters: &PostParameters, text: &[u8]) -> Result<(String, PostReport), Fault> {
     let mut output = Vec::new();
@@ -62,7 +62,8 @@ fn published_cutter_location_data_is_posted_up_to_the_first_line_that_is_refused
     ] {
         let Some(path) = shared_file(&format!("programs/cl/{name}")) else { return };
         let text = std::fs::read_to_string(path).unwrap();
-        let Err(Fault::Lines(faults)) = run(&machine, &PostParameters::new(at_zero()), text.as_bytes()) else {
+        let Err(Fault::Lines(faults)) = run(&machine, &PostParameters::new(at_zero()), text.as_bytes())
+        else {
             panic!("{name} is not refused by line");
         };
         assert_eq!((faults.kept[0].line, faults.total), (first as u64, refused), "{name}");

@@ -25,9 +25,9 @@ use trunnion::program::{
 };
 use trunnion::units::Length;
 
+use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
-use crate::set_ups::at_zero;
 
 const PROGRAMS: [&str; 4] = [
     "5axis/nx_dmu70evo_840d_bc_traori.mpf",
@@ -428,7 +428,8 @@ fn compensated(program: &[u8], contact: ContactSource, tolerance_um: f64) -> (u6
         length: Some(Length::ZERO),
         worn: None,
     });
-    let named_mm = ["G54", "G55", "G56"].map(|name| (WorkOffset::from_name(name).unwrap(), [3.0, -7.0, 50.0]));
+    let named_mm =
+        ["G54", "G55", "G56"].map(|name| (WorkOffset::from_name(name).unwrap(), [3.0, -7.0, 50.0]));
     let offsets = WorkOffsets { named_mm: BTreeMap::from(named_mm), ..WorkOffsets::default() };
     let mut program_setup = ProgramSetup { work_offsets: Arc::new(offsets), ..at_zero() };
     program_setup.tools.table = Arc::new(ToolTable::new(tools.to_vec()));

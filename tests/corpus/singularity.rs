@@ -8,13 +8,14 @@ use trunnion::kinematics::SingularityKind;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcParameters, LeftReason, ProgramSetup, SingularityAction, SingularityParameters, SingularityReport, treat_singular_regions,
+    CcParameters, LeftReason, ProgramSetup, SingularityAction, SingularityParameters, SingularityReport,
+    treat_singular_regions,
 };
 use trunnion::units::Length;
 
+use crate::set_ups::at_zero;
 use crate::shared_file;
 use crate::tables::tables;
-use crate::set_ups::at_zero;
 
 fn read(name: &str) -> Option<Vec<u8>> {
     shared_file(name)
@@ -87,7 +88,8 @@ fn the_operation_that_starts_in_the_pole_is_seen_and_treated() {
                 assert_eq!(left.map(|left| (left.count, left.first_line)), Some((1, region.first_line)));
                 assert!(region.after.is_some_and(|after| (after.step_deg - 54.167).abs() < 1e-9));
                 // Without that block everything is divided.
-                let begun = text.replacen("X0.0 Y0.0 Z-.3881 B0.0 C315.", "X-.0004 Y0.0 Z-.3881 B-.274 C369.167", 1);
+                let begun =
+                    text.replacen("X0.0 Y0.0 Z-.3881 B0.0 C315.", "X-.0004 Y0.0 Z-.3881 B-.274 C369.167", 1);
                 let (_, report) = run(&begun.replacen("\nX-.0004 B-.274 C369.167", "", 1));
                 assert!(report.blocks_inserted > 10);
                 let after = report.regions[0].after.expect("read back");

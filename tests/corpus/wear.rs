@@ -8,9 +8,9 @@ use trunnion::motion::Interpolation;
 use trunnion::process::{ContactSource, Fault, WearParameters, WearReport, WornCutter, compensate_wear};
 use trunnion::units::Length;
 
+use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
-use crate::set_ups::at_zero;
 use trunnion::process::ProgramSetup;
 
 /// Half a unit of three decimals on three axes, or of four in inches [mm].
@@ -97,10 +97,7 @@ fn every_iso_program_is_moved_or_refused_by_line_and_never_miswritten() {
         contact: ContactSource::FeedPlane,
         ..WearParameters::new(nominal, WornCutter::Tool(actual), at_zero())
     };
-    let shorter = WearParameters {
-        shorter_by: Length::from_mm(0.2),
-        ..by_feed(nominal)
-    };
+    let shorter = WearParameters { shorter_by: Length::from_mm(0.2), ..by_feed(nominal) };
     let asked = [
         by_feed(tool(4.75, 4.75)),
         by_feed(tool(5.2, 1.0)),

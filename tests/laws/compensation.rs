@@ -10,8 +10,8 @@ use trunnion::units::Length;
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
-use crate::models::witness::{Tables, scan};
 use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::witness::{Tables, scan};
 
 /// The witness' sums and ours differ by rounding only [mm].
 const ARITHMETIC_MM: f64 = 1e-8;

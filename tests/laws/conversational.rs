@@ -13,9 +13,9 @@ use trunnion::units::Length;
 
 use crate::compensation::{parameters, run, witness};
 use crate::models::finishing::{Finishing, ac_machine, blade, impeller_flank, tool};
+use crate::models::set_ups::{at_zero, in_mm};
 use crate::models::witness::{Verdict, scan};
 use crate::tool_vectors::with_angles;
-use crate::models::set_ups::{at_zero, in_mm};
 
 /// The witness' sums and ours differ by rounding only, and by the ninth decimal of its angles [mm].
 const ARITHMETIC_MM: f64 = 1e-6;

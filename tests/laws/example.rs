@@ -14,8 +14,8 @@ use trunnion::wear::{OneAfterAnother, Surface, scallop_height};
 
 use super::compensation::{parameters, run};
 use crate::models::finishing::{FeedForm, Form, blade, tool};
-use crate::models::surface_passes::{Finish, program};
 use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::surface_passes::{Finish, program};
 
 /// The committed file is this text.
 fn assert_is_the_example(name: &str, text: &str) {

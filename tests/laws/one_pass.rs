@@ -15,8 +15,8 @@ use trunnion::machine::{LocationError, Machine, Tool};
 use trunnion::motion::MotionKind;
 use trunnion::process::{
     BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, ContactSource, Fault,
-    MemorySpool, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter, compensate,
-    compensate_program, compensate_wear, simulate,
+    MemorySpool, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter,
+    compensate, compensate_program, compensate_wear, simulate,
 };
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
 use trunnion::units::Length;
@@ -27,8 +27,8 @@ use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool,
 };
-use crate::models::witness::{Tables, scan};
 use crate::models::set_ups::{at_zero, in_mm, with_tool};
+use crate::models::witness::{Tables, scan};
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
 /// words of four decimals give [mm].
@@ -355,8 +355,10 @@ fn servo_lag_is_that_of_the_written_program_by_lines_of_the_upload() {
     let (output, report, changes) = done(&machine, &with_drives, &text);
     assert_eq!(plain, output);
     assert!(report.blocks_out > report.blocks_in);
-    let parameters =
-        SimulationParameters { program: in_mm(&part.setup), ..SimulationParameters::new(drives(), at_zero()) };
+    let parameters = SimulationParameters {
+        program: in_mm(&part.setup),
+        ..SimulationParameters::new(drives(), at_zero())
+    };
     let simulated =
         simulate(&machine, &parameters, &output.clone().into_bytes(), &|| ControlFlow::Continue(()))
             .expect("a run");

@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use crate::models::set_ups::at_zero;
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{CcParameters, CcReport, Fault, compensate};
 use trunnion::units::Length;
-use crate::models::set_ups::at_zero;
 
 const BEGIN: &str = "G21 G90 G94 G17\nG0 X50.000 Y0.000 Z0.000 A0.000 C0.000\n";
 /// Turns both axes enough to be divided.

@@ -14,8 +14,8 @@ use trunnion::units::Length;
 use crate::compensation::witness;
 use crate::conversational::apt;
 use crate::models::finishing::{ac_machine, blade, dome_near_pole, impeller_flank, tool};
-use crate::models::witness::{Line, scan};
 use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::witness::{Line, scan};
 
 /// Half the last of four decimals in each of three words [mm].
 const ROUNDING_MM: f64 = 0.000_05 * 1.732_051 + 1e-6;
@@ -81,7 +81,8 @@ fn feeds_are_the_tips_under_tcp_and_times_in_machine_coordinates() {
     let part = impeller_flank(ac_machine(), tool(6.0, 1.5), 30, 3);
     let source = apt(&part).0;
     for form in [PostForm::Tcp, PostForm::Machine] {
-        let parameters = PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(at_zero()) };
+        let parameters =
+            PostParameters { program: in_mm(&part.setup), form, ..PostParameters::new(at_zero()) };
         let (output, _) = run(&part.machine, &parameters, &source).expect("posted");
         let tables = witness(&part, form == PostForm::Tcp);
         let lines = reached(&output, tables.letters);

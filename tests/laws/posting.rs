@@ -21,8 +21,8 @@ use super::machines::{any_machine, preset_machine, setup};
 use super::one_pass::{TURNED_RAD, angle, displaced, done, run, with_setup};
 use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{ac_machine, blade, tool};
-use crate::models::witness::{Tables, scan};
 use crate::models::set_ups::at_zero;
+use crate::models::witness::{Tables, scan};
 use trunnion::process::ProgramSetup;
 
 #[test]
@@ -188,7 +188,8 @@ fn places(text: &str) -> Vec<[f64; 5]> {
 }
 
 fn refused_at(machine: &Machine, text: &str) -> Vec<(u64, LineFaultKind)> {
-    let parameters = CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
+    let parameters =
+        CompensationParameters { location_errors: true, ..CompensationParameters::new(at_zero()) };
     match run(machine, &parameters, text) {
         Err(Fault::Lines(faults)) => faults.kept.into_iter().map(|fault| (fault.line, fault.kind)).collect(),
         other => panic!("{other:?}"),

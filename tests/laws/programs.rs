@@ -104,8 +104,10 @@ fn coarse_blocks_use_the_decimals_that_the_program_has_elsewhere() {
     };
     assert!(reachable_um > 10.0);
     assert_eq!(faults.kept[0].line, 2);
-    let loose =
-        CcParameters { tolerance: Length::from_um(reachable_um * 1.01), ..CcParameters::new(ball(), at_zero()) };
+    let loose = CcParameters {
+        tolerance: Length::from_um(reachable_um * 1.01),
+        ..CcParameters::new(ball(), at_zero())
+    };
     assert!(with(&loose, &format!("{coarse}M30\n")).is_ok());
 }
 
@@ -142,7 +144,8 @@ fn a_feed_parameter_counts_where_the_program_has_none() {
     };
     let (output, _) = with(&given, &program).expect("compensated");
     assert!(output.contains("G1 X21.000 F1500.5"), "{output}");
-    let interpolated = CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(ball(), at_zero()) };
+    let interpolated =
+        CcParameters { output: OutputForm::Interpolated, ..CcParameters::new(ball(), at_zero()) };
     let Err(Fault::Lines(faults)) = with(&interpolated, &program) else { panic!("needs a feed") };
     assert_eq!(faults.kept[0].kind, LineFaultKind::NoFeed);
 }

@@ -341,10 +341,8 @@ fn the_tool_before_a_change_is_the_one_that_is_moved_and_names_tell_tools_apart(
     assert_ne!(worn(&numbered(2), &alone).expect("moved"), alone);
     // Another name is another tool, the same name the same one.
     let refused = |first: &str, second: &str, dialect| {
-        let parameters = WearParameters {
-            program: ProgramSetup { dialect: Some(dialect), ..at_zero() },
-            ..by_feed()
-        };
+        let parameters =
+            WearParameters { program: ProgramSetup { dialect: Some(dialect), ..at_zero() }, ..by_feed() };
         let text = match dialect {
             Dialect::Heidenhain => {
                 let lines = "L X+0.000 Y+0.000 Z+20.000 A-30.000 C+0.000 FMAX\nL Y+10.000 Z+24.000 F800\nL Z+90.000 FMAX\n";

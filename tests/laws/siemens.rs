@@ -4,6 +4,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::models::set_ups::at_zero;
 use proptest::prelude::*;
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::motion::{AxisWords, Interpreter, InterpreterOptions};
@@ -12,7 +13,6 @@ use trunnion::process::{
 };
 use trunnion::program::{Batch, Diagnostics, Dialect, MAX_MAGNITUDE, ReadLimits, Reader};
 use trunnion::units::Length;
-use crate::models::set_ups::at_zero;
 
 fn machine(id: &str) -> Machine {
     Machine::new(Preset::by_id(id).expect("a preset").parts()).expect("a machine")

@@ -380,7 +380,8 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
         );
         let singularity = SingularityParameters::new(action);
         let (between, treated) = treat(&pass, &singularity).expect("treated");
-        let parameters = CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, at_zero()) };
+        let parameters =
+            CcParameters { program: in_mm(&pass.setup), ..CcParameters::new(pass.tool, at_zero()) };
         let go_on = || ControlFlow::Continue(());
         let mut apart = Vec::new();
         let source = between.clone().into_bytes();

@@ -16,8 +16,8 @@ use trunnion::surface::{Blade, BladeSizes, Bulge, Mesh, ParametricSurface, Saddl
 use trunnion::units::Length;
 
 use crate::models::finishing::{FeedForm, Finishing, Form, ac_machine, patch, tool};
-use crate::models::tessellation::facets;
 use crate::models::set_ups::{at_zero, in_mm};
+use crate::models::tessellation::facets;
 
 /// Words of four decimals on three axes, in both programs [mm].
 const WORDS_MM: f64 = 2.0 * 0.866_025_404e-4;

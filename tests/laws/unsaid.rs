@@ -8,8 +8,8 @@ use trunnion::geometry::Vec3;
 use trunnion::machine::{LocationError, Machine, Preset};
 use trunnion::process::{
     CcParameters, CcStep, CompensationParameters, ContactSource, Fault, LineFaultKind, NotPosted,
-    PostParameters, SingularityAction, SingularityParameters, WarningKind, WearParameters, WornCutter,
-    ToolUnknown, compensate, compensate_wear, post, treat_singular_regions,
+    PostParameters, SingularityAction, SingularityParameters, ToolUnknown, WarningKind, WearParameters,
+    WornCutter, compensate, compensate_wear, post, treat_singular_regions,
 };
 use trunnion::program::Dialect;
 use trunnion::units::{Angle, Length};
@@ -17,8 +17,8 @@ use trunnion::units::{Angle, Length};
 use crate::models::displaced::{errors, with_errors};
 use crate::models::finishing::{ac_machine, tool};
 use crate::models::pole_passes;
-use crate::one_pass;
 use crate::models::set_ups::at_zero;
+use crate::one_pass;
 use trunnion::process::ProgramSetup;
 
 /// A block that has to be divided, behind its start.

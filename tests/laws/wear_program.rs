@@ -26,8 +26,8 @@ use super::machines::{any_machine, preset_machine, setup};
 use crate::models::finishing::{
     FeedForm, Finishing, Form, ac_machine, blade, dome_near_pole, impeller_flank, tool, wall,
 };
-use crate::models::witness::{Line, Tables, scan};
 use crate::models::set_ups::{at_zero, in_mm, with_tool};
+use crate::models::witness::{Line, Tables, scan};
 use trunnion::process::ProgramSetup;
 
 /// Half a unit of four decimals on three axes, once for the words written, and half as much again for the normal that
@@ -418,7 +418,10 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
     let second: Vec<_> = second.lines().collect();
     assert_eq!([&second[..5], &second[8..]], [&source[..5], &source[8..]]);
     assert_ne!(second[6], source[6]);
-    assert!(matches!(plain(&parameters(3), &text), Err(Fault::Tool(ToolUnknown::NoSuchTool { number: 3, .. }))));
+    assert!(matches!(
+        plain(&parameters(3), &text),
+        Err(Fault::Tool(ToolUnknown::NoSuchTool { number: 3, .. }))
+    ));
     // A Y that the first tool left elsewhere would stand under the second one.
     let careless = text.replace(" Y12.000", "");
     match plain(&parameters(1), &careless) {
@@ -498,8 +501,7 @@ fn a_tilted_axis_stated_in_cutter_location_data_is_left_as_it_is_stated() {
         text.push_str("FINI\n");
         // Along the axis, where it points: another cutter than this one would not move, because no rotary axis turns.
         let shorter = WearParameters { shorter_by: Length::from_mm(0.05), ..ball_by_feed((5.0, 5.0)) };
-        let (written, report) =
-            plain(&shorter, &text).unwrap_or_else(|fault| panic!("{axis}: {fault:?}"));
+        let (written, report) = plain(&shorter, &text).unwrap_or_else(|fault| panic!("{axis}: {fault:?}"));
         assert!(report.motions_shifted >= 5, "{axis}: {report:?}");
         assert_eq!(written.matches(&axis).count(), 6, "{written}");
     }

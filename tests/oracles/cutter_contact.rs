@@ -24,7 +24,11 @@ fn words(linear_mm: [f64; 3], rotary_deg: [f64; 2]) -> AxisWords {
     AxisWords { linear_mm, rotary_deg }
 }
 
-fn tip_block<'a>(machine: &'a Machine, kinematics: &Arc<Kinematics>, ends: [AxisWords; 2]) -> SourceBlock<'a> {
+fn tip_block<'a>(
+    machine: &'a Machine,
+    kinematics: &Arc<Kinematics>,
+    ends: [AxisWords; 2],
+) -> SourceBlock<'a> {
     let mode = Interpolation::Machine;
     let stations = ends.map(|words| Station::new(machine, kinematics, mode, words));
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
@@ -62,8 +66,7 @@ fn with_tcp_only_the_ball_s_own_turn_remains() {
         let ends = [words([0.0; 3], [20.0, 0.0]), words([0.0, 10.0, 0.0], [20.0 + turn_deg, 0.0])]
             .map(|words| Station::new(&machine, &kinematics, mode, words));
         let normal = Vec3::new(0.0, -0.1, 1.0);
-        let touches =
-            ends.map(|end| Touch::from_normal(&tool, &end.pose, normal).expect("no undercut"));
+        let touches = ends.map(|end| Touch::from_normal(&tool, &end.pose, normal).expect("no undercut"));
         let carry =
             Carry::between(&tool, [&touches[0].contact, &touches[1].contact], ends.map(|end| end.pose.axis));
         let block = SourceBlock::new(&machine, &kinematics, tool, mode, ends, carry);

@@ -13,8 +13,8 @@ use trunnion::servo::{
 };
 use trunnion::units::Feedrate;
 
-use AxisLetter::{A, B, C, X, Y, Z};
 use crate::set_ups::at_zero;
+use AxisLetter::{A, B, C, X, Y, Z};
 
 /// Positions of some 100 mm that have to be the same but for rounding \[mm\].
 const ROUNDING_MM: f64 = 1e-12;
@@ -301,8 +301,10 @@ fn a_program_of_a_circle_has_the_error_of_the_circle() {
     let two_axes = ServoPath::Circle(Circle::Linear { axes: [X, Y], radius_mm: 60.0 });
     let expected = simulate(&two_axes, &at(1800.0), &set, Detail::Summary, &go_on).expect("a run").contour;
     for tcp in [true, false] {
-        let parameters =
-            SimulationParameters { plane_normal: Some(Vec3::z()), ..SimulationParameters::new(set, at_zero()) };
+        let parameters = SimulationParameters {
+            plane_normal: Some(Vec3::z()),
+            ..SimulationParameters::new(set, at_zero())
+        };
         let found = run_program(&circle_program(tcp, 1800.0), &parameters).expect("a run");
         assert_eq!((found.motions, found.passes), (7200, 1));
         // Two laps at 30 mm/s.
@@ -346,8 +348,10 @@ fn rapids_part_a_program_and_what_cannot_be_followed_is_counted() {
         [("arc", 1, 6)]
     );
     assert!(found.outcome.following[0].is_some() && found.outcome.following[1].is_none());
-    let no_feed =
-        run_program(b"G0 X0 Y0 Z0 A0 C0\nG1 X10\n", &SimulationParameters::new(drives(30.0, 30.0), at_zero()));
+    let no_feed = run_program(
+        b"G0 X0 Y0 Z0 A0 C0\nG1 X10\n",
+        &SimulationParameters::new(drives(30.0, 30.0), at_zero()),
+    );
     assert!(
         matches!(no_feed, Err(Fault::NothingToSimulate { left_out: 1, first: Some((_, 2)) })),
         "{no_feed:?}"

@@ -14,8 +14,8 @@ use trunnion::units::Length;
 use trunnion::wear::OneAfterAnother;
 
 use crate::finishing::ac_machine;
-use crate::surface_passes::{Finish, table};
 use crate::set_ups::{at_zero, in_mm};
+use crate::surface_passes::{Finish, table};
 
 /// P3 Table 3's finishing: 0.02 mm of scallop on a plane by a ball of 10 mm, tolerance 0.03 mm.
 const STEPOVER_MM: f64 = 0.894;

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 
+use crate::set_ups::{at_zero, in_mm};
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset, Tool};
@@ -11,7 +12,6 @@ use trunnion::process::{Fault, Verification, VerificationFault, VerificationPara
 use trunnion::surface::SurfacePoint;
 use trunnion::units::{Angle, Length};
 use trunnion::wear::{OneAfterAnother, Surface, effective_radius, scallop_height};
-use crate::set_ups::{at_zero, in_mm};
 
 /// Words in the programs here have nine decimals, and entries are found to 3e-8 mm along needles that meet the cutter's
 /// surface at no less than 30° [mm].

@@ -441,7 +441,8 @@ impl Interpreter {
             Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
             _ => {}
         }
-        let is_plain = block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
+        let is_plain =
+            block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
         if is_plain && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);

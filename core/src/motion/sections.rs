@@ -4,11 +4,11 @@
 //! it sets is known if nothing in it depends on where it is called from: a second control, which knows nothing at the
 //! label, runs along. A section with motions that were followed cannot be called as well: such a program is refused.
 
-use super::{CalledTool, Motion, Spindle, Unfollowable};
 use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::modal::{Modal, ModalFeed};
 use super::position::Position;
+use super::{CalledTool, Motion, Spindle, Unfollowable};
 use crate::program::{Address, Batch, Block, Diagnostics};
 
 /// Most labels told apart.

@@ -299,7 +299,9 @@ fn of_blocks(diagnostics: &Diagnostics) -> String {
     let total = diagnostics.count(Severity::Refusal);
     match diagnostics.refusals().next() {
         Some(first) if total <= 1 => first.to_string(),
-        Some(first) => format!("{total} blocks of the program cannot be read or followed, the first: {first}"),
+        Some(first) => {
+            format!("{total} blocks of the program cannot be read or followed, the first: {first}")
+        }
         None => format!("{total} blocks of the program cannot be read or followed"),
     }
 }

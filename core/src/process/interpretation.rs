@@ -330,7 +330,8 @@ mod tests {
     #[test]
     fn tips_need_an_offset_only_where_an_axis_stands_off_zero() {
         let unstated = ProgramSetup { work_offsets: std::sync::Arc::default(), ..stated() };
-        let found = motions(&unstated, "G90 G0 X1 Y2 Z3 A0 C0\nG1 X2 F100\nC10\nG43.4 H1 X0 Y0 Z0 A0 C0\nX5 C20\n");
+        let found =
+            motions(&unstated, "G90 G0 X1 Y2 Z3 A0 C0\nG1 X2 F100\nC10\nG43.4 H1 X0 Y0 Z0 A0 C0\nX5 C20\n");
         assert_eq!(found[1].tip_mm, Some([2.0, 2.0, 3.0]));
         assert_eq!((found[2].tip_mm, found[2].axis.is_some()), (None, true));
         assert_eq!(found[4].tip_mm, Some([5.0, 0.0, 0.0]));
@@ -359,6 +360,10 @@ mod tests {
         assert_eq!(of(0), (five, Some(WorkOffset::Code(540)), true));
         // Nobody states G55.
         assert_eq!(of(1), (five, Some(WorkOffset::Code(550)), false));
-        assert!(matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }), "{:?}", all[3]);
+        assert!(
+            matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }),
+            "{:?}",
+            all[3]
+        );
     }
 }

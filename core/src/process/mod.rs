@@ -44,10 +44,10 @@ pub use compensation::{
     ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
     MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
 };
+pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
 pub use interpretation::{
     Interpretation, Interpreted, InterpretedArc, InterpretedKind, InterpretedMotion, interpret_program,
 };
-pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
 pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
 pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
 pub use program_setup::{ProgramSetup, StartPosition};
@@ -62,8 +62,8 @@ pub use singularity::{
 pub use stream::{ProgramSource, Stop};
 pub use tools::{ListedTool, ToolTable, ToolUnknown, Tools};
 pub use verification::{
-    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
-    VerificationFault, VerificationParameters, VerificationQuantity, verify_part,
+    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
+    VerificationParameters, VerificationQuantity, verify_part,
 };
 pub use wear::{
     Assumption, CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter,

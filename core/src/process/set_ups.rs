@@ -61,11 +61,8 @@ impl SetUps {
         let bare = BareKinematics::new(machine, program.apply_errors);
         let has = |side: Side| machine.rotary_axes().iter().any(|axis| axis.side == side);
         let (has_table_axis, has_head_axis) = (has(Side::Table), has(Side::Head));
-        let key = Key {
-            work_offset: Some(WorkOffset::Unnamed),
-            is_only_offset: true,
-            tool: CalledTool::NotCalled,
-        };
+        let key =
+            Key { work_offset: Some(WorkOffset::Unnamed), is_only_offset: true, tool: CalledTool::NotCalled };
         let kinematics = Arc::new(bare.set_up(Vec3::zeros(), 0.0));
         let mut set_ups = Self {
             bare,

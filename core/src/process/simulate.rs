@@ -169,8 +169,7 @@ pub(super) fn simulate_lines(
     peaks: Option<LinePeaks<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ProgramSimulation, Fault> {
-    let program =
-        parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
     let parameters = &SimulationParameters { program, ..parameters.clone() };
     let mut outlook = Outlook::default();
     for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {

@@ -54,7 +54,8 @@ async fn job<P: ProgramParameters>(
     }
     let on = Arc::unwrap_or_clone(on?);
     let machines = caller(&parts.extensions)?.machines;
-    let repeated = repeated_step(&app.store, &program.sha256(), parameters.steps(), machines.as_deref()).await?;
+    let repeated =
+        repeated_step(&app.store, &program.sha256(), parameters.steps(), machines.as_deref()).await?;
     if let Some(step) = repeated {
         return Err(already_done(step.name()).into());
     }

@@ -82,7 +82,8 @@ pub(super) async fn interpret_program(
     let file = tokio::fs::File::open(answer.path()).await?;
     let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
     let headers = response.headers_mut();
-    headers.insert(CONTENT_TYPE, HeaderValue::from_static(if kind == CSV { CSV } else { "application/json" }));
+    headers
+        .insert(CONTENT_TYPE, HeaderValue::from_static(if kind == CSV { CSV } else { "application/json" }));
     headers.insert(CONTENT_LENGTH, HeaderValue::from(answer.length()));
     if kind == CSV {
         let disposition = format!("attachment; filename=\"{}-interpretation.csv\"", stem(&file_name));

@@ -172,14 +172,7 @@ impl WearStep {
     #[must_use]
     pub fn new(nominal: impl Into<Option<Tool>>, worn: impl Into<Option<WornCutter>>) -> Self {
         let WearParameters {
-            nominal,
-            worn,
-            milling,
-            shorter_by,
-            length_in_control,
-            contact,
-            pass_break,
-            ..
+            nominal, worn, milling, shorter_by, length_in_control, contact, pass_break, ..
         } = WearParameters::new(nominal, worn, ProgramSetup::default());
         Self { nominal, worn, milling, shorter_by, length_in_control, contact, pass_break }
     }

@@ -67,7 +67,9 @@ impl ToolsAtWork {
             && motion.unfollowable.is_none()
             && motion.end.is_some()
             && motion.tool.key() != Some(ToolKey::NONE);
-        if cuts && !self.tools.iter().rev().any(|known| is_one(*known, motion.tool)) && self.tools.len() < MAX_TOOLS
+        if cuts
+            && !self.tools.iter().rev().any(|known| is_one(*known, motion.tool))
+            && self.tools.len() < MAX_TOOLS
         {
             self.tools.push(motion.tool);
         }

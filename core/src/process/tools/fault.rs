@@ -29,7 +29,9 @@ pub enum ToolUnknown {
         stated: &'static str,
     },
     /// The request states no tool, and the program calls none.
-    #[error("missing: the program calls no tool. Give {stated}, or the `tool_number` of a tool in the machine's tool table")]
+    #[error(
+        "missing: the program calls no tool. Give {stated}, or the `tool_number` of a tool in the machine's tool table"
+    )]
     Missing {
         /// How the request states one.
         stated: &'static str,
@@ -43,7 +45,9 @@ pub enum ToolUnknown {
         tools: String,
     },
     /// Nobody measured the wear of the tools at work.
-    #[error("there is no wear entry for {tools}: give the `cutter_id` under which it was measured, or state the worn cutter")]
+    #[error(
+        "there is no wear entry for {tools}: give the `cutter_id` under which it was measured, or state the worn cutter"
+    )]
     NoWear {
         /// What they are called.
         tools: String,

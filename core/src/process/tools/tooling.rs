@@ -48,8 +48,13 @@ pub(in crate::process) struct Need {
 
 impl Need {
     /// Nothing but the length, where the machine turns the tool.
-    pub(in crate::process) const LENGTH: Self =
-        Self { cutter: false, worn: false, is_for_one: false, stated_by: "`tool_length_mm`", agreement: false };
+    pub(in crate::process) const LENGTH: Self = Self {
+        cutter: false,
+        worn: false,
+        is_for_one: false,
+        stated_by: "`tool_length_mm`",
+        agreement: false,
+    };
 }
 
 /// What is known of the tool of a section.
@@ -360,10 +365,16 @@ impl Tooling {
 
     /// Compares cutters of the text with those that are taken. Where the table has another one nobody knows which is right, and
     /// the sections of that tool are left alone; what the request states counts.
-    fn compare(&mut self, stated: Option<Tool>, need: Need, at_work: &ToolsAtWork) -> Result<(), ToolUnknown> {
+    fn compare(
+        &mut self,
+        stated: Option<Tool>,
+        need: Need,
+        at_work: &ToolsAtWork,
+    ) -> Result<(), ToolUnknown> {
         let mut first = None;
         for found in &at_work.cutters {
-            let Some(used) = self.tool(found.tool).filter(|used| used.nominal.is_some_and(|tool| differs(found, tool)))
+            let Some(used) =
+                self.tool(found.tool).filter(|used| used.nominal.is_some_and(|tool| differs(found, tool)))
             else {
                 continue;
             };
@@ -407,9 +418,8 @@ fn differing(stated: &StatedCutter, listed: Option<Tool>, at_work: &ToolsAtWork)
         line: stated.line,
         tool: at_work.told(stated.tool),
         stated_mm: of(Some(stated.diameter)),
-        stated_corner: corner.map_or_else(String::new, |corner| {
-            format!(" and a corner radius of {:.3} mm", corner.mm())
-        }),
+        stated_corner: corner
+            .map_or_else(String::new, |corner| format!(" and a corner radius of {:.3} mm", corner.mm())),
         listed_mm: of(listed.map(|tool| tool.radius() * 2.0)),
         listed_corner_mm: of(listed.map(|tool| tool.corner_radius())),
     }

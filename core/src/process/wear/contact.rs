@@ -136,11 +136,7 @@ pub(super) fn by_point(
 }
 
 /// The contact that a surface normal in W gives.
-pub(super) fn by_normal(
-    tool: &WornTool,
-    pose: &ToolPose,
-    normal: Vec3,
-) -> Result<WornContact, ShiftFault> {
+pub(super) fn by_normal(tool: &WornTool, pose: &ToolPose, normal: Vec3) -> Result<WornContact, ShiftFault> {
     let (axis, wear) = (pose.axis, tool.cutter_wear());
     if tool.milling == Milling::Side {
         let shift = side_milling_shift(&wear, axis, normal)?;

@@ -156,9 +156,7 @@ impl Pilot<'_> {
         let stated = match (self.contact, &touched) {
             _ if !self.is_its_tool => None,
             (ContactSource::Surface, None) => None,
-            (ContactSource::Surface, Some(touched)) => {
-                Some(by_normal(&self.tool, &pose, touched.normal)?)
-            }
+            (ContactSource::Surface, Some(touched)) => Some(by_normal(&self.tool, &pose, touched.normal)?),
             _ => self.stated(motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {

@@ -153,8 +153,7 @@ impl<'a> Moves<'a> {
             agreement: self.has_wear,
         };
         let stated = self.parameters.nominal.filter(|_| self.has_wear);
-        let source_program =
-            self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
+        let source_program = self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
         let written_program =
             ProgramSetup { tools: source_program.tools.clone(), ..self.written_program.clone() };
         Ok(Self { source_program, written_program, ..self.clone() })

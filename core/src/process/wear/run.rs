@@ -174,7 +174,9 @@ impl<'a> Run<'a> {
     /// Why a motion of a tool of which nothing is known cannot be moved.
     fn foreign_tool(&mut self, motion: &Motion, is_looked_at: bool) -> Option<LineFaultKind> {
         let pilot = &mut self.pilot;
-        if !is_looked_at || motion.kind == MotionKind::Rapid || pilot.is_its_tool && !pilot.written.now.is_foreign()
+        if !is_looked_at
+            || motion.kind == MotionKind::Rapid
+            || pilot.is_its_tool && !pilot.written.now.is_foreign()
         {
             return None;
         }
