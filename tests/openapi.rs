@@ -87,6 +87,7 @@ fn every_post_that_stores_takes_an_idempotency_key() {
     let without = [
         "advise_wear",
         "compute_scallop_height",
+        "interpret_program",
         "match_servo",
         "solve_forward_kinematics",
         "solve_inverse_kinematics",
@@ -187,6 +188,8 @@ fn carried(schema: &str, property: &str) -> bool {
         || (schema == "linear_limits_mm" || schema == "LinearLimits")
         // A limit says its unit beside it.
         || (schema == "Limit" && property == "value")
+        // Directions of length one, and whole turns.
+        || (schema == "InterpretedMotion" && matches!(property, "axis" | "normal" | "turns"))
         // Values whose unit stands in the name of the object that holds them: `errors.A.e_y_um`, `setup_error_um`,
         // `eccentricities_um`, and the member `unit` of a trend.
         || matches!(

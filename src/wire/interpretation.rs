@@ -21,6 +21,7 @@ pub struct InterpretationParameters {}
 /// The kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
+#[schema(as = MotionKind)]
 pub enum MotionKindDoc {
     /// At the speed of the axes.
     Rapid,
@@ -53,7 +54,6 @@ pub struct InterpretedMotionDoc {
     /// The file that the line stands in; null in the main program.
     pub file: Option<String>,
     /// What kind of motion.
-    #[schema(inline)]
     pub kind: MotionKindDoc,
     /// The words at its end by letter, absolute, as the control counts them. Under tool centre point control X Y Z are the tip's.
     #[schema(value_type = BTreeMap<String, Option<f64>>, example = json!({"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 10.0, "C": 20.0}))]

@@ -31,6 +31,7 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/compensation", "compute"),
     ("post /v1/machines/{machine_id}/forward-kinematics", "compute"),
     ("post /v1/machines/{machine_id}/inverse-kinematics", "compute"),
+    ("post /v1/machines/{machine_id}/interpretation", "compute"),
     ("post /v1/machines/{machine_id}/posting", "compute"),
     ("post /v1/machines/{machine_id}/servo-simulation", "compute"),
     ("post /v1/machines/{machine_id}/verification", "compute"),

@@ -69,7 +69,7 @@ async fn the_metrics_are_of_the_form_that_prometheus_reads() {
         ("trunnion_jobs_queued", 0.0),
         ("trunnion_jobs_oldest_queued_seconds", 0.0),
         ("process_resident_memory_bytes", 1e6),
-        ("trunnion_build_info{version=\"0.1.0\"}", 1.0),
+        (concat!("trunnion_build_info{version=\"", env!("CARGO_PKG_VERSION"), "\"}"), 1.0),
     ] {
         assert!(sample(&text, name).is_some_and(|value| value >= least), "{name}\n{text}");
     }
