@@ -29,10 +29,9 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::NoMotion
         | process::Fault::Servo(_)
         | process::Fault::NotCutterLocationData { .. } => program(None),
-        process::Fault::NoContactInProgram { .. } | process::Fault::UnfitContact { .. } => {
-            plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
-        }
-        process::Fault::ContactUnknown { .. } => {
+        process::Fault::NoContactInProgram { .. }
+        | process::Fault::UnfitContact { .. }
+        | process::Fault::ContactUnknown { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
         process::Fault::AlreadyCompensated { .. } => {
@@ -40,7 +39,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         }
         process::Fault::Tool(unknown) => {
             let line = match unknown {
-                ToolUnknown::CutterDiffers { line, .. } => Some(*line),
+                ToolUnknown::CutterDiffers(differing) => Some(differing.line),
                 _ => None,
             };
             let errors = vec![Fault::new(pointer_of(unknown), detail.clone())];
@@ -92,7 +91,7 @@ fn pointer_of(unknown: &ToolUnknown) -> &'static str {
             _ => "/tool_radius_mm",
         },
         ToolUnknown::NoWear { .. } => "/wear/cutter_id",
-        ToolUnknown::CutterDiffers { .. } => "/program",
+        ToolUnknown::CutterDiffers(_) => "/program",
     }
 }
 

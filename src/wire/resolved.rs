@@ -134,11 +134,10 @@ impl ResolvedInputs {
             ResolvedTool {
                 number: match used.called.key() {
                     Some(ToolKey::Number(number)) => Some(number),
-                    Some(ToolKey::Name(_)) => None,
                     None if used.called == CalledTool::NotCalled && !used.is_unknown => {
                         statements.tool_number
                     }
-                    None => None,
+                    Some(ToolKey::Name(_)) | None => None,
                 },
                 name: used.name.map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
                 tool_id: listed.as_ref().map(|listed| listed.tool_id.clone()),

@@ -122,6 +122,7 @@ fn expected_of(program: &Path) -> Option<String> {
     beside.into_iter().find_map(|path| std::fs::read_to_string(path).ok())
 }
 
+#[expect(clippy::print_stdout, reason = "tells what it measured")]
 fn share(what: &str, [of_reference, least]: [usize; 2], total: usize, found: usize, refused: usize) {
     println!(
         "{what}: {found} of {total} motions of the reference are followed, {:.1} %; {refused} programs are refused",

@@ -37,6 +37,7 @@ pub enum ArcCourse {
 
 /// One motion of a program. Blocks without axis words make none, calls and M99 apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about the motion")]
 pub struct Motion {
     /// Index of its block in the batch.
     pub block: u32,

@@ -59,7 +59,7 @@ impl WorkOffset {
 
 /// G54 to G59.9, G154 and G500 to G599.
 fn is_offset_code(tenths: u16) -> bool {
-    matches!(tenths, 540..=599 | 1540) || (matches!(tenths, 5000..=5990) && tenths % 10 == 0)
+    matches!(tenths, 540..=599 | 1540) || (matches!(tenths, 5000..=5990) && tenths.is_multiple_of(10))
 }
 
 /// A number of digits alone.

@@ -68,12 +68,12 @@ impl ContactFinder<'_> {
             _ => Ok(None),
         }
     }
+}
 
-    /// The contacts that the feed lets assume at both ends of a motion. The tip stands for both where it leaves one of them
-    /// open, or where there is no feed.
-    pub(super) fn assumed(&self, stations: [&Station; 2], feed: Option<Vec3>) -> Option<[Touch; 2]> {
-        let feed = feed?;
-        let [start, end] = stations.map(|station| Touch::from_feed(&station.pose, feed));
-        Some([start?, end?])
-    }
+/// The contacts that the feed lets assume at both ends of a motion. The tip stands for both where it leaves one of them
+/// open, or where there is no feed.
+pub(super) fn assumed(stations: [&Station; 2], feed: Option<Vec3>) -> Option<[Touch; 2]> {
+    let feed = feed?;
+    let [start, end] = stations.map(|station| Touch::from_feed(&station.pose, feed));
+    Some([start?, end?])
 }

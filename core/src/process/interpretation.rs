@@ -67,6 +67,7 @@ pub struct InterpretedMotion {
 
 /// What is told of a program on the way through it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one at a time, and nearly all are motions")]
 pub enum Interpreted {
     /// A motion that is understood.
     Motion(InterpretedMotion),
@@ -225,15 +226,9 @@ impl Understanding<'_> {
         let [x, y, z, first, second] = joints;
         let linear_mm = [x?, y?, z?];
         if self.mode(motion) == Interpolation::Tcp {
-            return Some(self.in_workpiece_mm(motion, linear_mm)?.into());
+            return Some(in_workpiece_mm(motion, linear_mm)?.into());
         }
         self.place(motion, &AxisWords { linear_mm, rotary_deg: [first?, second?] })
-    }
-
-    /// Linear words counted from the work offset, where the program shifts its zero by what its text says.
-    fn in_workpiece_mm(&self, motion: &Motion, linear_mm: [f64; 3]) -> Option<[f64; 3]> {
-        let offset_mm = motion.program_offset_mm.filter(|_| !motion.is_shifted)?;
-        Some(std::array::from_fn(|k| linear_mm[k] + offset_mm[k]))
     }
 
     /// Where the tip is in W at these words; `None` where that hangs on something that is not stated.
@@ -241,7 +236,7 @@ impl Understanding<'_> {
         let mode = self.mode(motion);
         let is_at_zero = words.rotary_deg.iter().all(|word| word.abs() <= 0.0);
         let is_known = mode == Interpolation::Tcp || is_at_zero || self.set_ups.now.is_stated();
-        let linear_mm = self.in_workpiece_mm(motion, words.linear_mm).filter(|_| is_known)?;
+        let linear_mm = in_workpiece_mm(motion, words.linear_mm).filter(|_| is_known)?;
         let words = AxisWords { linear_mm, ..*words };
         Some(Station::new(self.machine, &self.set_ups.now.kinematics, mode, words).pose.tip_mm)
     }
@@ -283,6 +278,12 @@ impl Understanding<'_> {
             turns: turns.abs(),
         })
     }
+}
+
+/// Linear words counted from the work offset, where the program shifts its zero by what its text says.
+fn in_workpiece_mm(motion: &Motion, linear_mm: [f64; 3]) -> Option<[f64; 3]> {
+    let offset_mm = motion.program_offset_mm.filter(|_| !motion.is_shifted)?;
+    Some(std::array::from_fn(|k| linear_mm[k] + offset_mm[k]))
 }
 
 #[cfg(test)]
@@ -338,6 +339,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "coordinates that are exact")]
     fn arcs_tell_their_centre_and_how_far_they_run() {
         let text = "G90 G0 X10 Y0 Z0 A0 C0\nG3 X0 Y10 I-10 J0 F100\nG2 X0 Y10 Z4 I0 J-10\nG18 G3 X0 Z14 R5\n";
         let arcs: Vec<_> = motions(&stated(), text)[1..].iter().map(|motion| motion.arc.unwrap()).collect();

@@ -1,6 +1,6 @@
 //! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
 
-use super::contact_finder::ContactFinder;
+use super::contact_finder::{self, ContactFinder};
 use super::fault::{LineFaultKind, LineFaults};
 use super::prepare::MotionPoses;
 use super::set_ups::{SetUps, turns};
@@ -337,7 +337,7 @@ impl<'a> Judge<'a> {
     /// leaves the contact open the tip stands for it.
     fn assume(&mut self, start: &mut Point, end: &mut Point, feed: Option<Vec3>, motion: &Motion) {
         let assumed = if turns(motion) {
-            let found = self.finder.assumed([&start.station, &end.station], feed);
+            let found = contact_finder::assumed([&start.station, &end.station], feed);
             if found.is_none() {
                 self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
             }

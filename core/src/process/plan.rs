@@ -1,6 +1,6 @@
 //! Into which parts a block over tolerance is divided.
 
-use super::contact_finder::ContactFinder;
+use super::contact_finder::{self, ContactFinder};
 use super::emit::node_contact;
 use super::fault::LineFaultKind;
 use super::judge::Checked;
@@ -208,7 +208,7 @@ impl Again<'_, '_> {
     fn assumed(&self, segment: &Segment) -> [CutterContact; 2] {
         let [start, end] = &segment.ends;
         let own = feed_direction(&self.checked.block.tool, [&start.pose, &end.pose]);
-        let touches = self.finder.assumed([start, end], own.or(self.checked.pass_feed));
+        let touches = contact_finder::assumed([start, end], own.or(self.checked.pass_feed));
         touches.map_or([CutterContact::Tip; 2], |touches| touches.map(|touch| touch.contact))
     }
 }

@@ -78,7 +78,8 @@ pub(super) async fn interpret_program(
     let Upload { program, file_name, parameters, .. }: Upload<InterpretationParameters> =
         take(&app, &parts, body, Part::Unseen).await?;
     let on = Arc::unwrap_or_clone(on);
-    let answer = interpret(&app.compute, &app.spool, &app.means(), on, parameters, program, form).await?;
+    let answer =
+        Box::pin(interpret(&app.compute, &app.spool, &app.means(), on, parameters, program, form)).await?;
     let file = tokio::fs::File::open(answer.path()).await?;
     let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
     let headers = response.headers_mut();

@@ -118,7 +118,7 @@ impl<'a> SingularityVerifier<'a> {
 
     fn moved(&mut self, read: &Motion, moved: &Moved, region: RegionNumber) -> Result<(), Fault> {
         let pending = &moved.pending;
-        let planner = self.planner.on(&pending);
+        let planner = self.planner.on(pending);
         let line = pending.motion.line;
         let mut planned = pending.motion;
         (planned.start, planned.end) = (Some(moved.ends[0]), Some(moved.ends[1]));

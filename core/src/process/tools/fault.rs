@@ -53,21 +53,22 @@ pub enum ToolUnknown {
         tools: String,
     },
     /// `CUTTER/` states another cutter than the table.
-    #[error(
-        "line {line}: CUTTER/ states {tool} with a diameter of {stated_mm} mm{stated_corner}, the machine's tool table {listed_mm} mm and {listed_corner_mm} mm: correct one of them, or state the cutter in the request"
-    )]
-    CutterDiffers {
-        /// Line of its first motion.
-        line: u64,
-        /// What the tool is called.
-        tool: String,
-        /// Its diameter in the program.
-        stated_mm: String,
-        /// Its corner radius in the program, in words.
-        stated_corner: String,
-        /// Its diameter in the table.
-        listed_mm: String,
-        /// Its corner radius in the table.
-        listed_corner_mm: String,
-    },
+    #[error(transparent)]
+    CutterDiffers(Box<CutterDifference>),
+}
+
+/// Two statements of one tool's cutter that differ.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "line {line}: CUTTER/ states {tool} with {stated}, the machine's tool table with {listed}: correct one of them, or state the cutter in the request"
+)]
+pub struct CutterDifference {
+    /// Line of its first motion.
+    pub line: u64,
+    /// What the tool is called.
+    pub tool: String,
+    /// Its diameter, and where it is stated its corner radius, in the program.
+    pub stated: String,
+    /// The same in the table.
+    pub listed: String,
 }

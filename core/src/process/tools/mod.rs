@@ -10,7 +10,7 @@ mod table;
 mod tooling;
 
 pub(super) use calls::ToolCalls;
-pub use fault::ToolUnknown;
+pub use fault::{CutterDifference, ToolUnknown};
 pub use table::{ListedTool, ToolTable};
 pub use tooling::Tools;
 pub(super) use tooling::{Need, ToolUsed, Tooling};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::at_work::ToolsAtWork;
 use super::calls::ToolCalls;
-use super::fault::ToolUnknown;
+use super::fault::{CutterDifference, ToolUnknown};
 use super::table::{ListedTool, ToolTable};
 use crate::machine::{Machine, Side, Tool};
 use crate::motion::{CalledTool, StatedCutter, ToolKey};
@@ -33,6 +33,7 @@ pub struct Tools {
 
 /// What the work needs to know of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent needs")]
 pub(in crate::process) struct Need {
     /// The shape of the cutter.
     pub(in crate::process) cutter: bool,
@@ -412,17 +413,19 @@ fn differs(stated: &StatedCutter, tool: Tool) -> bool {
 }
 
 fn differing(stated: &StatedCutter, listed: Option<Tool>, at_work: &ToolsAtWork) -> ToolUnknown {
-    let of = |length: Option<Length>| length.map_or_else(String::new, |length| format!("{:.3}", length.mm()));
-    let corner = stated.corner_radius;
-    ToolUnknown::CutterDiffers {
+    let told = |diameter: Length, corner: Option<Length>| {
+        let corner = corner.map(|corner| format!(" and a corner radius of {:.3} mm", corner.mm()));
+        format!("a diameter of {:.3} mm{}", diameter.mm(), corner.unwrap_or_default())
+    };
+    ToolUnknown::CutterDiffers(Box::new(CutterDifference {
         line: stated.line,
         tool: at_work.told(stated.tool),
-        stated_mm: of(Some(stated.diameter)),
-        stated_corner: corner
-            .map_or_else(String::new, |corner| format!(" and a corner radius of {:.3} mm", corner.mm())),
-        listed_mm: of(listed.map(|tool| tool.radius() * 2.0)),
-        listed_corner_mm: of(listed.map(|tool| tool.corner_radius())),
-    }
+        stated: told(stated.diameter, stated.corner_radius),
+        listed: listed.map_or_else(
+            || "no cutter".to_owned(),
+            |tool| told(tool.radius() * 2.0, Some(tool.corner_radius())),
+        ),
+    }))
 }
 
 /// Most tools that are named.

@@ -262,7 +262,7 @@ impl Mill<'_> {
             MotionKind::Arc => self.motions.arcs += 1,
             MotionKind::Linear | MotionKind::Opaque => self.motions.linear += 1,
         }
-        let Some((_, body)) = self.body.clone() else { return Ok(()) };
+        let Some((_, body)) = self.body else { return Ok(()) };
         let pieces = course.pieces(machine, kinematics, &body, self.resolution_mm);
         self.pieces = self.pieces.saturating_add(pieces);
         if self.pieces > self.max_pieces {
