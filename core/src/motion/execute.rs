@@ -139,7 +139,9 @@ impl Interpreter {
             Some(Action::Shift) => {
                 self.set_feed();
                 // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
-                if axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S)) {
+                let is_of_axes =
+                    axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S));
+                if is_of_axes && !self.ends_no_shift() {
                     self.shift_offsets();
                 }
                 if self.block.has(Address::E) {
@@ -310,7 +312,9 @@ impl Interpreter {
                 }
                 Code::Shift => also(&mut action, Action::Shift),
                 Code::OtherShift => {
-                    self.shift_offsets();
+                    if !self.ends_no_shift() {
+                        self.shift_offsets();
+                    }
                     also(&mut action, Action::Consume);
                 }
                 Code::MachineCoordinates => machine_coordinates = true,

@@ -1,7 +1,7 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
 use super::codes::{MCode, code_of, keyword_of, m_meaning};
-use super::modal::{FirstShift, Modal, MotionMode, ToolLength};
+use super::modal::{Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
 use super::statements::ThisBlock;
@@ -58,9 +58,7 @@ pub struct Interpreter {
     pub(super) foreign_address: Address,
     /// A rotary axis carries the tool.
     pub(super) has_head_axis: bool,
-    /// How the zero was shifted at the first complete point.
-    pub(super) first_shift: FirstShift,
-    /// The work offset of that point; where none was named there, the one that is named next.
+    /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
     /// Who says in which unit the program counts.
     pub(super) unit_from: UnitFrom,
@@ -263,7 +261,6 @@ impl Interpreter {
             rotary_addresses,
             foreign_address,
             has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
-            first_shift: FirstShift::NoPoint,
             only_offset: None,
             unit_from: UnitFrom::Nobody,
             line: 0,

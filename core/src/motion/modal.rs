@@ -75,22 +75,6 @@ pub(super) enum ModalFeed {
     Given(f64, u8),
 }
 
-/// How the program's zero is shifted in its work offset, as far as the text says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shift {
-    shifts: u32,
-    datum_mm: [f64; 3],
-}
-
-/// The shift at the program's first complete point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum FirstShift {
-    /// There was no such point yet.
-    NoPoint,
-    /// This one, or one that was not known.
-    At(Option<Shift>),
-}
-
 /// All that is modal but for positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "independent modes")]
@@ -216,10 +200,10 @@ impl Modal {
         self.datum_mm = [None; 3];
     }
 
-    /// How the zero is shifted in the work offset, if both are known.
-    pub(super) fn shift(&self) -> Option<Shift> {
-        let [Some(x), Some(y), Some(z)] = self.datum_mm else { return None };
-        self.work_offset.map(|_| Shift { shifts: self.shifts, datum_mm: [x, y, z] })
+    /// Whether the zero may lie elsewhere than in the work offset in force, or that is not known itself.
+    pub(super) fn is_shifted(&self) -> bool {
+        let has_datum = self.datum_mm.iter().any(|shift| shift.is_none_or(|shift| shift.abs() > 0.0));
+        self.shifts > 0 || has_datum || self.work_offset.is_none()
     }
 
     /// Another unit or sense of F: the number that stands means nothing any more.

@@ -2,12 +2,30 @@
 
 use super::WorkOffset;
 use super::interpreter::{AXES, Interpreter};
-use super::modal::{FirstShift, Transformation};
+use super::modal::Transformation;
 use crate::program::{Address, Dialect};
 
 /// G54.2 and G54.4: modes of their own, not work offsets.
 const FIXTURE_OFFSET: u32 = 542;
 const SETUP_ERROR: u32 = 544;
+/// Codes that shift the zero, those among them that take a shift back, and the one that shifts it by where the axes stand.
+const SHIFTS: [u32; 5] = [520, G92, 921, 922, 923];
+const ENDS: [u32; 2] = [921, 922];
+const G92: u32 = 920;
+/// Axes whose zero G52 shifts.
+const MOVED: [Address; 9] = [
+    Address::X,
+    Address::Y,
+    Address::Z,
+    Address::A,
+    Address::B,
+    Address::C,
+    Address::U,
+    Address::V,
+    Address::W,
+];
+/// G54.
+const FIRST_OFFSET: WorkOffset = WorkOffset::Code(540);
 
 impl Interpreter {
     /// G10: L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are tool offsets: the
@@ -19,6 +37,18 @@ impl Interpreter {
         } else {
             self.position.forget_linear();
         }
+    }
+
+    /// Whether the block ends the shift of a program that shifted nothing so far: G92.1, G92.2, G52 with zeros.
+    pub(super) fn ends_no_shift(&self) -> bool {
+        let codes = self.block.g_codes();
+        let has_zeros = || {
+            let named = |address: &Address| self.block.has(*address);
+            let is_zero = |address| self.block.value(address) == Some(0.0);
+            MOVED.iter().any(named) && MOVED.into_iter().filter(named).all(is_zero)
+        };
+        let ends = codes.iter().all(|code| !SHIFTS.contains(code) || ENDS.contains(code) || has_zeros());
+        self.dialect == Dialect::Iso && self.modal.shifts == 0 && ends && !codes.contains(&G92)
     }
 
     pub(super) fn change_work_offset(&mut self, code: u32) {
@@ -68,9 +98,6 @@ impl Interpreter {
     pub(super) fn set_work_offset(&mut self, offset: Option<WorkOffset>) {
         let before = self.modal.work_offset;
         self.modal.work_offset = offset;
-        if let (FirstShift::At(_), None, Some(named)) = (self.first_shift, self.only_offset, offset) {
-            self.only_offset = Some(named);
-        }
         if offset.is_some() && offset == before {
             return;
         }
@@ -90,9 +117,14 @@ impl Interpreter {
         }
     }
 
-    /// Whether this is the offset of the program's first point, or the one that was in force before it named any.
+    /// Whether this is the offset of the program's first point. What is in force before an ISO program names any is G54; in
+    /// other dialects nobody knows.
     pub(super) fn is_only_offset(&self, offset: WorkOffset) -> bool {
-        offset == WorkOffset::Unnamed || self.only_offset.is_none_or(|only| only == offset)
+        let named = |offset| match offset {
+            WorkOffset::Unnamed if self.dialect == Dialect::Iso => FIRST_OFFSET,
+            offset => offset,
+        };
+        self.only_offset.is_none_or(|only| named(only) == named(offset))
     }
 
     /// The axes stand where the caller says that they do at the start.

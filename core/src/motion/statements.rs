@@ -4,7 +4,7 @@
 use super::codes::Statement;
 use super::execute::Action;
 use super::interpreter::{AXES, Interpreter, bit};
-use super::modal::{FirstShift, ModalFeed, MotionMode, ToolLength, Transformation};
+use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::unit::UnitFrom;
 use super::{FeedMode, Unfollowable, WorkOffset};
 use crate::program::{Address, Dialect, Keyword};
@@ -235,10 +235,6 @@ impl Interpreter {
             if self.modal.axis_stated || !self.is_upright() {
                 self.position.tool_axis = [None; 3];
             }
-        }
-        if self.first_shift != FirstShift::NoPoint && self.only_offset.is_none() {
-            // It may be turned against the one that was there before any was named.
-            self.only_offset = Some(WorkOffset::Unnamed);
         }
         self.modal.work_offset = system;
     }

@@ -169,12 +169,44 @@ fn work_offsets_lose_the_position_when_they_change() {
 }
 
 #[test]
-fn what_is_in_force_before_any_offset_is_named_counts_as_the_first_named() {
-    let motions = run("G0 X0 Y0 Z0 A0 C0\nG55\nX1 Y1 Z1 A1 C1\nG54 X1 Y1 Z1 A1 C1\n");
-    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
-    assert_eq!(changed, [false, false, true]);
-    assert_eq!(motions[0].work_offset, Some(WorkOffset::Unnamed));
-    assert!(motions[1].start.is_none(), "the places before are those of another zero perhaps");
+fn what_is_in_force_before_any_offset_is_named_counts_as_g54() {
+    for (first, changed) in [("G54", [false, false, true]), ("G55", [false, true, false])] {
+        let other = if first == "G54" { "G55" } else { "G54" };
+        let motions = run(&format!("G0 X0 Y0 Z0 A0 C0\n{first}\nX1 Y1 Z1 A1 C1\n{other} X1 Y1 Z1 A1 C1\n"));
+        let found: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
+        assert_eq!(found, changed, "{first}");
+        assert_eq!(motions[0].work_offset, Some(WorkOffset::Unnamed));
+        assert!(motions[1].start.is_none(), "the places before are those of another zero perhaps");
+    }
+}
+
+#[test]
+fn a_shift_in_the_program_leaves_the_offset_unknown_also_before_the_first_motion() {
+    let point = "G0 X1 Y1 Z1 A1 C1\nX2\n";
+    let changed = |head: &str| {
+        let motions = run(&format!("{head}\n{point}"));
+        let found = motions.iter().filter(|motion| motion.end.is_some());
+        found.map(|motion| motion.offset_changed).collect::<Vec<_>>()
+    };
+    for head in [
+        "G52 X50. Y20.",
+        "G52 C10.",
+        "G92 X0 Y0 Z0",
+        "G92 C0.",
+        "G10 L2 P1 X100.",
+        "G10 L20 P1 C10.",
+        "#5221=100.",
+        "G52",
+        "G92",
+        "G92.3",
+        "G52 X0 C1",
+    ] {
+        assert_eq!(changed(head), [true, true], "{head}");
+    }
+    for head in ["G92.1", "G92.2", "G52 X0 Y0 Z0", "G52 X0. A0. C0.", "G10 L10 P1 Z5.", "G92 S2000"] {
+        assert_eq!(changed(head), [false, false], "{head}");
+    }
+    assert_eq!(changed("G52 X5\nG52 X0"), [true, true], "what was shifted stays unknown");
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Axis words into a motion.
 
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
-use super::modal::{FirstShift, ModalFeed, MotionMode, ToolLength};
+use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
     ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, FeedRules, Interpolation,
-    ModalGroup, Motion, MotionKind, Unfollowable, WorkOffset,
+    ModalGroup, Motion, MotionKind, Unfollowable,
 };
 use crate::program::{Address, Block, Dialect, round_to_decimals};
 
@@ -368,7 +368,7 @@ impl Interpreter {
             program_decimals,
             unfollowable: None,
             offset_changed: self.offset_changed(),
-            is_shifted: self.is_shifted(),
+            is_shifted: self.modal.is_shifted(),
             work_offset: self.modal.work_offset,
             tool: self.modal.spindle.tool(),
             exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
@@ -430,33 +430,24 @@ impl Interpreter {
         }
     }
 
-    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it
-    /// that the first point did not have.
+    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it.
     #[inline]
     fn offset_changed(&self) -> bool {
-        self.is_shifted()
+        self.modal.is_shifted()
             || self.modal.program_offset_mm != Some([0.0; 3])
             || self.modal.work_offset.is_some_and(|offset| {
                 !self.is_only_offset(offset) && self.options.work_offsets.of(offset, false).is_none()
             })
     }
 
-    /// Whether the work offset is shifted otherwise than at the first point, or is not known.
-    #[inline]
-    fn is_shifted(&self) -> bool {
-        let now = self.modal.shift();
-        now.is_none() || (self.first_shift != FirstShift::NoPoint && self.first_shift != FirstShift::At(now))
-    }
-
     #[inline]
     fn note_offset(&mut self, motion: &mut Motion) {
         let is_complete =
             motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
-        if self.first_shift == FirstShift::NoPoint && is_complete {
-            self.first_shift = FirstShift::At(self.modal.shift());
-            self.only_offset = self.modal.work_offset.filter(|offset| *offset != WorkOffset::Unnamed);
+        if is_complete && self.only_offset.is_none() {
+            self.only_offset = self.modal.work_offset;
         }
-        motion.is_shifted = self.is_shifted();
+        motion.is_shifted = self.modal.is_shifted();
         motion.offset_changed = self.offset_changed();
         motion.is_only_offset = self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset));
     }

@@ -161,7 +161,7 @@ fn cycles_run_where_they_are_called() {
     let text = "CYCL DEF 200 DRILLING ~\n    Q200=+2 ;SET-UP ~\n    Q201=-20 ;DEPTH\nL X+2 FMAX M99\nCYCL DEF 247 DATUM SETTING\n    Q339=+1 ;NUMBER\nL X+2 Y+2 Z+2 A+0 C+0 FMAX M8\nCYCL CALL M8\nL X+1 Y+1 Z+1 F100\n";
     let motions = heidenhain(text);
     assert_eq!(motions[0].unfollowable, Some(Unfollowable::CannedCycle));
-    assert!(!motions[1].offset_changed && motions[1].start.is_none(), "the first preset named");
+    assert!(motions[1].offset_changed && motions[1].start.is_none(), "a preset after points under none");
     assert_eq!(motions[2].unfollowable, Some(Unfollowable::CannedCycle));
     assert_eq!(motions[3].start, None);
     let motions =

@@ -148,7 +148,7 @@ fn every_call_of_a_section_that_shifts_is_another_offset() {
     let motions = motions(Dialect::Heidenhain, &text);
     let changed: Vec<_> =
         motions.iter().filter(|motion| motion.end.is_some()).map(|motion| motion.offset_changed).collect();
-    assert_eq!(changed, [false, true]);
+    assert_eq!(changed, [true, true]);
 }
 
 #[test]
