@@ -3,6 +3,8 @@
 #[path = "../models/mod.rs"]
 mod models;
 
+mod assume_nothing;
+mod assumed_contact;
 mod calibration;
 mod compensation;
 mod constants;
