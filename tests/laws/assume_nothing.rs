@@ -66,7 +66,7 @@ fn by_tip(program: ProgramSetup) -> CcParameters {
 fn refusal(outcome: Result<(String, CcReport), Fault>) -> (u64, u32, DiagnosticCode, String) {
     match outcome {
         Err(Fault::Program(diagnostics)) => {
-            let first = diagnostics.refusals().next().expect("a refusal").clone();
+            let first = *diagnostics.refusals().next().expect("a refusal");
             (first.line, first.column, first.code, first.to_string())
         }
         other => panic!("{other:?}"),
@@ -232,8 +232,7 @@ fn lines(outcome: Result<(), Fault>, told: &str) -> LineFaults {
 fn silence_on_offset_and_length_is_refused_where_an_axis_turns_and_zero_is_an_answer() {
     for (machine, [has_table, has_head]) in machines() {
         let text = turning_at_line_4(&machine);
-        let upright: String =
-            text.lines().filter(|line| !line.starts_with("X12")).map(|line| format!("{line}\n")).collect();
+        let upright: String = text.split_inclusive('\n').filter(|line| !line.starts_with("X12")).collect();
         let only_offset = ProgramSetup { work_offsets: at_zero().work_offsets, ..in_mm_alone() };
         let only_length = ProgramSetup { tools: at_zero().tools, ..in_mm_alone() };
         for (operation, run) in operations() {

@@ -51,6 +51,8 @@ struct Again {
     changed: usize,
     blocks: u64,
     exempt: u64,
+    /// The programs with exempt blocks.
+    told: Vec<String>,
 }
 
 impl Again {
@@ -72,10 +74,7 @@ impl Again {
             return;
         }
         self.exempt += second.motions_over_tolerance - second.motions_left_over;
-        println!(
-            "{told}: {} again, {:?} -> {:?}",
-            second.motions_over_tolerance, second.before, second.after
-        );
+        self.told.push(format!("{told}: {:?} -> {:?}", second.before, second.after));
         let tolerance = parameters.tolerance + Length::from_mm(ROUNDED_MM);
         let (loose, _) = cc(machine, &CcParameters { tolerance, ..again }, &once).expect(told);
         assert!(loose == once, "{told}: {:?}", second.before);

@@ -26,6 +26,8 @@ mod servo;
 mod side_by_side;
 mod siemens;
 mod singularity;
+mod stamps;
+mod stated_tools;
 mod statements;
 mod surface_contact;
 mod tool_vectors;
