@@ -4,6 +4,7 @@ mod compensation;
 mod conversational;
 #[path = "../models/displaced.rs"]
 mod displaced;
+mod idempotence;
 mod interpretation;
 mod kinematics;
 mod linuxcnc;

@@ -3,11 +3,14 @@
 #[path = "../models/mod.rs"]
 mod models;
 
+mod assume_nothing;
+mod assumed_contact;
 mod calibration;
 mod compensation;
 mod constants;
 mod conversational;
 mod example;
+mod idempotence;
 mod inverse;
 mod machines;
 mod numbering;
@@ -23,6 +26,8 @@ mod servo;
 mod side_by_side;
 mod siemens;
 mod singularity;
+mod stamps;
+mod stated_tools;
 mod statements;
 mod surface_contact;
 mod tool_vectors;
