@@ -181,6 +181,10 @@ async fn a_form_asks_the_same_nothing_is_kept_and_what_is_wrong_is_named() {
     for (query, pointer) in [
         ("start.B=1", "/start/B"),
         ("work_offset_mm=1,2,1e9", "/work_offset_mm/2"),
+        ("work_offsets_mm.G53=0,0,0", "/work_offsets_mm/G53"),
+        ("start.X=1e12", "/start/X"),
+        ("feed_mm_per_min=-1", "/feed_mm_per_min"),
+        ("tool_length_mm=1e9", "/tool_length_mm"),
         ("tool_radius_mm=5", "/tool_radius_mm"),
         ("unit=cm", "/unit"),
     ] {

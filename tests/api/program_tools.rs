@@ -199,7 +199,7 @@ async fn each_section_is_worked_on_with_its_own_tool_and_those_without_one_are_l
 #[tokio::test]
 async fn a_verification_cuts_with_the_tool_of_each_section() {
     let app = with_two_tools().await;
-    let plate = "G90 G21 G94\nT2 M6\nG0 X-5.000 Y0.000 Z9.000 A0.000 C0.000\nG1 Z0.000 F500\nX5.000\nT1 M6\nG0 Y1.000\nG1 X-5.000\nT3 M6\nG1 Y-1.000\nX5.000\nM30\n";
+    let plate = "G90 G21 G94\nT2 M6\nG0 X-5.000 Y0.000 Z9.000 A0.000 C0.000\nG1 Z0.000 F500\nX5.000\nT1 M6\nG0 X5.000 Y1.000 Z0.000 A0.000 C0.000\nG1 X-5.000\nT3 M6\nG1 X-5.000 Y-1.000 Z0.000 A0.000 C0.000\nX5.000\nM30\n";
     let one = |number: u32| {
         plate
             .replace("T3", &format!("T{number}"))
@@ -243,7 +243,7 @@ async fn heads_turn_the_length_of_the_table() {
             &program,
             "max_excess",
         ),
-        ("posting", "unit=mm&tool_number=1", apt, "output_sha256"),
+        ("posting", "unit=mm&tool_number=1&interpolation=machine", apt, "output_sha256"),
     ] {
         let query = format!("work_offset_mm=0,0,0&{query}");
         if operation != "posting" {
@@ -345,7 +345,8 @@ async fn a_job_is_computed_with_the_tools_and_the_wear_of_its_acceptance() {
     for tool in ["A", "B"] {
         measure(&app, tool, 10, None, 20.0).await;
     }
-    let program = cuts(&[1, 2]);
+    let level = "G0 X-5.000 Y0.000 Z9.000 A0.000 C0.000\nG1 Z0.000 F500\nX5.000\n";
+    let program = [HEAD, &call(1), CUT, level, &call(2), CUT, level, "M30\n"].concat();
     let entries = json!({"from": "entries", "cutter_id": "1"});
     let mut step = entries.clone();
     step["contact"] = json!("feed-plane");
