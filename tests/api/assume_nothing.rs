@@ -312,6 +312,7 @@ async fn a_switch_to_an_offset_that_is_not_given_leaves_the_program_alone_from_l
         let warnings = report["warnings"].as_array().unwrap();
         let warning = warnings.iter().find(|warning| warning["kind"] == "work_offset_changed").unwrap();
         assert_eq!((&warning["count"], &warning["line"]), (&json!(3), &json!(7)), "{warning}");
+        assert!(warning["detail"].as_str().unwrap().contains("work_offsets_mm"), "{warning}");
         assert_eq!(report["motions_checked"], 2);
         let text = app.program("m", CC, &query, TWO_OFFSETS).await;
         let after = TWO_OFFSETS.split_once("G55\n").unwrap().1;

@@ -36,7 +36,8 @@ async fn machines() -> App {
 
 fn motion(answer: &Value, line: u64) -> &Value {
     let found = answer["motions"].as_array().unwrap().iter().find(|motion| motion["line"] == line);
-    found.unwrap_or_else(|| panic!("line {line}: {answer}"))
+    assert!(found.is_some(), "line {line}: {answer}");
+    found.unwrap()
 }
 
 #[tokio::test]

@@ -203,7 +203,7 @@ impl WarningKind {
             }
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {
-                "another work offset than the program's first is active; the motion is neither checked nor changed"
+                "nothing states where the work offset in force is, or the program shifts it in a way that is not known: the motion is neither checked nor changed; give it in work_offsets_mm, in the request or in the machine's profile (the report names it under resolved.work_offsets)"
             }
             Self::MayRollOver => {
                 "a rotary axis without an end turns by half a turn or more in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
