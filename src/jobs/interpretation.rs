@@ -10,8 +10,8 @@ use crate::motion::ToolKey;
 use crate::process::{self, Fault, Interpretation, Interpreted, ProgramSetup, Stop};
 use crate::store::Draft;
 use crate::wire::{
-    InterpretationEnd, InterpretationParameters, InterpretationTable, InterpretedMotionDoc, LeftAloneDoc,
-    fault_of_table,
+    FaultList, InterpretationEnd, InterpretationParameters, InterpretationTable, InterpretedMotionDoc,
+    LeftAloneDoc, fault_of_table,
 };
 
 /// The form of the answer.
@@ -36,7 +36,11 @@ pub async fn interpret(
     program: Draft,
     form: InterpretationForm,
 ) -> Result<Draft, JobFault> {
-    let set_up = on.program(&parameters.statements(), false).map_err(JobFault::Parameters)?;
+    let statements = parameters.statements();
+    let mut faults = FaultList::default();
+    statements.check(&mut faults);
+    faults.into_result().map_err(JobFault::Parameters)?;
+    let set_up = on.program(&statements, false).map_err(JobFault::Parameters)?;
     Cost::of_program_reading(program.length()).within(means.max_cost_s)?;
     let spool = spool.clone();
     let work = move |stop: &Stop<'_>| -> Result<Draft, JobFault> {

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
+mod assume_nothing;
 mod audit;
 mod backups;
 mod calibrations;
@@ -11,6 +12,7 @@ mod documents;
 mod examples;
 mod forward;
 mod http2;
+mod interpretation;
 mod inverse;
 mod jobs;
 mod keys;
@@ -25,6 +27,7 @@ mod one_pass;
 mod pages;
 mod posting;
 mod process;
+mod program_tools;
 mod queue;
 mod queue_downloads;
 mod queue_restart;
@@ -34,6 +37,7 @@ mod recorded;
 mod replays;
 mod service;
 mod servo;
+mod stamps;
 mod support;
 mod tls;
 mod tools;

@@ -325,3 +325,49 @@ fn findings(lines: u64) -> CcFindings {
         warnings: Vec::new(),
     }
 }
+
+/// A program as a form: its parameters as JSON, and the name of its file.
+pub(crate) fn program_form(parameters: &Value, program: &str, name: &str) -> reqwest::multipart::Form {
+    let program = reqwest::multipart::Part::text(program.to_owned()).file_name(name.to_owned());
+    reqwest::multipart::Form::new().text("parameters", parameters.to_string()).part("program", program)
+}
+
+impl App {
+    /// An operation on a program with its parameters in the query, in the form asked for.
+    pub(crate) async fn operate(
+        &self,
+        machine: &str,
+        operation: &str,
+        query: &str,
+        program: &str,
+        accept: &str,
+    ) -> Response {
+        let url = self.url(&format!("/v1/machines/{machine}/{operation}?{query}"));
+        let request = self.client.post(url).header("accept", accept).header("content-type", "text/plain");
+        request.body(program.to_owned()).send().await.unwrap()
+    }
+
+    /// The report of an operation that gives one.
+    pub(crate) async fn report(&self, machine: &str, operation: &str, query: &str, program: &str) -> Value {
+        let response = self.operate(machine, operation, query, program, "application/json").await;
+        let status = response.status();
+        let report: Value = response.json().await.unwrap();
+        assert_eq!(status, 200, "{operation}?{query}: {report}");
+        report
+    }
+
+    /// The program that an operation gives.
+    pub(crate) async fn program(&self, machine: &str, operation: &str, query: &str, program: &str) -> String {
+        let response = self.operate(machine, operation, query, program, "text/plain").await;
+        let status = response.status();
+        let text = response.text().await.unwrap();
+        assert_eq!(status, 200, "{operation}?{query}: {text}");
+        text
+    }
+}
+
+/// The warnings of a report by their kinds.
+pub(crate) fn kinds(report: &Value) -> Vec<String> {
+    let warnings = report["warnings"].as_array().unwrap();
+    warnings.iter().map(|warning| warning["kind"].as_str().unwrap().to_owned()).collect()
+}

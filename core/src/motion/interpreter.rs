@@ -62,6 +62,8 @@ pub struct Interpreter {
     pub(super) only_offset: Option<WorkOffset>,
     /// Who says in which unit the program counts.
     pub(super) unit_from: UnitFrom,
+    /// The unit that held last, also after a call that may have changed it.
+    pub(super) last_mm_per_unit: Option<f64>,
     /// Line of the block at hand.
     pub(super) line: u64,
     /// First line where the text states another unit than the caller.
@@ -263,6 +265,7 @@ impl Interpreter {
             has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
             only_offset: None,
             unit_from: UnitFrom::Nobody,
+            last_mm_per_unit: None,
             line: 0,
             unit_disagrees_at: None,
             corner_open: false,

@@ -74,6 +74,7 @@ impl Interpreter {
             (_, None) => (None, UnitFrom::Nobody),
         };
         (self.modal.mm_per_unit, self.unit_from) = (unit.map(LengthUnit::mm), unit_from);
+        self.last_mm_per_unit = self.modal.mm_per_unit;
         self.stand_at_start();
         self.obstacle = self.modal.obstacle();
     }

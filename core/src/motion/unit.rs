@@ -37,6 +37,7 @@ impl Interpreter {
             self.modal.void_feed();
         }
         self.modal.mm_per_unit = Some(mm_per_unit);
+        self.last_mm_per_unit = Some(mm_per_unit);
         let differs = self.options.unit.is_some_and(|unit| (unit.mm() - mm_per_unit).abs() > 0.0);
         if differs {
             self.unit_disagrees_at.get_or_insert(self.line);
@@ -80,11 +81,11 @@ impl Interpreter {
         lengths & self.block.unknown == 0 && (0..self.block.values.len()).all(is_zero)
     }
 
-    /// The unit that the program counts in here; `None` where it is not known.
+    /// The unit that the program counts in, or counted in before a call that may have changed it; `None` where nobody stated one.
     #[must_use]
     pub fn unit(&self) -> Option<LengthUnit> {
         let units = [LengthUnit::Millimetre, LengthUnit::Inch];
-        let mm_per_unit = self.modal.mm_per_unit?;
+        let mm_per_unit = self.modal.mm_per_unit.or(self.last_mm_per_unit)?;
         units.into_iter().find(|unit| (unit.mm() - mm_per_unit).abs() <= 0.0)
     }
 

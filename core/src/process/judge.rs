@@ -473,7 +473,7 @@ impl<'a> Judge<'a> {
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
         } else if self.may_roll_over(motion) {
             self.warnings.add(WarningKind::MayRollOver, Some(motion.line));
-        } else if motion.kind == MotionKind::Linear && !self.knows_tool(motion) {
+        } else if motion.kind == MotionKind::Linear && self.set_ups.now.is_foreign() {
             if self.set_ups.tells_unknown_tools() {
                 self.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
             }
@@ -487,15 +487,7 @@ impl<'a> Judge<'a> {
 
     /// Whether the motion is one to be checked.
     fn looks_at(&self, motion: &Motion) -> bool {
-        checkable(motion) && !self.may_roll_over(motion) && self.knows_tool(motion)
-    }
-
-    /// Whether what counts of the tool is known, or has to be.
-    fn knows_tool(&self, motion: &Motion) -> bool {
-        let set_up = &self.set_ups.now;
-        let counts_shape = self.finder.source != ContactSource::Tip;
-        let counts_length = self.mode(motion) == Interpolation::Machine && turns(motion);
-        !(set_up.is_foreign() && counts_shape || set_up.lacks_foreign_length() && counts_length)
+        checkable(motion) && !self.may_roll_over(motion) && !self.set_ups.now.is_foreign()
     }
 
     fn may_roll_over(&self, motion: &Motion) -> bool {

@@ -143,6 +143,7 @@ impl CcParameters {
             is_for_one: false,
             stated_by: "`tool_radius_mm`",
             agreement: contact != ContactSource::Tip,
+            leaves_unknown: true,
         };
         let program = self.program.with_tools(self.tool, need, calls, machine, source, stop)?;
         Ok(Self { program, ..self.clone() })

@@ -203,7 +203,7 @@ impl WarningKind {
             }
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {
-                "the work offset in force is not known: the program goes over to one that nobody states, or shifts it itself (G92, G52, G10, TRANS, a probing cycle); the motion is neither checked nor changed. State the offset in `work_offsets_mm`; set a shift at the control instead of in the program"
+                "the work offset in force is not known: the program goes over to one that nobody states, or shifts it itself (G92, G52, G10, TRANS, a probing cycle). The motion is neither checked nor changed. State the offset in `work_offsets_mm`, in the request or in the machine's profile; set a shift at the control instead of in the program. The report lists the lines in `resolved.work_offsets`"
             }
             Self::MayRollOver => {
                 "a rotary axis without an end turns by half a turn or more in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"

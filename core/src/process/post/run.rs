@@ -98,13 +98,14 @@ pub fn post(
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
     let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    // What was taken for each tool stands in the report.
+    let mut passages = Passages::open(source, machine, &program)?;
     // A program with one tool: another one behind a cut is refused.
     let length = program.tools.tooling().only().and_then(|used| used.length);
     let program = ProgramSetup { tools: Tools::of_length(length), ..program };
     let parameters = &PostParameters { program, ..parameters.clone() };
     let set_up = SetUps::new(machine, &parameters.program).now;
     let kinematics = &*set_up.kinematics;
-    let mut passages = Passages::open(source, machine, &parameters.program)?;
     let mut run = Run {
         machine,
         kinematics,

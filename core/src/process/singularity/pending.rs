@@ -7,7 +7,6 @@ use crate::contact::{Station, rotary_rad};
 use crate::kinematics::{Kinematics, SingularZone};
 use crate::machine::Tool;
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
-use crate::process::ContactSource;
 use crate::process::fault::LineFaults;
 use crate::process::judge::may_roll_over;
 use crate::process::set_ups::SetUps;
@@ -147,20 +146,11 @@ impl<'a> Collector<'a> {
     fn follows(&self, motion: &Motion) -> bool {
         is_followed(motion)
             && !may_roll_over(self.cutting.machine, self.dialect, motion)
-            && self.knows_tool(motion)
+            && !self.set_ups.now.is_foreign()
     }
 
     fn tool(&self) -> Tool {
         self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL)
-    }
-
-    /// Whether what counts of the tool is known, or has to be.
-    fn knows_tool(&self, motion: &Motion) -> bool {
-        let set_up = &self.set_ups.now;
-        let counts_shape = !matches!(self.cutting.contact, ContactSource::Tip | ContactSource::FeedPlane);
-        let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
-        let counts_length = mode == Interpolation::Machine;
-        !(set_up.is_foreign() && counts_shape || set_up.lacks_foreign_length() && counts_length)
     }
 
     /// The motion, if it belongs to a region, and to the one at hand if there is one.

@@ -45,6 +45,8 @@ pub(in crate::process) struct Need {
     pub(in crate::process) stated_by: &'static str,
     /// Where `CUTTER/` states another cutter than the table, the tool is not known.
     pub(in crate::process) agreement: bool,
+    /// Sections of tools of which nothing is known are left alone, also where nothing hangs on the tool.
+    pub(in crate::process) leaves_unknown: bool,
 }
 
 impl Need {
@@ -55,6 +57,7 @@ impl Need {
         is_for_one: false,
         stated_by: "`tool_length_mm`",
         agreement: false,
+        leaves_unknown: false,
     };
 }
 
@@ -87,9 +90,11 @@ pub(in crate::process) struct Tooling {
 enum By {
     /// One tool, whatever the program calls it.
     All(ToolUsed),
-    /// Tools by their calls; of others nothing is known.
+    /// Tools by their calls.
     Sections {
         tools: BTreeMap<ToolKey, ToolUsed>,
+        /// What holds for others; `None` where their sections are left alone.
+        others: Option<ToolUsed>,
         /// A T word alone changes tools.
         by_t: bool,
     },
@@ -225,8 +230,10 @@ impl Tooling {
     pub(in crate::process) fn tool(&self, called: CalledTool) -> Option<ToolUsed> {
         match (&self.by, called) {
             (By::All(used), _) => Some(*used),
-            (By::Sections { by_t: false, .. }, CalledTool::Selected(_)) => None,
-            (By::Sections { tools, .. }, called) => tools.get(&called.key()?).copied(),
+            (By::Sections { by_t: false, others, .. }, CalledTool::Selected(_)) => *others,
+            (By::Sections { tools, others, .. }, called) => {
+                called.key().and_then(|key| tools.get(&key)).copied().or(*others)
+            }
         }
     }
 
@@ -301,7 +308,7 @@ impl Tooling {
             return Err(ToolUnknown::NoSuchTool { number, tools: names(at_work, &at_work.tools) });
         }
         let tools = keys.into_iter().map(|key| (key, used)).collect();
-        let by = By::Sections { tools, by_t: by_t(at_work) };
+        let by = By::Sections { tools, others: None, by_t: by_t(at_work) };
         Ok(Self { by, is_by_number: true, leaves_stated: false, differing: None })
     }
 
@@ -343,7 +350,7 @@ impl Tooling {
             Some((key, used))
         };
         let listed: Vec<_> = at_work.tools.iter().filter_map(of).collect();
-        if !need.cutter && !need.worn && !counts_length && listed.is_empty() {
+        if !need.cutter && !need.worn && !states_one && listed.is_empty() {
             // Nothing hangs on the tool.
             return Ok(Self::of_one(given.length));
         }
@@ -360,7 +367,9 @@ impl Tooling {
                 ToolUnknown::NotListed { tools, stated: need.stated_by }
             });
         }
-        let by = By::Sections { tools, by_t };
+        let hangs_on_tool = need.leaves_unknown || has_head;
+        let others = (!hangs_on_tool).then(|| ToolUsed { length: given.length, ..ToolUsed::default() });
+        let by = By::Sections { tools, others, by_t };
         Ok(Self { by, is_by_number: false, leaves_stated: states_one, differing: None })
     }
 

@@ -54,7 +54,8 @@ pub fn verify_part(
     if !faults.is_empty() {
         return Err(Fault::Verification(faults));
     }
-    let need = Need { cutter: true, stated_by: "`tool`", agreement: true, ..Need::LENGTH };
+    let need =
+        Need { cutter: true, stated_by: "`tool`", agreement: true, leaves_unknown: true, ..Need::LENGTH };
     let program = parameters.program.looked_through(parameters.tool, need, machine, source, stop)?;
     let parameters = &VerificationParameters { program, ..parameters.clone() };
     let workshop = Workshop { machine, parameters, source, parts, stop };

@@ -113,6 +113,12 @@ impl Pilot<'_> {
         if !self.is_its_tool {
             self.carried_mm = Vec3::zeros();
             if !self.moves.posts {
+                let cuts = matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
+                    && motion.unfollowable.is_none()
+                    && motion.end.is_some();
+                if cuts && self.written.tells_unknown_tools() {
+                    self.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
+                }
                 return as_in_the_source(motion, axes);
             }
         }

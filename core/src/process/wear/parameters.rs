@@ -151,6 +151,7 @@ impl<'a> Moves<'a> {
             is_for_one: self.has_wear && self.parameters.worn.is_some(),
             stated_by: "`nominal_tool`",
             agreement: self.has_wear,
+            leaves_unknown: self.has_wear,
         };
         let stated = self.parameters.nominal.filter(|_| self.has_wear);
         let source_program = self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
