@@ -47,9 +47,11 @@ pub struct PostingParameters {
     /// Rotary words before the first point, one parameter for each: `start.A`, `start.C`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<RotaryWords>,
-    /// H of G43.4; H0 would be no length at all.
-    #[schema(default = 1, minimum = 1, maximum = 9999)]
-    pub length_offset_number: u32,
+    /// H of G43.4; when absent the number of the tool (`tool_number`, or the one that the data load), and 1 with a warning where
+    /// neither is known. H0 would be no length at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1, maximum = 9999, example = 12)]
+    pub length_offset_number: Option<u32>,
     /// Digits behind the point of X Y Z.
     #[schema(default = 4, minimum = 1, maximum = 6)]
     pub linear_decimals: u8,
@@ -113,8 +115,10 @@ impl PostingParameters {
         }
         let [min, max] = ARC_TOLERANCE_RANGE_UM;
         faults.check_range(|| "/arc_tolerance_um".to_owned(), self.arc_tolerance_um, min, max);
-        let number = f64::from(self.length_offset_number);
-        faults.check_range(|| "/length_offset_number".to_owned(), number, 1.0, f64::from(MAX_LENGTH_NUMBER));
+        if let Some(number) = self.length_offset_number {
+            let at = || "/length_offset_number".to_owned();
+            faults.check_range(at, f64::from(number), 1.0, f64::from(MAX_LENGTH_NUMBER));
+        }
         if self.tool_length_mm.is_some_and(|length_mm| length_mm < 0.0) {
             faults.push(|| Fault::new("/tool_length_mm", "a tool reaches out of its spindle: not negative"));
         }
@@ -256,6 +260,12 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
             "a statement that the machine should do something for is a comment, as its form is not plain",
             core.not_done,
             core.first_not_done_line,
+        ),
+        (
+            "length_offset_assumed",
+            "H1 stands after G43.4, because nobody states the number of the tool's length: give length_offset_number or tool_number",
+            u64::from(core.length_number_is_assumed),
+            None,
         ),
         (
             "text_after_end",

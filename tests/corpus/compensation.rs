@@ -10,13 +10,14 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
-use trunnion::process::{CcParameters, CcReport, ContactSource, Fault, compensate};
+use trunnion::process::{
+    CcParameters, CcReport, ContactSource, Fault, ProgramSetup, WarningKind, compensate,
+};
 use trunnion::units::Length;
 
 use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
-use trunnion::process::ProgramSetup;
 
 fn ac() -> Machine {
     tables([RotaryLetter::A, RotaryLetter::C], false)
@@ -86,7 +87,12 @@ fn the_impeller_keeps_its_tolerance_with_tcp() {
         let (output, report) = result.unwrap_or_else(|fault| panic!("{tolerance_um}: {fault:?}"));
         say("impeller", &report);
         assert!(report.motions_checked >= 4300);
-        assert!(report.after.max_mm <= tolerance_um / 1e3);
+        // Blocks whose parts would have other contacts stay as they are, and are named.
+        let unsettled = report.warnings.iter().find(|warning| warning.kind == WarningKind::ContactUnsettled);
+        let left = unsettled.map_or(0, |warning| warning.count);
+        assert_eq!(report.motions_left_over, left);
+        assert!(if tolerance_um > 5.0 { left == 0 } else { (1..=20).contains(&left) }, "{left}");
+        assert_eq!(report.after.max_mm <= tolerance_um / 1e3, left == 0);
         assert_eq!(report.contact, ContactSource::FeedPlane);
         // Every line that is not divided is there as it was.
         let written: HashSet<&[u8]> = output.split(|byte| *byte == b'\n').collect();

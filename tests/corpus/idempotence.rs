@@ -168,7 +168,7 @@ fn no_program_that_was_compensated_is_compensated_again() {
                 for interpolation in [None, Some(Interpolation::Tcp)] {
                     // The tip keeps any tolerance that the decimals do; assumed contacts at the usual one.
                     let tolerances_um: &[f64] =
-                        if contact == ContactSource::Auto { &[10.0, 2.0] } else { &[10.0] };
+                        if contact == ContactSource::Auto { &[10.0, 2.0] } else { &[10.0, 5.0, 2.0] };
                     for &tolerance_um in tolerances_um {
                         let more = format!("{contact:?} {interpolation:?} {tolerance_um} um");
                         let tolerance = Length::from_um(tolerance_um);

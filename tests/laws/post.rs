@@ -243,6 +243,34 @@ fn the_first_approach_turns_the_table_alone_and_comes_along_the_tool_last() {
 }
 
 #[test]
+fn the_length_is_that_of_the_tool() {
+    let points = "RAPID\nGOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
+    let posted = |head: &str, stated: Option<u32>, tool: Option<u32>| {
+        let mut program = at_zero();
+        program.tools.number = tool;
+        let parameters = PostParameters { length_number: stated, ..PostParameters::new(program) };
+        let (mut out, source) = (Vec::new(), format!("MULTAX/ON\n{head}{points}").into_bytes());
+        let report =
+            post(&ac_machine(), &parameters, &source, &mut out, &|| ControlFlow::Continue(())).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let line = text.lines().find(|line| line.starts_with("G43.4")).unwrap().to_owned();
+        assert_eq!(line, format!("G43.4 H{}", report.length_number.unwrap()));
+        (report.length_number.unwrap(), report.length_number_is_assumed)
+    };
+    for (head, stated, tool, number, is_assumed) in [
+        ("LOADTL/5\n", None, None, 5, false),
+        ("LOADTL/5\n", Some(7), None, 7, false),
+        ("LOADTL/5\n", None, Some(5), 5, false),
+        ("", None, Some(12), 12, false),
+        ("", None, None, 1, true),
+        ("LOADTL/BALL\n", None, None, 1, true),
+        ("LOADTL/0\n", None, None, 1, true),
+    ] {
+        assert_eq!(posted(head, stated, tool), (number, is_assumed), "{head} {stated:?} {tool:?}");
+    }
+}
+
+#[test]
 fn a_posted_program_can_be_moved_where_its_first_point_is_a_rapid() {
     let shorter = WearParameters {
         shorter_by: Length::from_mm(0.5),

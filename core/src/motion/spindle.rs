@@ -8,6 +8,8 @@ use crate::units::Length;
 
 /// M6, in tenths.
 const TOOL_CHANGE: u32 = 60;
+/// M61, in tenths: Q is the number of the tool that is in the spindle.
+const TOOL_SET: u32 = 610;
 /// The edge that counts where no D is written, and D0, which takes its lengths off.
 const FIRST_EDGES: [f64; 2] = [1.0, 0.0];
 
@@ -224,6 +226,7 @@ impl Spindle {
         let dialect = batch.dialect();
         let (mut puts_in, mut is_cutter, mut names_tool, mut edge) = (false, false, false, None);
         let mut name = None;
+        let (mut sets, mut set, mut has_builders_code, mut calls_another) = (false, None, false, false);
         // What the T words before an M6 say.
         let mut named_before = None;
         for word in batch.words(block) {
@@ -236,7 +239,9 @@ impl Spindle {
                 Address::P if is_cutter => self.take_shape(word.value.to_bits(), batch.block_text(block)),
                 Address::T => {
                     names_tool = true;
+                    let before = self.ready;
                     (self.ready, name) = called_by(batch, word);
+                    calls_another |= before.is_some() && before != self.ready;
                 }
                 Address::D if dialect == Dialect::Siemens => {
                     let value = if word.form == WordForm::Number { word.value } else { f64::NAN };
@@ -247,6 +252,9 @@ impl Spindle {
                     self.has_changer = true;
                     named_before = names_tool.then_some(self.ready);
                 }
+                Address::M if word.code_tenths() == Some(TOOL_SET) && dialect == Dialect::Iso => sets = true,
+                Address::M if !word.code_tenths().is_some_and(is_known_m) => has_builders_code = true,
+                Address::Q => set = called_by(batch, word).0,
                 _ => {}
             }
         }
@@ -259,6 +267,17 @@ impl Spindle {
             let put_in = named_before.unwrap_or(self.ready);
             self.hold(put_in.map(CalledTool::Changed));
             self.is_described = true;
+            // The next change without a T takes what lies ready in the magazine.
+            if named_before.is_none() || self.ready == put_in {
+                self.ready = None;
+            }
+        } else if sets {
+            self.hold(set.map(CalledTool::Changed));
+        } else if names_tool
+            && (has_builders_code || (calls_another && dialect == Dialect::Iso && !self.has_changer))
+        {
+            // A code of the machine's builder beside T, or a second T where no M6 ever changed a tool.
+            self.hold(None);
         } else if names_tool && dialect == Dialect::Siemens && !self.has_changer {
             self.hold(self.ready.map(CalledTool::Selected));
         }
@@ -311,6 +330,12 @@ impl Spindle {
         let holds = CalledTool::Unknown(unknown);
         Self { holds, unknown, has_changer: self.has_changer, ..Self::START }
     }
+}
+
+/// Whether an M code is one that changes no tool on any control: stops, spindle, coolant, clamps, gears, overrides.
+const fn is_known_m(tenths: u32) -> bool {
+    let is_whole = tenths.is_multiple_of(10);
+    is_whole && matches!(tenths / 10, 0..=14 | 17 | 19 | 29..=30 | 40..=45 | 48..=49 | 88..=89 | 98..=99)
 }
 
 /// What a T word calls a tool by, and the name where it is one; neither where that cannot be told.
@@ -373,6 +398,24 @@ mod tests {
         let expected =
             [NotCalled, changed(1), changed(1), changed(2), changed(3), changed(3), changed(5), UNKNOWN];
         assert_eq!(tools(Dialect::Iso, text), expected);
+    }
+
+    #[test]
+    fn a_change_that_the_text_does_not_tell_leaves_the_tool_unknown() {
+        for (text, last) in [
+            ("T8 M6\nM61 Q9\n", changed(9)),
+            ("T8 M6\nM61 Q#1\n", UNKNOWN),
+            ("T8 M6\nT9 M16\n", UNKNOWN),
+            ("T8 M6\nT9 M66\n", UNKNOWN),
+            ("T8 M6\nT9 M3\n", changed(8)),
+            ("T8\nT9\n", UNKNOWN),
+            ("T8\nT8\n", NotCalled),
+            ("T8 M6\nM6\n", UNKNOWN),
+            ("T8 M6\nT9\nT10\n", changed(8)),
+            ("T8 M6\nT9\nM6\n", changed(9)),
+        ] {
+            assert_eq!(tools(Dialect::Iso, text).last(), Some(&last), "{text}");
+        }
     }
 
     #[test]

@@ -350,9 +350,13 @@ impl<'a> Work<'a> {
         go_on(&self.judge.effort)?;
         let division = match planned {
             Ok(Plan::Divide(division)) => division,
-            Ok(Plan::TooFast) => {
+            Ok(stays @ (Plan::TooFast | Plan::Unsettled)) => {
                 let Checked { block, before, .. } = &checked;
-                self.judge.warnings.add_distance(WarningKind::FeedTooHigh, motion.line, before.max_mm);
+                let why = match stays {
+                    Plan::Unsettled => WarningKind::ContactUnsettled,
+                    _ => WarningKind::FeedTooHigh,
+                };
+                self.judge.warnings.add_distance(why, motion.line, before.max_mm);
                 return Ok(Kept::As(Some((block.line.length_mm, *before))));
             }
             Err(kind) => {

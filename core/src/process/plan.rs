@@ -38,6 +38,8 @@ pub(super) enum Plan {
     Divide(Division),
     /// It stays as it is: a part would need more feed than is allowed.
     TooFast,
+    /// It stays as it is: its parts would have other contacts than the block, and would be over the tolerance again.
+    Unsettled,
 }
 
 /// Plans the division of a block over tolerance. Where the effort is over then, it means nothing.
@@ -68,11 +70,12 @@ pub(super) fn plan(
         motion.decimals.linear.max(survey.linear_decimals),
         motion.decimals.rotary.max(survey.rotary_decimals),
     );
-    let mut reachable_mm = f64::INFINITY;
+    let (mut reachable_mm, mut is_unsettled) = (f64::INFINITY, false);
     let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
     for resolution in tries {
         match divided(finder, machine, checked, motion, resolution, effort)? {
-            Ok(nodes) => {
+            Divided::Unsettled => is_unsettled = true,
+            Divided::At(nodes) => {
                 let carries_feed = motion.feed.value.is_some() && survey.has_feed_column;
                 if carries_feed {
                     match part_feeds(checked, motion, &nodes, parameters.max_feed) {
@@ -85,8 +88,11 @@ pub(super) fn plan(
                 }
                 return Ok(Plan::Divide(Division { nodes, resolution: *resolution, carries_feed }));
             }
-            Err(mm) => reachable_mm = reachable_mm.min(mm),
+            Divided::OutOfReach { least_mm } => reachable_mm = reachable_mm.min(least_mm),
         }
+    }
+    if is_unsettled {
+        return Ok(Plan::Unsettled);
     }
     Err(LineFaultKind::ToleranceOutOfReach {
         reachable_um: reachable_mm * UM_PER_MM,
@@ -94,7 +100,25 @@ pub(super) fn plan(
     })
 }
 
-/// The nodes, or the smallest deviation that can be reached.
+/// What came of an attempt to divide a block.
+enum Divided {
+    /// Its parts end here.
+    At(Vec<Node>),
+    /// Its parts would keep its own line of contacts, but not those that they will be found to have themselves.
+    Unsettled,
+    /// No parts keep its line of contacts.
+    OutOfReach {
+        /// The smallest deviation that can be reached.
+        least_mm: f64,
+    },
+}
+
+impl From<Result<Vec<Node>, f64>> for Divided {
+    fn from(found: Result<Vec<Node>, f64>) -> Self {
+        found.map_or_else(|least_mm| Self::OutOfReach { least_mm }, Self::At)
+    }
+}
+
 fn divided(
     finder: &ContactFinder<'_>,
     machine: &Machine,
@@ -102,14 +126,14 @@ fn divided(
     motion: &Motion,
     resolution: &Resolution,
     effort: &mut Effort<'_>,
-) -> Result<Result<Vec<Node>, f64>, LineFaultKind> {
+) -> Result<Divided, LineFaultKind> {
     let parameters = finder.parameters;
     let (block, correction) = (&checked.block, parameters.correction);
     let within_mm = parameters.tolerance.mm() * (1.0 - RESERVE);
     Ok(match parameters.output {
         OutputForm::Minimal if correction == Correction::Seed => {
             let ratio = checked.before.max_mm / parameters.tolerance.mm();
-            Ok(nodes(block, correction, count(ratio.sqrt())?, resolution, effort))
+            Divided::At(nodes(block, correction, count(ratio.sqrt())?, resolution, effort))
         }
         OutputForm::Minimal => {
             let sizes_mm = [checked.before.max_mm, within_mm];
@@ -118,20 +142,21 @@ fn divided(
                 prove(block, nodes, within_mm, effort)?;
                 again.prove(nodes, effort)
             });
-            // Where the rule that gives contacts finds no rest, the program's own line still does.
-            first.or_else(|_| {
-                divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
-                    prove(block, nodes, within_mm, effort)
-                })
-            })
+            if let Ok(nodes) = first {
+                return Ok(Divided::At(nodes));
+            }
+            let own = divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
+                prove(block, nodes, within_mm, effort)
+            });
+            own.map_or_else(|least_mm| Divided::OutOfReach { least_mm }, |_| Divided::Unsettled)
         }
         OutputForm::Interpolated => {
             let parts = interpolation_steps(machine, checked, motion)?;
             let nodes = nodes(block, correction, parts, resolution, effort);
             if correction == Correction::Seed {
-                Ok(nodes)
+                Divided::At(nodes)
             } else {
-                prove(block, &nodes, within_mm, effort).map(|()| nodes)
+                prove(block, &nodes, within_mm, effort).map(|()| nodes).into()
             }
         }
     })

@@ -92,6 +92,8 @@ pub enum WarningKind {
     ArcWithRotary,
     /// A block over tolerance was not divided, because its parts would run too fast.
     FeedTooHigh,
+    /// A block over tolerance was not divided, because its parts would have other contacts than it has.
+    ContactUnsettled,
     /// Divided blocks with an exact stop.
     ExactStop,
     /// Divided blocks that are shorter than the control's block time.
@@ -156,6 +158,7 @@ impl WarningKind {
             Self::MayRollOver => "may_roll_over",
             Self::ArcWithRotary => "arc_with_rotary",
             Self::FeedTooHigh => "feed_too_high",
+            Self::ContactUnsettled => "contact_unsettled",
             Self::ExactStop => "exact_stop",
             Self::ShortBlocks => "short_blocks",
             Self::TravelNotChecked => "travel_not_checked",
@@ -211,6 +214,9 @@ impl WarningKind {
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
             Self::FeedTooHigh => {
                 "the block is over the tolerance and was not divided: its parts would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated; look at the contact there, or state max_feed_mm_per_min"
+            }
+            Self::ContactUnsettled => {
+                "the block is over the tolerance and was not divided: the contacts of its parts, found by the same rule, would differ from its own by more than the tolerance; state contact points or normals, or take a larger tolerance"
             }
             Self::ExactStop => {
                 "an exact stop (G60, G61 or G9) is active in a divided block: the machine stops at the end of every part; switch to continuous path (G64) where the surface must not show it"

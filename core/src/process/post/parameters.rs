@@ -21,8 +21,8 @@ pub struct PostParameters {
     pub program: ProgramSetup,
     /// What X Y Z are.
     pub form: PostForm,
-    /// H of G43.4.
-    pub length_number: u32,
+    /// H of G43.4; where it is missing, the number of the tool.
+    pub length_number: Option<u32>,
     /// Rotary words before the first point, in the profile's order \[deg\].
     pub start_words_deg: Option<[f64; 2]>,
     /// A rotary step over this is a rewind \[deg\].
@@ -44,7 +44,7 @@ impl PostParameters {
         Self {
             program,
             form: PostForm::Tcp,
-            length_number: 1,
+            length_number: None,
             start_words_deg: None,
             rewind_deg: REWIND_DEG,
             linear_decimals: 4,

@@ -1,6 +1,7 @@
 //! From the motions of cutter location data to points of a posted program.
 
 use super::arc::Circle;
+use super::run::LENGTHS;
 use super::statement::{Coolant, Posted, posted};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::geometry::Vec3;
@@ -149,6 +150,18 @@ impl Points {
         self.last = None;
         let before = self.tool.replace(tool);
         if self.has_cut && before != self.tool { Err(NotPosted::ToolChange) } else { Ok(()) }
+    }
+
+    /// The number of the tool, where `LOADTL/` states one that can be the number of a length.
+    pub(super) fn tool_number(&self) -> Option<u32> {
+        let Some(ToolName::Number(number)) = self.tool else { return None };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "compared with what it was"
+        )]
+        let whole = number as u32;
+        (f64::from(whole) == number && LENGTHS.contains(&whole)).then_some(whole)
     }
 
     /// The points of a motion.

@@ -1,7 +1,7 @@
 //! The course of a posting: points are gathered, ways through them chosen window by window, written and read back.
 
 use std::io::Write;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, RangeInclusive};
 
 use super::super::set_ups::SetUps;
 use super::approach::{ALL, Approach};
@@ -30,6 +30,11 @@ const FLUSH_BYTES: usize = 1 << 18;
 /// An F above this no control takes, whatever it counts; it has not the digits either.
 const MAX_PER_MIN: f64 = 1e8;
 
+/// Numbers that a length can have.
+pub(super) const LENGTHS: RangeInclusive<u32> = 1..=9999;
+/// H where nobody states it and the data name no tool by a number.
+const FIRST_LENGTH: u32 = 1;
+
 /// What was made of the source.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PostReport {
@@ -57,6 +62,10 @@ pub struct PostReport {
     pub end_line: Option<u64>,
     /// Ways were chosen over so many stretches of points, each with knowledge of the next ones only.
     pub windows: u64,
+    /// H of G43.4, where the program has it.
+    pub length_number: Option<u32>,
+    /// Nobody states it, and the data name no tool by a number.
+    pub length_number_is_assumed: bool,
     /// Points at which a rotary axis turns by more than the threshold, and the first one's line.
     pub rewinds: u64,
     /// Line of the first rewind.
@@ -101,6 +110,8 @@ pub fn post(
     // What was taken for each tool stands in the report.
     let mut passages = Passages::open(source, machine, &program)?;
     // A program with one tool: another one behind a cut is refused.
+    let length_number =
+        parameters.length_number.or(program.tools.number.filter(|number| LENGTHS.contains(number)));
     let length = program.tools.tooling().only().and_then(|used| used.length);
     let program = ProgramSetup { tools: Tools::of_length(length), ..program };
     let parameters = &PostParameters { program, ..parameters.clone() };
@@ -115,6 +126,7 @@ pub fn post(
         window: Vec::new(),
         start_words_deg: parameters.start_words_deg,
         last: None,
+        length_number,
         writer: Writer::default(),
         read_back: PostedAgain::new(machine, kinematics, parameters),
         out: Vec::new(),
@@ -172,6 +184,8 @@ struct Run<'a> {
     start_words_deg: Option<[f64; 2]>,
     /// The last point written, where the machine stands.
     last: Option<(AxisWords, ToolPose)>,
+    /// H of G43.4, as it is stated.
+    length_number: Option<u32>,
     writer: Writer,
     read_back: PostedAgain<'a>,
     out: Vec<u8>,
@@ -383,8 +397,12 @@ impl Run<'_> {
                 self.writer.point(machine, words, coordinates, point, None, parameters, &mut self.out);
             let part = Some(Part { words: *words, coordinates, is_first: index == 0, is_last: index == 2 });
             self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad, part });
-            if index == 0 {
-                self.writer.take_length(parameters, &mut self.out);
+            if index == 0 && parameters.form == PostForm::Tcp {
+                let known = self.length_number.or_else(|| self.points.tool_number());
+                let number = known.unwrap_or(FIRST_LENGTH);
+                self.writer.take_length(number, &mut self.out);
+                self.report.length_number = Some(number);
+                self.report.length_number_is_assumed = known.is_none();
             }
         }
     }

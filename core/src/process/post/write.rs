@@ -53,10 +53,8 @@ impl Writer {
     }
 
     /// Tool-centre-point control on, with its length.
-    pub(super) fn take_length(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
-        if parameters.form == PostForm::Tcp {
-            self.line(&format!("G43.4 H{}", parameters.length_number), out);
-        }
+    pub(super) fn take_length(&mut self, number: u32, out: &mut Vec<u8>) {
+        self.line(&format!("G43.4 H{number}"), out);
     }
 
     /// Leaves the control as it was found: M30 takes back neither inverse time nor tool-centre-point control everywhere, and
