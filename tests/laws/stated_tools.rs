@@ -88,8 +88,11 @@ fn one_tool_for_several_without_a_table_is_refused_with_their_numbers_and_one_nu
         }
         other => panic!("{other:?}"),
     }
-    // The tip has no shape, and needs no tool.
-    let by_tip = CcParameters { contact: ContactSource::Tip, ..with(stated, None, Vec::new()) };
+    // The tip has no shape, and needs no tool. One that is stated is one of several.
+    let by_tip = |cutter| CcParameters { contact: ContactSource::Tip, ..with(cutter, None, Vec::new()) };
+    let several = cc(&ac_machine(), &by_tip(stated), &text);
+    assert!(matches!(several, Err(Fault::Tool(ToolUnknown::Several { .. }))), "{several:?}");
+    let by_tip = by_tip(None);
     assert_eq!(done(&by_tip, &text).1.motions_checked, 3);
     let (output, report) = done(&with(stated, Some(7), Vec::new()), &text);
     let expected =
