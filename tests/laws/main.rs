@@ -11,6 +11,7 @@ mod example;
 mod inverse;
 mod machines;
 mod numbering;
+mod numbers;
 mod one_pass;
 mod other_controls;
 mod path;

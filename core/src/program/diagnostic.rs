@@ -68,6 +68,14 @@ pub enum DiagnosticCode {
         /// From the letter on.
         text: Excerpt,
     },
+    /// A number with an exponent, of which controls of the dialect read the digits before it and a word E.
+    #[error(
+        "`{text}`: controls read no exponent behind E, and take the digits before it for the number; write the number without an exponent, and a blank before a word E"
+    )]
+    Exponent {
+        /// From the letter of the number on.
+        text: Excerpt,
+    },
     /// Something that no block of the dialect contains.
     #[error("`{text}` is not part of a block")]
     UnexpectedText {
@@ -199,6 +207,7 @@ impl DiagnosticCode {
     pub fn name(&self) -> &'static str {
         match self {
             Self::MissingNumber { .. } => "missing_number",
+            Self::Exponent { .. } => "exponent",
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
             Self::NestedComment { .. } => "nested_comment",
