@@ -1,4 +1,4 @@
-//! Numbers as programs of home-made posts spell them: with exponents.
+//! Numbers as programs of home-made posts spell them: with exponents, and with two signs.
 
 use proptest::prelude::*;
 use trunnion::program::{
@@ -129,6 +129,18 @@ fn tables_and_cutter_location_data_have_exponents() {
     ] {
         let (words, faults) = read(text, dialect);
         assert_eq!((faults.len(), value(&words, Address::X)), (1, None), "{text}");
+    }
+}
+
+#[test]
+fn a_value_has_one_sign() {
+    for text in ["X--5", "X - - 5", "X+-5", "X-+5", "X++5", "X--#1", "X--[5]", "#1=--5", "X1 ,R--2"] {
+        let (words, faults) = read(&format!("{text}\n"), Dialect::Iso);
+        assert_eq!((faults.len(), words.len()), (1, 0), "{text}: {words:?}");
+    }
+    for (text, x) in [("X-5", -5.0), ("X - 5", -5.0), ("X+5", 5.0), ("#1=5\nX-#1", -5.0), ("X[1--5]", 6.0)] {
+        let (words, faults) = read(&format!("{text}\n"), Dialect::Iso);
+        assert_eq!((faults, value(&words, Address::X)), (Vec::new(), Some(x)), "{text}");
     }
 }
 

@@ -265,10 +265,11 @@ fn find_on_line(line: &Line<'_>, from: usize, byte: u8) -> Option<usize> {
     (rest.get(at) == Some(&byte)).then_some(from + at)
 }
 
-/// One past a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two).
+/// One past a value: at most one sign, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two).
+/// Of two signs (`X--5`) some controls take both, others the last one or none.
 fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
     let mut at = skip_blanks(line, from);
-    while matches!(line.byte(at), b'+' | b'-') {
+    if matches!(line.byte(at), b'+' | b'-') {
         at = skip_blanks(line, at + 1);
     }
     match line.byte(at) {
