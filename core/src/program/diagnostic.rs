@@ -172,6 +172,14 @@ pub enum DiagnosticCode {
         /// The first such word.
         address: Address,
     },
+    /// A block states two units: which of the two holds behind it depends on the control.
+    #[error(
+        "G{} and G{} stand in one block, and controls differ in the unit that holds behind it: keep the one that is meant", codes[0], codes[1]
+    )]
+    TwoUnits {
+        /// The numbers of the first and the last such code.
+        codes: [u32; 2],
+    },
     /// An address stands twice in one block.
     #[error("address {address} stands twice in the block")]
     RepeatedAddress {
@@ -221,7 +229,7 @@ impl DiagnosticCode {
             Self::NotADirection { .. } => "not_a_direction",
             Self::ControlFlow { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
-            Self::UnitUnknown { .. } => "unit_unknown",
+            Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",
             Self::Call { .. } => "call",
             Self::UnknownCode { .. } => "unknown_code",
