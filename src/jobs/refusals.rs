@@ -34,7 +34,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         | process::Fault::ContactUnknown { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
-        process::Fault::AlreadyCompensated { .. } => {
+        process::Fault::AlreadyCompensated { .. } | process::Fault::StampUnreadable { .. } => {
             plain(RefusalClass::AlreadyCompensated, None, Vec::new())
         }
         process::Fault::Tool(unknown) => {
