@@ -34,7 +34,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         | process::Fault::ContactUnknown { .. } => {
             plain(RefusalClass::Parameter, None, vec![Fault::new("/contact", detail.clone())])
         }
-        process::Fault::AlreadyCompensated { .. } => {
+        process::Fault::AlreadyCompensated { .. } | process::Fault::StampUnreadable { .. } => {
             plain(RefusalClass::AlreadyCompensated, None, Vec::new())
         }
         process::Fault::Tool(unknown) => {
@@ -72,7 +72,9 @@ fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
         diagnostics.refusals().map(|diagnostic| at_line(diagnostic.line, diagnostic.to_string())).collect();
     let first = diagnostics.refusals().next();
     let line = first.map(|first| first.line);
-    let is_unit = |diagnostic: &Diagnostic| matches!(diagnostic.code, DiagnosticCode::UnitUnknown { .. });
+    let is_unit = |diagnostic: &Diagnostic| {
+        matches!(diagnostic.code, DiagnosticCode::UnitUnknown { .. } | DiagnosticCode::TwoUnits { .. })
+    };
     if let Some(unknown) = first.filter(|first| is_unit(first)) {
         let detail = unknown.to_string();
         return Refusal { class: RefusalClass::UnitUnknown, detail, line, block: None, errors };

@@ -1,8 +1,11 @@
 //! Programs for a worn cutter over HTTP: the whole way with the real computation.
 
-use serde_json::{Value, json};
+use std::sync::Arc;
 
-use crate::support::{App, ac_table, pointers, problem, spawn, unstamped};
+use serde_json::{Value, json};
+use trunnion::jobs::CutterContactCompensator;
+
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_real, unstamped};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const PATH: &str = "/v1/machines/example-ac-table/wear-compensation";
@@ -269,4 +272,38 @@ async fn a_program_that_cannot_be_moved_names_its_lines_and_stores_nothing() {
         "machine-not-found",
     )
     .await;
+}
+
+#[tokio::test]
+async fn a_stamp_that_a_control_cut_off_or_wrote_anew_still_refuses_a_second_time() {
+    const WEAR: &str = "actual_tool.radius_mm=4.5";
+    const CC: &str = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35&contact=feed-plane";
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
+    let with = |comment: &str| BLADE.replacen("(blade)", &format!("(blade)\n({comment})"), 1);
+    for comment in [
+        "Trunnion 0.2.0 wear-compensatio",
+        "TRUNNION 0.2.0 COMPENSATION STEPS CC",
+        "Trunnion 0.2.0 compensation steps  machine a",
+        "Trunnion 0.2.0 compensation steps cc,polish machine a",
+        "made by Trunnion 0.2.0",
+    ] {
+        let said =
+            problem(post(&app, &format!("{NOMINAL}&{WEAR}"), &with(comment)).await, "already-compensated");
+        let detail = said.await["detail"].as_str().unwrap().to_owned();
+        assert!(detail.contains("cannot be read completely"), "{comment}: {detail}");
+        assert!(detail.contains("post the source program"), "{comment}: {detail}");
+        for query in ["", "&allow_repeated=true"] {
+            let answer = app.post_text(&format!("{CC}{query}"), "text/plain", with(comment)).await;
+            assert_eq!(answer.status(), 409, "{comment} {query}");
+        }
+    }
+    let both = with("Trunnion 0.2.0 compensation steps cc, wear machine a");
+    let said = problem(post(&app, &format!("{NOMINAL}&{WEAR}"), &both).await, "already-compensated").await;
+    assert!(said["detail"].as_str().unwrap().contains("the step `wear`"), "{said}");
+    assert_eq!(app.post_text(CC, "text/plain", both.clone()).await.status(), 409);
+    let again = app.post_text(&format!("{CC}&allow_repeated=true"), "text/plain", both).await;
+    assert_eq!(again.status(), 200, "{}", again.text().await.unwrap());
+    // A machine with a trunnion is no stamp.
+    let named = with("TRUNNION TABLE 160, 5.2 MM LOWER");
+    assert_eq!(post(&app, &format!("{NOMINAL}&{WEAR}"), &named).await.status(), 200);
 }

@@ -14,6 +14,7 @@ mod idempotence;
 mod inverse;
 mod machines;
 mod numbering;
+mod numbers;
 mod one_pass;
 mod other_controls;
 mod path;

@@ -6,6 +6,7 @@
 //! alone; nothing is guessed.
 
 mod codes;
+mod conflicts;
 #[cfg(test)]
 #[expect(
     clippy::float_cmp,

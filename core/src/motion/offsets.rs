@@ -141,7 +141,7 @@ impl Interpreter {
         self.set_transformation(which, Some(on));
     }
 
-    fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
+    pub(super) fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
         if let Some(state) = self.modal.transformations.get_mut(which as usize)
             && *state != on
         {

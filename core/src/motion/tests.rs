@@ -438,7 +438,7 @@ fn odd_spellings_mean_what_they_mean() {
         "G 1 X 1.5 Y -.25 Z + .5 A\t10 C-3. F100",
         "N10 G1 (X9) X1.5 Y-0.25 Z00.5 A10.0 C-3 F100 ; X8",
         "N0010G01X1.500Y-.2500Z.5A10.C-3.F100.(END)",
-        "/1 ; nothing\nG1X1.5Y-.25Z.5A10C-3F1E2\rF100",
+        "/1 ; nothing\nG1X1.5Y-.25Z.5A10C-3F1E2.\rF100",
     ] {
         let motions = run(text);
         let [motion] = motions.as_slice() else { panic!("{text}: {motions:?}") };
@@ -471,7 +471,13 @@ fn faults_have_line_and_column() {
         diagnostics.refusals().map(|fault| (fault.line, fault.column, fault.code.name())).collect();
     assert_eq!(
         places,
-        [(2, 8, "unexpected_text"), (3, 3, "missing_number"), (5, 1, "too_large"), (6, 1, "unexpected_text")]
+        [
+            (2, 8, "unexpected_text"),
+            (3, 3, "missing_number"),
+            (4, 1, "exponent"),
+            (5, 1, "too_large"),
+            (6, 1, "unexpected_text")
+        ]
     );
     let spans: Vec<_> = diagnostics.refusals().map(|fault| (fault.span.start, fault.span.end)).collect();
     assert_eq!(spans[0], (13, 15));

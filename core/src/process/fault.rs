@@ -8,7 +8,7 @@ use super::{LeftOutReason, NotPosted, ToolUnknown, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::{Unfollowable, WorkOffset};
-use crate::program::{Diagnostics, Dialect, ReadFault, Severity, Step, WriteFault};
+use crate::program::{Diagnostics, Dialect, Excerpt, ReadFault, Severity, Step, WriteFault};
 use crate::servo::ServoFault;
 use crate::wear::ShiftFault;
 
@@ -384,6 +384,14 @@ pub enum Fault {
     AlreadyCompensated {
         /// The step.
         step: Step,
+    },
+    /// The program bears a stamp that does not say which steps were done to it.
+    #[error(
+        "the program bears the stamp `{text}`, whose steps cannot be read completely: every step may have been done to it before, and a second time would move every end twice; post the source program. A comment that is no stamp must not name Trunnion with a version"
+    )]
+    StampUnreadable {
+        /// The beginning of the stamp.
+        text: Excerpt,
     },
     /// A contact source was asked for that the program does not have.
     #[error("contact `{contact}` was asked for, but the program has no {missing}")]

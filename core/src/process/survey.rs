@@ -9,7 +9,9 @@ use super::stream::{CHUNK_BYTES, read_some};
 use super::tools::ToolCalls;
 use super::{ContactSource, Fault, ProgramSource};
 use crate::machine::Machine;
-use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm};
+use crate::program::{
+    Address, Batch, Borne, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm,
+};
 
 /// What one pass over the text tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +29,7 @@ pub(super) struct Survey {
     /// Tools that it calls.
     pub(super) tools: ToolCalls,
     /// Steps that were done to it before, by its stamps.
-    pub(super) borne: Steps,
+    pub(super) borne: Borne,
 }
 
 /// Decimals beyond these are arithmetic of the post, not resolution of the control.
@@ -47,7 +49,7 @@ impl Survey {
             has_feed_column: true,
             numbering: Numbering::default(),
             tools: ToolCalls::default(),
-            borne: Steps::NONE,
+            borne: Borne::default(),
         }
     }
 
@@ -121,13 +123,18 @@ impl Survey {
         while reader.next_batch(&mut batch)? {
             survey.see(&batch, rotary);
         }
-        survey.borne = stamps.steps();
+        survey.borne = stamps.finish();
         Ok(survey)
     }
 
-    /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it.
+    /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it. A stamp
+    /// whose steps cannot be read may be that of any step.
     pub(super) fn refuse_repeated(self, asked: Steps, allow_repeated: bool) -> Result<(), Fault> {
-        let is_refused = |step: &Step| self.borne.has(*step) && !(allow_repeated && step.may_be_repeated());
+        if let Some(text) = self.borne.unreadable.filter(|_| !asked.is_empty()) {
+            return Err(Fault::StampUnreadable { text });
+        }
+        let is_refused =
+            |step: &Step| self.borne.steps.has(*step) && !(allow_repeated && step.may_be_repeated());
         asked.iter().find(is_refused).map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 

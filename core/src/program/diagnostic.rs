@@ -68,6 +68,14 @@ pub enum DiagnosticCode {
         /// From the letter on.
         text: Excerpt,
     },
+    /// A number with an exponent, of which controls of the dialect read the digits before it and a word E.
+    #[error(
+        "`{text}`: controls read no exponent behind E, and take the digits before it for the number; write the number without an exponent, and a blank before a word E"
+    )]
+    Exponent {
+        /// From the letter of the number on.
+        text: Excerpt,
+    },
     /// Something that no block of the dialect contains.
     #[error("`{text}` is not part of a block")]
     UnexpectedText {
@@ -164,6 +172,14 @@ pub enum DiagnosticCode {
         /// The first such word.
         address: Address,
     },
+    /// A block states two units: which of the two holds behind it depends on the control.
+    #[error(
+        "G{} and G{} stand in one block, and controls differ in the unit that holds behind it: keep the one that is meant", codes[0], codes[1]
+    )]
+    TwoUnits {
+        /// The numbers of the first and the last such code.
+        codes: [u32; 2],
+    },
     /// An address stands twice in one block.
     #[error("address {address} stands twice in the block")]
     RepeatedAddress {
@@ -199,6 +215,7 @@ impl DiagnosticCode {
     pub fn name(&self) -> &'static str {
         match self {
             Self::MissingNumber { .. } => "missing_number",
+            Self::Exponent { .. } => "exponent",
             Self::UnexpectedText { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
             Self::NestedComment { .. } => "nested_comment",
@@ -212,7 +229,7 @@ impl DiagnosticCode {
             Self::NotADirection { .. } => "not_a_direction",
             Self::ControlFlow { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
-            Self::UnitUnknown { .. } => "unit_unknown",
+            Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",
             Self::Call { .. } => "call",
             Self::UnknownCode { .. } => "unknown_code",

@@ -27,6 +27,37 @@ pub(super) struct Unsigned {
     pub(super) end: usize,
 }
 
+/// One past the digits of an exponent whose letter, `E` or `e`, stands at this byte: an optional sign and digits, blanks between
+/// them or not. With it, whether a decimal point stands among or before the digits. `None` where no number follows the letter.
+pub(super) fn exponent_at(text: &[u8], at: usize) -> Option<(usize, bool)> {
+    if !matches!(text.get(at), Some(b'E' | b'e')) {
+        return None;
+    }
+    let blanks = |from: usize| {
+        from + text.get(from..).unwrap_or_default().iter().take_while(|b| matches!(b, b' ' | b'\t')).count()
+    };
+    let mut from = blanks(at + 1);
+    if matches!(text.get(from), Some(b'+' | b'-')) {
+        from = blanks(from + 1);
+    }
+    read_unsigned(text, from).map(|number| (number.end, number.has_point))
+}
+
+/// Whether a number ends directly before this byte of a line that starts at `start`.
+pub(super) fn follows_number(text: &[u8], start: usize, at: usize) -> bool {
+    at > start && text.get(at - 1).is_some_and(|byte| byte.is_ascii_digit() || *byte == b'.')
+}
+
+/// The first byte of the number that ends before this byte of a line that starts at `start`, its sign and its letter with it.
+pub(super) fn number_start(text: &[u8], start: usize, at: usize) -> usize {
+    let line = text.get(start..at).unwrap_or_default();
+    let part = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    let digits = line.iter().rev().take_while(|byte| part(byte)).count();
+    let sign = line.iter().rev().skip(digits).take_while(|byte| matches!(byte, b'+' | b'-')).count();
+    let letter = line.iter().rev().nth(digits + sign).is_some_and(u8::is_ascii_alphabetic);
+    at - digits - sign - usize::from(letter)
+}
+
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
 #[inline]
@@ -188,6 +219,34 @@ mod tests {
                 assert_eq!(read.end, end, "{padded}");
                 assert_eq!(read.value.to_bits(), text.parse::<f64>().unwrap().to_bits(), "{padded}");
             }
+        }
+    }
+
+    #[test]
+    fn an_exponent_is_a_letter_an_optional_sign_and_digits() {
+        for (text, expected) in [
+            ("e-17", Some((4, false))),
+            ("E+2Y1", Some((3, false))),
+            ("E5.", Some((3, true))),
+            ("E-.8 ", Some((4, true))),
+            ("E - 5", Some((5, false))),
+            ("E", None),
+            ("E=5", None),
+            ("EX-5", None),
+            ("D-5", None),
+        ] {
+            assert_eq!(exponent_at(text.as_bytes(), 0), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_number_is_followed_where_it_ends_and_starts_at_its_letter() {
+        for (text, expected) in
+            [("G0 X-6.12", Some(3)), ("X=-5.", Some(2)), ("12", Some(0)), ("X", None), ("X1 ", None)]
+        {
+            let text = text.as_bytes();
+            let start = follows_number(text, 0, text.len()).then(|| number_start(text, 0, text.len()));
+            assert_eq!(start, expected, "{}", String::from_utf8_lossy(text));
         }
     }
 

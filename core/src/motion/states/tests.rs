@@ -275,3 +275,80 @@ fn every_system_of_an_operation_is_a_set_up_of_its_own() {
     let text = format!("{first}MULTAX/ON\nGOTO/1,1,1,0,.6,.8\n{second}GOTO/3,1,1\n");
     assert_eq!(apt(&text)[1].tool_axis, None);
 }
+
+/// What is said of the last motion of an ISO program, and whether its start is known.
+fn last_on(dialect: Dialect, text: &str) -> (Option<Unfollowable>, bool) {
+    let motions = motions(dialect, text);
+    let last = motions.last().unwrap();
+    (last.unfollowable, last.start.is_some())
+}
+
+#[test]
+fn two_codes_of_one_group_in_one_block_leave_the_group_unknown_until_one_is_stated() {
+    let unknown = |group| Some(Unfollowable::ModeUnknown { group });
+    let head = "G0 X0 Y0 Z0 A0 C0\nG1 F500\n";
+    for (pair, group, one) in [
+        ("G90 G91", ModalGroup::Distance, "G90"),
+        ("G91 G90", ModalGroup::Distance, "G90"),
+        ("G94 G93", ModalGroup::FeedMode, "G94 F500"),
+        ("G93 G94", ModalGroup::FeedMode, "G94 F500"),
+        ("G41 G40", ModalGroup::CutterCompensation, "G40"),
+        ("G43.4 G49", ModalGroup::ToolLength, "G49"),
+        ("G49 G43.4", ModalGroup::ToolLength, "G43.4"),
+        ("G68 G69", ModalGroup::Transformation, "G69"),
+        ("G68.2 G69", ModalGroup::Transformation, "G69"),
+        ("G16 G15", ModalGroup::Transformation, "G15"),
+        ("G0 G1", ModalGroup::Motion, "G1"),
+        ("G2 G3", ModalGroup::Motion, "G1"),
+    ] {
+        let behind = last_on(Dialect::Iso, &format!("{head}{pair}\n{COMPLETE}").replace("\nG1 X1", "\nX1"));
+        assert_eq!(behind.0, unknown(group), "{pair}");
+        let stated = last_on(Dialect::Iso, &format!("{head}{pair}\n{one}\n{COMPLETE}"));
+        assert_eq!(stated, (None, true), "{pair}, then {one}");
+        // The same state twice is one state.
+        let twice = last_on(Dialect::Iso, &format!("{head}{one} {one}\n{COMPLETE}"));
+        assert_eq!(twice.0.filter(|reason| *reason == unknown(group).unwrap()), None, "{one} twice");
+    }
+    let sinumerik = last_on(Dialect::Siemens, &format!("{head}G90 G91\n{COMPLETE}"));
+    assert_eq!(sinumerik.0, unknown(ModalGroup::Distance));
+}
+
+#[test]
+fn two_planes_in_one_block_are_no_plane_and_two_offsets_no_offset() {
+    assert_eq!(iso("G17 G18\nG2 X1 I5 F500\n").last().unwrap().plane, None);
+    assert_eq!(iso("G17 G18\nG18\nG2 X1 I5 F500\n").last().unwrap().plane, Some(1));
+    for pair in ["G54 G55", "G55 G54", "G54 G54.1 P3"] {
+        let last = iso(&format!("{pair}\n{COMPLETE}")).pop().unwrap();
+        assert_eq!(last.work_offset, None, "{pair}");
+        assert!(iso(&format!("{pair}\nX5\n")).pop().unwrap().start.is_none(), "{pair}");
+        let stated = iso(&format!("{pair}\nG54\n{COMPLETE}")).pop().unwrap();
+        assert_eq!(stated.work_offset, Some(WorkOffset::Code(540)), "{pair}");
+    }
+}
+
+#[test]
+fn two_units_in_one_block_refuse_the_program_whoever_states_one() {
+    let refusals = |text: &str, unit| {
+        let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
+        reader.feed(text.as_bytes());
+        reader.finish();
+        let options = InterpreterOptions { unit, ..InterpreterOptions::default() };
+        let mut interpreter = Interpreter::new(&machine("ac-table"), options);
+        let (mut batch, mut motions, mut diagnostics) = (Batch::new(), Vec::new(), Diagnostics::new());
+        while reader.next_batch(&mut batch).unwrap() {
+            interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
+        }
+        let said: Vec<String> = diagnostics.refusals().map(ToString::to_string).collect();
+        said
+    };
+    for unit in [None, Some(crate::units::LengthUnit::Inch)] {
+        for (pair, codes) in
+            [("G20 G21", "G20 and G21"), ("G21 G20", "G21 and G20"), ("G71 G20", "G71 and G20")]
+        {
+            let said = refusals(&format!("G90\n{pair}\nG0 X1\nG21\nX2\n"), unit);
+            assert_eq!(said.len(), 1, "{pair}: {said:?}");
+            assert!(said[0].starts_with("line 2, column 5: ") && said[0].contains(codes), "{said:?}");
+        }
+        assert_eq!(refusals("G90\nG20 G70\nG0 X1\n", unit).len(), 0, "one unit by two names");
+    }
+}

@@ -220,7 +220,7 @@ impl<'a> Run<'a> {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&planner, &region, &mut courses, stop)?,
             // The tolerance of the tool axis was spent the first time.
-            SingularityAction::Smooth if planner.survey.borne.has(Step::Singularity) => {
+            SingularityAction::Smooth if planner.survey.borne.steps.has(Step::Singularity) => {
                 RegionTreatment::Left(LeftReason::SmoothedBefore)
             }
             SingularityAction::Smooth => self.smooth(&planner, &region, &mut courses)?,

@@ -4,7 +4,9 @@
 use super::statement;
 use crate::program::comment::comment_end;
 use crate::program::line;
-use crate::program::number::{MAX_MAGNITUDE, read_short, read_unsigned};
+use crate::program::number::{
+    MAX_MAGNITUDE, exponent_at, follows_number, number_start, read_short, read_unsigned,
+};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Word,
     WordForm,
@@ -80,6 +82,9 @@ fn read_plain_line(text: &[u8], start: usize, shift: usize, number: u64, batch: 
             }
             LINE_END => break,
             _ => return None,
+        }
+        if letter | 0x20 == b'e' && follows_number(text, start, at) {
+            return None;
         }
         let sign = *text.get(at + 1)?;
         let negative = sign == b'-';
@@ -161,6 +166,9 @@ impl Line<'_> {
     #[inline]
     fn word(&mut self, letter: u8) {
         let start = self.at;
+        if letter | 0x20 == b'e' && follows_number(self.text, self.start, start) && self.is_exponent() {
+            return self.fail_exponent();
+        }
         let mut at = start + 1;
         let mut byte = self.byte(at);
         while byte == b' ' || byte == b'\t' {
@@ -201,6 +209,19 @@ impl Line<'_> {
             }
             None => statement::odd_word(self, letter),
         }
+    }
+
+    /// Whether an `E` directly after a number is its exponent: with a decimal point it is a word, `X10.5E3.2`.
+    #[cold]
+    fn is_exponent(&self) -> bool {
+        exponent_at(self.text, self.at).is_some_and(|(_, has_point)| !has_point)
+    }
+
+    /// Gives up a line with an exponent at the present position.
+    #[cold]
+    fn fail_exponent(&mut self) {
+        let start = number_start(self.text, self.start, self.at);
+        self.fail_with(|text| DiagnosticCode::Exponent { text }, start);
     }
 
     #[inline]

@@ -265,11 +265,14 @@ fn find_on_line(line: &Line<'_>, from: usize, byte: u8) -> Option<usize> {
     (rest.get(at) == Some(&byte)).then_some(from + at)
 }
 
-/// One past a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two).
+/// One past a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two). A number
+/// has one sign at most: `X--5` is a slip of whoever wrote it.
 fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
     let mut at = skip_blanks(line, from);
+    let mut signs = 0_usize;
     while matches!(line.byte(at), b'+' | b'-') {
         at = skip_blanks(line, at + 1);
+        signs += 1;
     }
     match line.byte(at) {
         b'[' => skip_brackets(line, at),
@@ -283,6 +286,7 @@ fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
             let second = if line.byte(end) == b'/' { end + 1 } else { return Some(end) };
             if line.byte(second) == b'[' { skip_brackets(line, second) } else { Some(end) }
         }
+        _ if signs > 1 => None,
         _ => read_unsigned(line.text, at).map(|number| number.end),
     }
 }

@@ -1,70 +1,117 @@
-//! Stamps found in a text, wherever they stand and in letters of any size: controls and transfers change both.
+//! Stamps found in a text, wherever they stand and in letters of any size: controls and transfers change both, and cut them.
 
 use super::{MACHINE, MARK, STEPS, Steps};
+use crate::program::Excerpt;
 
 /// Longest stamp that is looked for, from its mark to the word after its steps \[bytes\].
 const MAX_HEAD_BYTES: usize = 256;
+/// What may stand between the mark and the version.
+const SEPARATORS: &[u8] = b" \t_-/,:";
+/// Numbers of a version.
+const VERSION_NUMBERS: usize = 3;
 
-/// The steps that the stamps in a text name. A stamp that begins in the last bytes may not be whole yet.
+/// What the stamps in a text say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Borne {
+    /// The steps that its stamps name.
+    pub steps: Steps,
+    /// The beginning of the first stamp whose steps cannot be read, if there is one: any step may have been done.
+    pub unreadable: Option<Excerpt>,
+}
+
+impl Borne {
+    /// This and what other stamps of the same text, which stand after these, say.
+    fn and(self, others: Self) -> Self {
+        Self { steps: self.steps.and(others.steps), unreadable: self.unreadable.or(others.unreadable) }
+    }
+}
+
+/// What the stamps in a text say. A stamp is `Trunnion` with a version number after it.
 #[must_use]
-pub fn borne_by(text: &[u8]) -> Steps {
+pub fn borne_by(text: &[u8]) -> Borne {
+    borne_before(text, text.len())
+}
+
+/// The same of the stamps that begin before this byte of the text.
+fn borne_before(text: &[u8], end: usize) -> Borne {
+    let first = MARK.as_bytes().first().copied().unwrap_or_default();
+    let starts = text.get(..end).unwrap_or(text);
+    memchr::memchr2_iter(first.to_ascii_lowercase(), first.to_ascii_uppercase(), starts)
+        .filter_map(|at| stamp_at(text.get(at..)?))
+        .fold(Borne::default(), Borne::and)
+}
+
+/// What a stamp that begins here says, if one does.
+fn stamp_at(text: &[u8]) -> Option<Borne> {
     let mark = MARK.as_bytes();
-    let first = [mark[0].to_ascii_lowercase(), mark[0].to_ascii_uppercase()];
-    memchr::memchr2_iter(first[0], first[1], text).fold(Steps::NONE, |steps, at| {
-        let starts = text.get(at..at + mark.len()).is_some_and(|word| word.eq_ignore_ascii_case(mark));
-        if starts { steps.and(steps_at(&text[at..]).unwrap_or_default()) } else { steps }
+    if !text.get(..mark.len())?.eq_ignore_ascii_case(mark) {
+        return None;
+    }
+    let head = text.get(..MAX_HEAD_BYTES).unwrap_or(text);
+    let end = memchr::memchr2(b'\n', b'\r', head).unwrap_or(head.len());
+    let head = head.get(..end)?;
+    let behind = after_version(head.get(mark.len()..)?)?;
+    Some(match steps_in(&String::from_utf8_lossy(behind)) {
+        Some(steps) => Borne { steps, unreadable: None },
+        None => Borne { steps: Steps::NONE, unreadable: Some(Excerpt::new(head)) },
     })
 }
 
-/// The steps of a stamp that begins here, if one does.
-fn steps_at(text: &[u8]) -> Option<Steps> {
-    let head = text.get(..MAX_HEAD_BYTES).unwrap_or(text);
-    let end = memchr::memchr2(b'\n', b'\r', head).unwrap_or(head.len());
-    let head = String::from_utf8_lossy(&head[..end]);
-    let mut words = head.split_ascii_whitespace();
-    let is = |word: Option<&str>, wanted: &str| word.is_some_and(|word| word.eq_ignore_ascii_case(wanted));
-    if !is(words.next(), MARK) {
-        return None;
+/// What stands behind a version of three numbers, `0.2.0`, with a `v` before it or not and a suffix on it or not.
+fn after_version(text: &[u8]) -> Option<&[u8]> {
+    let blanks = text.iter().take_while(|byte| SEPARATORS.contains(byte)).count();
+    let mut rest = text.get(blanks..)?;
+    rest = rest.strip_prefix(b"v").or_else(|| rest.strip_prefix(b"V")).unwrap_or(rest);
+    for number in 0..VERSION_NUMBERS {
+        if number > 0 {
+            rest = rest.strip_prefix(b".")?;
+        }
+        let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        rest = rest.get(digits..).filter(|_| digits > 0)?;
     }
-    // Version and operation.
+    let suffix = rest.iter().take_while(|byte| !byte.is_ascii_whitespace()).count();
+    rest.get(suffix..)
+}
+
+/// The steps in what stands behind the version: the operation, `steps`, their names, `machine`. Without the word after
+/// them some may have been cut off.
+fn steps_in(text: &str) -> Option<Steps> {
+    let mut words = text.split_ascii_whitespace();
+    let is = |word: &str, wanted: &str| word.eq_ignore_ascii_case(wanted);
     words.next()?;
-    words.next()?;
-    if !is(words.next(), STEPS) {
-        return None;
+    words.next().filter(|word| is(word, STEPS))?;
+    let mut names = String::new();
+    loop {
+        let word = words.next()?;
+        if is(word, MACHINE) {
+            return Steps::from_names(&names);
+        }
+        names.push_str(word);
+        names.push(' ');
     }
-    let steps = Steps::from_names(words.next()?)?;
-    is(words.next(), MACHINE).then_some(steps)
 }
 
 /// Looks for stamps in a text that comes in pieces.
 #[derive(Debug, Default)]
 pub struct StampFinder {
     /// The last bytes, in which a stamp may begin that goes on in the next piece.
-    tail: Vec<u8>,
-    steps: Steps,
+    rest: Vec<u8>,
+    borne: Borne,
 }
 
 impl StampFinder {
     /// Goes on with a piece of the text.
     pub fn see(&mut self, piece: &[u8]) {
-        self.steps = self.steps.and(borne_by(piece));
-        if piece.len() < MAX_HEAD_BYTES {
-            self.tail.extend_from_slice(piece);
-            self.steps = self.steps.and(borne_by(&self.tail));
-        } else {
-            self.tail.extend_from_slice(&piece[..MAX_HEAD_BYTES]);
-            self.steps = self.steps.and(borne_by(&self.tail));
-            self.tail.clear();
-            self.tail.extend_from_slice(&piece[piece.len() - MAX_HEAD_BYTES..]);
-        }
-        let surplus = self.tail.len().saturating_sub(MAX_HEAD_BYTES);
-        self.tail.drain(..surplus);
+        self.rest.extend_from_slice(piece);
+        let whole = self.rest.len().saturating_sub(MAX_HEAD_BYTES - 1);
+        self.borne = self.borne.and(borne_before(&self.rest, whole));
+        self.rest.drain(..whole);
     }
 
-    /// The steps named so far.
+    /// What the stamps of the text say, which ends here.
     #[must_use]
-    pub fn steps(&self) -> Steps {
-        self.steps
+    pub fn finish(self) -> Borne {
+        self.borne.and(borne_by(&self.rest))
     }
 }
 
@@ -102,28 +149,63 @@ mod tests {
             format!("; {}\r\n", stamp().to_string().to_uppercase()),
             format!("0 BEGIN PGM A MM\n;{}", stamp().to_string().to_lowercase()),
             format!("T T Trunnion {}", stamp()),
+            "(Trunnion 0.2.0 compensation steps wear, cc machine a)".to_owned(),
+            "(Trunnion 0.2.0-rc.1 compensation steps cc ,wear machine a)".to_owned(),
+            "(Trunnion 0.2.0 a steps cc machine b)\n(Trunnion 0.2.0 c steps wear machine b)".to_owned(),
         ] {
-            assert_eq!(borne_by(text.as_bytes()), both, "{text}");
+            assert_eq!(borne_by(text.as_bytes()), Borne { steps: both, unreadable: None }, "{text}");
         }
         for text in [
             "(Trunnion)",
-            "(made with Trunnion 0.2.0)",
-            "(Trunnion 0.2.0 cc-compensation steps)",
-            "(Trunnion 0.2.0 cc-compensation steps cc,mill machine a)",
-            "(Trunnion 0.2.0 cc-compensation steps cc\nmachine a)",
+            "(TRUNNION TABLE 160)",
+            "(TRUNNION 5.2 MM LOWER)",
+            "(TR160 TRUNNION, REV 3)",
+            "(Trunnion\n0.2.0 compensation steps cc machine a)",
             "Trunnio",
         ] {
-            assert_eq!(borne_by(text.as_bytes()), Steps::NONE, "{text}");
+            assert_eq!(borne_by(text.as_bytes()), Borne::default(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_stamp_whose_steps_cannot_be_read_completely_is_one_all_the_same() {
+        for text in [
+            "(Trunnion 0.2.0 wear-compensatio)",
+            "(Trunnion 0.2.0)",
+            "(Trunnion 0.2.0 wear-compensation steps wear,lo",
+            "(Trunnion 0.2.0 compensation steps wear)",
+            "(Trunnion 0.2.0 compensation steps cc wear machine a)",
+            "(Trunnion 0.2.0 compensation steps  machine a)",
+            "(Trunnion 0.2.0 compensation steps cc,polish machine a)",
+            "(Trunnion 0.2.0 compensation steps cc\nmachine a)",
+            "(Trunnion 0.2.0 wear machine a)",
+            "(TRUNNION0.2.0WEAR-COMPENSATION)",
+            "; made by Trunnion v0.2.0",
+            "(Trunnion_0_2_0 steps)(Trunnion 10.20.30 x",
+        ] {
+            let borne = borne_by(text.as_bytes());
+            assert_eq!(borne.steps, Steps::NONE, "{text}");
+            let excerpt = borne.unreadable.map(|text| text.to_string()).unwrap_or_default();
+            assert!(!excerpt.is_empty() && text.contains(&excerpt), "{text}: {excerpt}");
+        }
+        // A stamp that can be read does not heal another one.
+        let text = format!("({})\n(Trunnion 0.2.0 wear-co)", stamp());
+        let borne = borne_by(text.as_bytes());
+        assert_eq!(borne.steps, stamp().steps);
+        assert_eq!(borne.unreadable.map(|text| text.to_string()).as_deref(), Some("Trunnion 0.2.0 wear-co)"));
     }
 
     #[test]
     fn a_stamp_is_found_however_the_text_is_cut() {
         let text = format!("{}({}){}", "G0 X1\n".repeat(90), stamp(), "\nG1 X2 T3".repeat(60));
-        for size in [1, 7, 100, 255, 256, 257, 600] {
-            let mut finder = StampFinder::default();
-            text.as_bytes().chunks(size).for_each(|piece| finder.see(piece));
-            assert_eq!(finder.steps(), stamp().steps, "pieces of {size}");
+        let at_the_end = format!("{}({})", "G0 X1\n".repeat(90), stamp());
+        for text in [text, at_the_end] {
+            for size in [1, 7, 100, 255, 256, 257, 560, 600, 5000] {
+                let mut finder = StampFinder::default();
+                text.as_bytes().chunks(size).for_each(|piece| finder.see(piece));
+                let expected = Borne { steps: stamp().steps, unreadable: None };
+                assert_eq!(finder.finish(), expected, "pieces of {size}");
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ mod find;
 mod place;
 mod steps;
 
-pub use find::{StampFinder, borne_by};
+pub use find::{Borne, StampFinder, borne_by};
 pub use place::{StampPlace, place_stamp};
 pub use steps::{Step, Steps};
 

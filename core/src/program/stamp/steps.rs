@@ -92,10 +92,10 @@ impl Steps {
         self.iter().find(|step| others.has(*step))
     }
 
-    /// The steps that a text names, separated by commas, in letters of any size; `None` where it names anything else.
+    /// The steps that a text names, separated by commas and blanks beside them, in letters of any size; `None` where it names anything else.
     #[must_use]
     pub fn from_names(text: &str) -> Option<Self> {
-        text.split(',').try_fold(Self::NONE, |steps, name| {
+        text.split(',').map(str::trim_ascii).try_fold(Self::NONE, |steps, name| {
             let step = Step::ALL.into_iter().find(|step| step.name().eq_ignore_ascii_case(name))?;
             Some(steps.with(step))
         })

@@ -3,7 +3,7 @@
 
 use super::functions::function;
 use super::operators::{binary, operator};
-use crate::program::number::read_unsigned;
+use crate::program::number::{exponent_at, read_unsigned};
 
 /// Brackets and signs nested deeper than this are given up.
 const MAX_DEPTH: u8 = 40;
@@ -39,6 +39,8 @@ pub(in crate::program) enum Mistake {
     NoOperand(usize),
     /// The bracket or quotation mark at this byte is not closed, or too many are nested.
     Unclosed(usize),
+    /// A number goes on at this byte with an exponent that is not written `EX`.
+    Exponent(usize),
 }
 
 /// What names stand for.
@@ -211,6 +213,8 @@ impl<'a, N: Names> Walk<'a, N> {
             value = with_exponent(self.text, at, number.end, end);
             is_whole = false;
             self.at = end;
+        } else if exponent_at(self.text, number.end).is_some() {
+            return Err(Mistake::Exponent(number.end));
         }
         Ok(value.is_finite().then_some(Number { value, is_whole }))
     }

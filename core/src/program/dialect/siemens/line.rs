@@ -5,7 +5,7 @@ use crate::program::comment::comment_end;
 use crate::program::constants::exponent_end;
 use crate::program::dialect::LineRead;
 use crate::program::line;
-use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
+use crate::program::number::{MAX_MAGNITUDE, exponent_at, follows_number, number_start, read_unsigned};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Excerpt, Keyword,
     Word, WordForm,
@@ -90,6 +90,9 @@ impl Line<'_> {
     #[inline]
     fn word(&mut self, letter: u8) {
         let start = self.at;
+        if letter | 0x20 == b'e' && self.is_exponent(start) {
+            return self.fail_exponent(start);
+        }
         let mut at = start + 1;
         let mut byte = self.byte(at);
         if byte == b'=' {
@@ -373,6 +376,21 @@ impl Line<'_> {
         let end = line::line_end(self.text, start);
         let text = Excerpt::new(self.text.get(start..end).unwrap_or_default());
         self.fail(DiagnosticCode::UnexpectedText { text }, start, end);
+    }
+
+    /// Whether the letter at a byte is the `E` of an exponent, directly after a number. The control's own exponents are
+    /// written `EX`, and `E` alone begins none of its words there.
+    fn is_exponent(&self, at: usize) -> bool {
+        follows_number(self.text, self.start, at) && exponent_at(self.text, at).is_some()
+    }
+
+    /// Gives up a line with an exponent whose letter stands at this byte.
+    #[cold]
+    pub(super) fn fail_exponent(&mut self, at: usize) {
+        let start = number_start(self.text, self.start, at);
+        let end = line::line_end(self.text, at);
+        let text = Excerpt::new(self.text.get(start..end).unwrap_or_default());
+        self.fail(DiagnosticCode::Exponent { text }, start, end);
     }
 
     /// A number is missing, or a bracket is not closed.

@@ -184,6 +184,7 @@ fn give_up(line: &mut Line<'_>, start: usize, mistake: Mistake) {
     match mistake {
         Mistake::NoOperand(_) => line.fail_value(start, false),
         Mistake::Unclosed(at) => line.fail_value(at.max(start), true),
+        Mistake::Exponent(at) => line.fail_exponent(at),
     }
 }
 
