@@ -1,11 +1,11 @@
 //! Two codes of one modal group in one block: controls take the first, the last, or refuse the block, so that the mode is
 //! not known behind it.
 
+use super::Unfollowable;
 use super::codes::Code;
 use super::interpreter::{Interpreter, at_bytes};
-use super::modal::{FirstShift, Modal, Transformation};
+use super::modal::{Modal, Transformation};
 use super::unit::UnitFrom;
-use super::{Unfollowable, WorkOffset};
 use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics, Dialect};
 
 /// A modal group.
@@ -45,12 +45,12 @@ fn state_of(code: Code, tenths: u32) -> Option<(Group, u64)> {
 
 impl Interpreter {
     /// Behind a block with two codes of one group the group's mode is not known; without a unit the program is refused.
-    /// `before` is the state before the block, `only_offset` the work offset of the first point then.
+    /// `before` is the state before the block.
     pub(super) fn settle_conflicts(
         &mut self,
         batch: &Batch,
         block: &Block,
-        (before, only_offset): (&Modal, Option<WorkOffset>),
+        before: &Modal,
         reason: &mut Option<Unfollowable>,
         diagnostics: &mut Diagnostics,
     ) {
@@ -64,7 +64,7 @@ impl Interpreter {
             let Some((group, value)) = state else { continue };
             let conflicts = states.iter().flatten().any(|&(other, old)| other == group && old != value);
             if conflicts {
-                self.lose(group, (before, only_offset), reason);
+                self.lose(group, before, reason);
                 if group == Group::Units {
                     self.refuse_units(batch, block, diagnostics);
                 }
@@ -81,12 +81,7 @@ impl Interpreter {
     }
 
     /// The mode of a group is not known any more.
-    fn lose(
-        &mut self,
-        group: Group,
-        (before, only_offset): (&Modal, Option<WorkOffset>),
-        reason: &mut Option<Unfollowable>,
-    ) {
+    fn lose(&mut self, group: Group, before: &Modal, reason: &mut Option<Unfollowable>) {
         match group {
             Group::Motion => {
                 self.modal.motion = None;
@@ -110,12 +105,7 @@ impl Interpreter {
                 self.modal.tool_length = None;
                 self.modal.kinematics_switched = before.kinematics_switched;
             }
-            Group::WorkOffset => {
-                self.set_work_offset(None);
-                // Neither of the two is the offset of the points before.
-                let is_named = only_offset.is_some() || self.first_shift == FirstShift::NoPoint;
-                self.only_offset = if is_named { only_offset } else { Some(WorkOffset::Unnamed) };
-            }
+            Group::WorkOffset => self.set_work_offset(None),
             Group::Transformation(which) => {
                 self.set_transformation(which, None);
                 if which == Transformation::Rotation {

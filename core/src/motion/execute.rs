@@ -67,9 +67,9 @@ impl Interpreter {
             self.forget_all();
         }
         let mut reason = self.block_reason(batch, block, diagnostics);
-        let before = (self.modal, self.only_offset);
+        let before = self.modal;
         let (mut action, mut one_shot) = self.apply_g_codes(&mut reason);
-        self.settle_conflicts(batch, block, (&before.0, before.1), &mut reason, diagnostics);
+        self.settle_conflicts(batch, block, &before, &mut reason, diagnostics);
         let (ends, called) = self.apply_m_codes();
         let ends = ends || self.this_block.ends;
         one_shot |= self.this_block.machine_coordinates;
