@@ -158,10 +158,10 @@ impl Points {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "compared with what it was"
+            reason = "checked to be whole"
         )]
         let whole = number as u32;
-        (f64::from(whole) == number && LENGTHS.contains(&whole)).then_some(whole)
+        (number.fract() == 0.0 && LENGTHS.contains(&whole)).then_some(whole)
     }
 
     /// The points of a motion.
