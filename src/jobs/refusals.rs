@@ -84,14 +84,17 @@ fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
 fn pointer_of(unknown: &ToolUnknown) -> &'static str {
     match unknown {
         ToolUnknown::Several { .. } | ToolUnknown::NoSuchTool { .. } => "/tool_number",
-        ToolUnknown::NotListed { stated, .. } | ToolUnknown::Missing { stated } => match *stated {
+        ToolUnknown::NotListed { stated, .. }
+        | ToolUnknown::Missing { stated }
+        | ToolUnknown::NotTold { stated } => match *stated {
             "`nominal_tool`" => "/nominal_tool",
             "`tool`" => "/tool",
             "`tool_length_mm`" => "/tool_length_mm",
             _ => "/tool_radius_mm",
         },
         ToolUnknown::NoWear { .. } => "/wear/cutter_id",
-        ToolUnknown::CutterDiffers(_) => "/program",
+        ToolUnknown::UnfitWear { .. } => "/wear",
+        ToolUnknown::CutterDiffers(_) | ToolUnknown::NotPutIn { .. } => "/program",
     }
 }
 

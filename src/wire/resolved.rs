@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{Fixed, MachineStatements, ProgramUnit, Statements};
-use crate::motion::{CalledTool, ToolKey, WorkOffset};
+use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{OffsetUse, ProgramReading, ToolUse};
 
 /// Who stated something.
@@ -134,9 +134,8 @@ impl ResolvedInputs {
             ResolvedTool {
                 number: match used.called.key() {
                     Some(ToolKey::Number(number)) => Some(number),
-                    None if used.called == CalledTool::NotCalled && !used.is_unknown => {
-                        statements.tool_number
-                    }
+                    // The tool asked for, where the text calls none or does not tell which.
+                    None if !used.is_unknown => statements.tool_number,
                     Some(ToolKey::Name(_)) | None => None,
                 },
                 name: used.name.map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),

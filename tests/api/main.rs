@@ -9,6 +9,7 @@ mod calibrations;
 mod command_line;
 mod compensation;
 mod documents;
+mod entered_wear;
 mod examples;
 mod forward;
 mod http2;

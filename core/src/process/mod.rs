@@ -60,7 +60,7 @@ pub use singularity::{
     SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
 pub use stream::{ProgramSource, Stop};
-pub use tools::{CutterDifference, ListedTool, ToolTable, ToolUnknown, Tools};
+pub use tools::{CutterDifference, EnteredWear, ListedTool, ToolTable, ToolUnknown, Tools, UnfitWear};
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
     VerificationParameters, VerificationQuantity, verify_part,
