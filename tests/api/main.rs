@@ -35,6 +35,7 @@ mod queue_restart;
 mod real_programs;
 mod receiver;
 mod recorded;
+mod refusal_texts;
 mod replays;
 mod service;
 mod servo;
