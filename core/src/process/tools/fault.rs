@@ -40,7 +40,7 @@ pub enum ToolUnknown {
     },
     /// The program calls a tool, and its text does not tell which.
     #[error(
-        "missing: the program calls a tool, and its text does not tell which one it is: T is an expression, an edge other than D1 counts, or a subprogram may have changed it. Give {stated}, or say by `tool_number` which tool of the machine's tool table it is"
+        "missing: the program calls a tool, and its text does not tell which one it is, as where T is an expression, an edge other than D1 counts, or a code or a subprogram may have changed it. Give {stated}, or say by `tool_number` which tool of the machine's tool table it is"
     )]
     NotTold {
         /// How the request states one.
