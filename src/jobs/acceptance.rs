@@ -5,9 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use super::{CompensatorFault, JobFault, KeptShelf, MachineUsed, Refusal, RefusalClass, Sources, ToolShelf};
+use super::{
+    CompensatorFault, JobFault, KeptShelf, KeptWear, MachineUsed, Refusal, RefusalClass, Sources, ToolShelf,
+    UnfitEntries, WhyUnfit,
+};
+use crate::machine::Tool;
 use crate::program::{Step, Steps};
 use crate::store::{Store, StoreError};
+use crate::wear::{has_fallen, most_wear};
 use crate::wire::{ResolvedWear, WearEntry};
 
 /// What a job was accepted with beside its parameters, as it is stored.
@@ -32,38 +37,95 @@ pub async fn with_wear(
     cutter_id: Option<&str>,
 ) -> Result<MachineUsed, StoreError> {
     let Some(cutter_id) = cutter_id else { return Ok(on) };
-    let entries = store.newest_radius_wear(&on.machine_id, cutter_id).await?;
-    on.shelf = on.shelf.worn(worn(&on.shelf, cutter_id, entries, sources.clock.now()));
+    let entries = store.newest_and_most_wear(&on.machine_id, cutter_id).await?;
+    let (worn, unfit) = worn(&on.shelf, cutter_id, entries, sources.clock.now());
+    on.shelf = on.shelf.worn(worn, unfit);
     Ok(on)
 }
 
-/// The wear of each tool of the table by the newest entries of its edges. One of the cutter as a whole takes the place of those of
-/// its edges that are older.
-fn worn(shelf: &ToolShelf, cutter_id: &str, entries: Vec<WearEntry>, now: Timestamp) -> Vec<ResolvedWear> {
+/// The wear of each tool of the table by the newest entries of its edges, and the tools whose entries do not tell it. `entries` has
+/// of each edge the newest first and, after it, the one with the most wear where that is another.
+fn worn(
+    shelf: &ToolShelf,
+    cutter_id: &str,
+    entries: Vec<WearEntry>,
+    now: Timestamp,
+) -> (Vec<ResolvedWear>, Vec<UnfitEntries>) {
     let mut by_tool: BTreeMap<String, Vec<WearEntry>> = BTreeMap::new();
     for entry in entries {
         by_tool.entry(entry.tool_id.clone()).or_default().push(entry);
     }
-    let of_tool = |(tool_id, mut entries): (String, Vec<WearEntry>)| {
-        let is_listed = shelf.tools().iter().any(|tool| tool.tool_id == tool_id);
-        let whole = entries.iter().find(|entry| entry.edge.is_none()).map(|entry| entry.measured_at.clone());
-        if let Some(whole) = whole {
-            let any_newer = entries.iter().any(|entry| entry.edge.is_some() && entry.measured_at > whole);
-            entries.retain(|entry| entry.edge.is_some() == any_newer && entry.measured_at >= whole);
+    let (mut all, mut unfit) = (Vec::new(), Vec::new());
+    for (tool_id, entries) in by_tool {
+        let Some(tool) = shelf.tools().iter().find(|tool| tool.tool_id == tool_id) else { continue };
+        match worn_by(&entries, tool.document.cutter()) {
+            Ok(newest) => all.extend(resolved(tool_id, cutter_id, &newest, now)),
+            Err(why) => unfit.push(UnfitEntries { tool_id, why }),
         }
-        let newest = entries.iter().map(|entry| entry.measured_at.clone()).max()?;
-        let age_s = newest.parse::<Timestamp>().ok().map(|at| now.duration_since(at).as_secs_f64())?;
-        let radius_wear_um = entries.iter().filter_map(|entry| entry.radius_wear_um).fold(0.0, f64::max);
-        is_listed.then(|| ResolvedWear {
-            tool_id,
-            cutter_id: cutter_id.to_owned(),
-            radius_wear_um,
-            measured_at: newest,
-            age_days: age_s / S_PER_DAY,
-            entry_ids: entries.into_iter().map(|entry| entry.id).collect(),
-        })
-    };
-    by_tool.into_iter().filter_map(of_tool).collect()
+    }
+    (all, unfit)
+}
+
+fn kept((entry, wear_um): (&WearEntry, f64)) -> KeptWear {
+    (entry.id.clone(), wear_um)
+}
+
+/// The entries of a tool that count: the newest of each edge. One of the cutter as a whole takes the place of those of its edges that
+/// are older.
+fn worn_by(entries: &[WearEntry], nominal: Option<Tool>) -> Result<Vec<&WearEntry>, WhyUnfit> {
+    let of_radius: Vec<(&WearEntry, f64)> =
+        entries.iter().filter_map(|entry| Some((entry, entry.radius_wear_um?))).collect();
+    if of_radius.is_empty() {
+        let newest = entries.iter().max_by(|a, b| a.measured_at.cmp(&b.measured_at));
+        return newest.map_or(Ok(Vec::new()), |entry| Err(WhyUnfit::FlankAlone { newest: entry.id.clone() }));
+    }
+    let mut edges = BTreeSet::new();
+    let mut newest = of_radius.clone();
+    newest.retain(|(entry, _)| edges.insert(&entry.edge));
+    if let Some(whole) = newest.iter().find(|(entry, _)| entry.edge.is_none()).map(|(entry, _)| *entry) {
+        let is_newer = |entry: &WearEntry| entry.edge.is_some() && entry.measured_at > whole.measured_at;
+        let any_newer = newest.iter().any(|(entry, _)| is_newer(entry));
+        newest
+            .retain(|(entry, _)| entry.edge.is_some() == any_newer && entry.measured_at >= whole.measured_at);
+    }
+    for (entry, wear_um) in &newest {
+        // What was measured before of the same edge or the whole cutter; of the whole cutter, what was measured of any edge.
+        let is_before = |earlier: &WearEntry| {
+            earlier.measured_at <= entry.measured_at
+                && (entry.edge.is_none() || earlier.edge.is_none() || earlier.edge == entry.edge)
+        };
+        let before = of_radius.iter().filter(|(earlier, _)| is_before(earlier));
+        let most = before.max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some(earlier) = most.filter(|(_, most_um)| has_fallen(*most_um, *wear_um)) {
+            return Err(WhyUnfit::Fallen { newest: kept((entry, *wear_um)), earlier: kept(*earlier) });
+        }
+    }
+    let largest = newest.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    let most_um = nominal.map_or(f64::INFINITY, |tool| most_wear(tool.radius()).um());
+    match largest.filter(|(_, wear_um)| *wear_um > most_um) {
+        Some(largest) => Err(WhyUnfit::TooMuch { largest: kept(*largest) }),
+        None => Ok(newest.into_iter().map(|(entry, _)| entry).collect()),
+    }
+}
+
+/// The wear by these entries as the report tells it.
+fn resolved(
+    tool_id: String,
+    cutter_id: &str,
+    entries: &[&WearEntry],
+    now: Timestamp,
+) -> Option<ResolvedWear> {
+    let measured_at = entries.iter().map(|entry| entry.measured_at.clone()).max()?;
+    let age_s = measured_at.parse::<Timestamp>().ok().map(|at| now.duration_since(at).as_secs_f64())?;
+    Some(ResolvedWear {
+        tool_id,
+        cutter_id: cutter_id.to_owned(),
+        radius_wear_um: entries.iter().filter_map(|entry| entry.radius_wear_um).fold(0.0, f64::max),
+        measured_at,
+        // Clocks differ: an entry may be dated after the request.
+        age_days: age_s.max(0.0) / S_PER_DAY,
+        entry_ids: entries.iter().map(|entry| entry.id.clone()).collect(),
+    })
 }
 
 /// Seconds in a day.

@@ -155,7 +155,7 @@ impl ProgramParameters for CcParameters {
             )?;
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let resolved = on
-                .resolved(&self.statements(), &reading)
+                .resolved(&self.statements(), &reading)?
                 .with_max_feed(self.max_feed_mm_per_min, &on.statements);
             let leaving = Leaving {
                 on: &on,

@@ -23,7 +23,7 @@ pub enum InterpretationForm {
     Table,
 }
 
-/// Interprets a program; the answer is whole before the first byte of it is sent.
+/// Interprets a program; the answer is whole before the first byte of it is sent. With it how many motions are left alone.
 ///
 /// # Errors
 /// Parameters that do not fit, a program that cannot be read, work that would cost too much.
@@ -35,7 +35,7 @@ pub async fn interpret(
     parameters: InterpretationParameters,
     program: Draft,
     form: InterpretationForm,
-) -> Result<Draft, JobFault> {
+) -> Result<(Draft, u64), JobFault> {
     let statements = parameters.statements();
     let mut faults = FaultList::default();
     statements.check(&mut faults);
@@ -43,7 +43,7 @@ pub async fn interpret(
     let set_up = on.program(&statements, false).map_err(JobFault::Parameters)?;
     Cost::of_program_reading(program.length()).within(means.max_cost_s)?;
     let spool = spool.clone();
-    let work = move |stop: &Stop<'_>| -> Result<Draft, JobFault> {
+    let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
         let source = InputFile::from(&program);
         let answer = Answering { on: &on, parameters: &parameters, set_up: &set_up, spool: &spool };
         match form {
@@ -85,19 +85,24 @@ impl Answering<'_> {
         InterpretedMotionDoc::of(motion, &self.on.machine, &number_of)
     }
 
-    fn table(&self, source: &InputFile, stop: &Stop<'_>) -> Result<Draft, JobFault> {
+    fn table(&self, source: &InputFile, stop: &Stop<'_>) -> Result<(Draft, u64), JobFault> {
         let in_table = |fault: csv::Error| CompensatorFault::Io(fault_of_table(fault));
         let mut table = InterpretationTable::new(self.output()?, &self.on.machine).map_err(in_table)?;
+        let mut alone = 0_u64;
         let mut take = |told: &Interpreted| match told {
             Interpreted::Motion(motion) => table.add(&self.motion(motion)).map_err(fault_of_table),
-            Interpreted::LeftAlone { .. } => Ok(()),
+            Interpreted::LeftAlone { .. } => {
+                alone += 1;
+                Ok(())
+            }
         };
-        self.read(source, &mut take, stop)?;
-        written(table.into_inner().map_err(CompensatorFault::Io)?)
+        let Interpretation { reading, .. } = self.read(source, &mut take, stop)?;
+        self.on.resolved(&self.parameters.statements(), &reading)?;
+        Ok((written(table.into_inner().map_err(CompensatorFault::Io)?)?, alone))
     }
 
     /// Motions go straight to the answer; what is left alone rests in a file of its own until they are all there.
-    fn json(&self, source: &InputFile, stop: &Stop<'_>) -> Result<Draft, JobFault> {
+    fn json(&self, source: &InputFile, stop: &Stop<'_>) -> Result<(Draft, u64), JobFault> {
         let (mut out, mut left) = (self.output()?, self.output()?);
         let (mut motions, mut alone) = (0_u64, 0_u64);
         out.write_all(b"{\"motions\":[").map_err(CompensatorFault::Io)?;
@@ -116,7 +121,7 @@ impl Answering<'_> {
             input_sha256: source.sha256.clone(),
             dialect: dialect.into(),
             blocks,
-            resolved: self.on.resolved(&self.parameters.statements(), &reading),
+            resolved: self.on.resolved(&self.parameters.statements(), &reading)?,
         };
         let left = written(left)?;
         let end = serde_json::to_string(&end)?;
@@ -128,7 +133,7 @@ impl Answering<'_> {
             out.write_all(end.get(1..).unwrap_or_default().as_bytes())
         };
         finish().map_err(CompensatorFault::Io)?;
-        written(out)
+        Ok((written(out)?, alone))
     }
 }
 

@@ -48,7 +48,7 @@ pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job
 pub use queue::{Besides, Describe, JobOrder, Queue, QueueLimits, QueueReading};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
-pub use tool_shelf::{KeptShelf, ToolShelf};
+pub use tool_shelf::{KeptShelf, KeptWear, ToolShelf, UnfitEntries, WhyUnfit};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;

@@ -15,12 +15,12 @@ use super::wear_program::{findings as wear_findings, missing_from_table};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, CcStep, Place, ProgramSetup, ServoStep, WearStep};
+use crate::process::{self, CcStep, Place, ProgramSetup, ServoStep, WarningKind, WearStep};
 use crate::program::{Step, Steps};
 use crate::store::Blobs;
 use crate::wire::{
     self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
-    Fault, FaultList, JobOperation, Statements, fault_of_table, looks_at,
+    Fault, FaultList, JobOperation, Statements, Warning, WearFindings, fault_of_table, looks_at,
 };
 
 /// Most samples of the drives for an error budget: ten seconds of one core.
@@ -99,8 +99,11 @@ impl ProgramParameters for CompensationParameters {
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let statements = Statements { tool_number: self.tool(), ..self.statements() };
             let resolved = on
-                .resolved(&statements, &done.reading)
+                .resolved(&statements, &done.reading)?
                 .with_max_feed(self.max_feed_mm_per_min, &on.statements);
+            // Errors of a table do not depend on the tool, so that the sections of every tool are posted anew.
+            let is_posted = self.location_errors && !on.has_head_axis();
+            let resolved = if is_posted { resolved.whatever_the_tool() } else { resolved };
             let leaving = Leaving {
                 on: &on,
                 operation: Self::OPERATION,
@@ -148,7 +151,7 @@ fn at_its_step(fault: process::Fault, parameters: &CompensationParameters) -> Co
 /// Motions that were looked at by the step that looks at most of them.
 fn motions_checked(findings: &CompensationFindings) -> u64 {
     let cc = findings.cc.as_ref().map_or(0, |cc| cc.motions_checked);
-    let wear = findings.wear.as_ref().map_or(0, |wear| wear.contacts_kept + wear.contacts_assumed);
+    let wear = findings.wear.as_ref().map_or(0, WearFindings::motions_checked);
     let posted = findings.location_errors.as_ref().map_or(0, |errors| errors.motions_posted);
     cc.max(wear).max(posted)
 }
@@ -215,8 +218,21 @@ fn findings(
         cc: report.cc.as_ref().map(cc_findings),
         changes: ChangesDoc::of(changes_sha256, &report.changes),
         error_budget: (&report.budget).into(),
-        warnings: report.warnings.iter().map(Into::into).collect(),
+        warnings: warnings(parameters, report),
     }
+}
+
+/// The core's warnings, and that a stated cutter is not used where both cutters are the table's.
+fn warnings(parameters: &CompensationParameters, report: &process::CompensationReport) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = report.warnings.iter().map(Into::into).collect();
+    let kind = WarningKind::StatedToolUnused.name();
+    let is_stated = parameters.cc.as_ref().is_some_and(|step| step.tool_radius_mm.is_some());
+    let from_entries = parameters.wear.as_ref().is_some_and(|step| step.from.is_some());
+    if is_stated && from_entries && warnings.iter().all(|warning| warning.kind != kind) {
+        let detail = "the wear is taken from the entries, so both cutters are those of the machine's tool table, and cc.tool_radius_mm is not used; leave it out, or state nominal_tool and actual_tool";
+        warnings.push(Warning::plain(kind, detail));
+    }
+    warnings
 }
 
 /// Files for what rests between two steps; they go with this.

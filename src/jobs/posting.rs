@@ -46,7 +46,7 @@ impl ProgramParameters for PostingParameters {
             unless_it_leaves_its_path(&report)?;
             let output = written(output)?;
             let provenance = on.provenance(program, &output);
-            let resolved = Some(on.resolved(&self.statements(), &report.reading));
+            let resolved = Some(on.resolved(&self.statements(), &report.reading)?);
             let findings = PostingFindings::of(&self, &report);
             let report = PostingReport { provenance, resolved, findings };
             Ok(Finished { output: Some(output), ..Finished::of(&report)? })

@@ -86,14 +86,17 @@ fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
 fn pointer_of(unknown: &ToolUnknown) -> &'static str {
     match unknown {
         ToolUnknown::Several { .. } | ToolUnknown::NoSuchTool { .. } => "/tool_number",
-        ToolUnknown::NotListed { stated, .. } | ToolUnknown::Missing { stated } => match *stated {
+        ToolUnknown::NotListed { stated, .. }
+        | ToolUnknown::Missing { stated }
+        | ToolUnknown::NotTold { stated } => match *stated {
             "`nominal_tool`" => "/nominal_tool",
             "`tool`" => "/tool",
             "`tool_length_mm`" => "/tool_length_mm",
             _ => "/tool_radius_mm",
         },
         ToolUnknown::NoWear { .. } => "/wear/cutter_id",
-        ToolUnknown::CutterDiffers(_) => "/program",
+        ToolUnknown::UnfitWear { .. } => "/wear",
+        ToolUnknown::CutterDiffers(_) | ToolUnknown::NotPutIn { .. } => "/program",
     }
 }
 
@@ -113,6 +116,7 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
         Some(fault) if matches!(fault.kind, LineFaultKind::Unstated(_)) => fault.to_string(),
         _ => detail,
     };
+    let errors = one_for_each_member(&faults.kept);
     let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
     let detail = if reachable_um > 0.0 {
         format!("{detail}; with the program's decimals {reachable_um:.3} µm can be reached")
@@ -124,8 +128,25 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
         detail,
         line: first.map(|fault| fault.line),
         block: first.map(|fault| fault.block.clone()).filter(|block| !block.is_empty()),
-        errors: faults.kept.iter().map(at).collect(),
+        errors: errors.into_iter().map(|fault| at(&fault)).collect(),
     }
+}
+
+/// The faults, where one of each member that has to be stated speaks for all lines that need it.
+fn one_for_each_member(faults: &[LineFault]) -> Vec<LineFault> {
+    let member = |fault: &LineFault| match fault.kind {
+        LineFaultKind::Unstated(unstated) => Some(unstated.member()),
+        _ => None,
+    };
+    let mut each: Vec<LineFault> = Vec::new();
+    for fault in faults {
+        let known = each.iter_mut().find(|known| member(fault).is_some() && member(known) == member(fault));
+        match known {
+            Some(known) => known.count += fault.count,
+            None => each.push(fault.clone()),
+        }
+    }
+    each
 }
 
 fn reachable_um(fault: &LineFault) -> Option<f64> {
@@ -133,6 +154,12 @@ fn reachable_um(fault: &LineFault) -> Option<f64> {
         LineFaultKind::ToleranceOutOfReach { reachable_um, .. } => Some(reachable_um),
         _ => None,
     }
+}
+
+/// A parameter that does not fit the program.
+pub(super) fn of_parameter(fault: Fault) -> Refusal {
+    let detail = fault.detail.clone();
+    Refusal { class: RefusalClass::Parameter, detail, line: None, block: None, errors: vec![fault] }
 }
 
 /// A program refused for one thing, at a line or as a whole.

@@ -24,7 +24,7 @@ impl ProgramParameters for ServoProgramParameters {
                 Err(process::Fault::Servo(fault)) => return Err(fault.into()),
                 Err(fault) => return Err(in_words_of_the_wire(fault).into()),
             };
-            let resolved = on.resolved(&self.statements(), &simulation.reading);
+            let resolved = on.resolved(&self.statements(), &simulation.reading)?;
             let report =
                 ServoReport::of(on.revision, program.sha256.clone(), resolved, &core.drives, &simulation);
             Finished::of(&report)

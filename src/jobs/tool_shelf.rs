@@ -1,14 +1,16 @@
 //! The tools of a machine as they were when work was accepted: its tool table, and the wear that was asked for.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::machine::Tool;
 use crate::motion::ToolName;
-use crate::process::{ListedTool, ToolTable};
+use crate::process::{EnteredWear, ListedTool, ToolTable, UnfitWear};
 use crate::store::StoredTool;
 use crate::units::Length;
+use crate::wear::most_wear;
 use crate::wire::{ResolvedWear, TablePlace};
 
 /// The tools of a machine.
@@ -16,6 +18,7 @@ use crate::wire::{ResolvedWear, TablePlace};
 pub struct ToolShelf {
     tools: Arc<[StoredTool]>,
     worn: Arc<[ResolvedWear]>,
+    unfit: Arc<[UnfitEntries]>,
     table: Arc<ToolTable>,
 }
 
@@ -26,16 +29,71 @@ pub struct KeptShelf {
     pub tools: Vec<(String, i64)>,
     /// The wear that was asked for.
     pub wear: Vec<ResolvedWear>,
+    /// The tools whose entries do not tell it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unfit: Vec<UnfitEntries>,
+}
+
+/// A wear entry and what it says \[µm\].
+pub type KeptWear = (String, f64);
+
+/// Wear entries of a tool that do not tell its worn cutter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct UnfitEntries {
+    /// The tool.
+    pub tool_id: String,
+    /// Why they do not.
+    #[serde(flatten)]
+    pub why: WhyUnfit,
+}
+
+/// Why they do not; in the words of the core where the tool is at work.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "why", rename_all = "snake_case")]
+pub enum WhyUnfit {
+    /// More than entries are believed.
+    TooMuch {
+        /// What says so.
+        largest: KeptWear,
+    },
+    /// Wear that grew back.
+    Fallen {
+        /// What was measured last.
+        newest: KeptWear,
+        /// What was measured before.
+        earlier: KeptWear,
+    },
+    /// Entries of flank wear alone.
+    FlankAlone {
+        /// The newest of them.
+        newest: String,
+    },
+}
+
+impl WhyUnfit {
+    fn to_core(&self, nominal: Option<Tool>) -> UnfitWear {
+        let entered = |(entry, wear_um): &KeptWear| EnteredWear { entry: entry.clone(), wear_um: *wear_um };
+        match self {
+            Self::TooMuch { largest } => {
+                let radius = nominal.map_or(Length::ZERO, |tool| tool.radius());
+                UnfitWear::TooMuch { largest: entered(largest), most: most_wear(radius), radius }
+            }
+            Self::Fallen { newest, earlier } => {
+                UnfitWear::Fallen { newest: entered(newest), earlier: entered(earlier) }
+            }
+            Self::FlankAlone { newest } => UnfitWear::FlankAlone { newest: newest.clone() },
+        }
+    }
 }
 
 impl ToolShelf {
     /// A shelf of these tools.
     #[must_use]
     pub fn new(tools: Vec<StoredTool>) -> Self {
-        Self::with(tools.into(), Arc::default())
+        Self::with(tools.into(), Arc::default(), Arc::default())
     }
 
-    fn with(tools: Arc<[StoredTool]>, worn: Arc<[ResolvedWear]>) -> Self {
+    fn with(tools: Arc<[StoredTool]>, worn: Arc<[ResolvedWear]>, unfit: Arc<[UnfitEntries]>) -> Self {
         let listed = tools.iter().map(|tool| {
             let cutter = tool.document.cutter();
             let wear = worn.iter().find(|wear| wear.tool_id == tool.tool_id);
@@ -47,14 +105,19 @@ impl ToolShelf {
                 worn: cutter.zip(wear).and_then(|(cutter, wear)| worn_cutter(cutter, wear)),
             }
         });
-        let table = Arc::new(ToolTable::new(listed.collect()));
-        Self { tools, worn, table }
+        let place = |entries: &UnfitEntries| {
+            let at = tools.iter().position(|tool| tool.tool_id == entries.tool_id)?;
+            Some((at, entries.why.to_core(tools.get(at)?.document.cutter())))
+        };
+        let doubts: BTreeMap<_, _> = unfit.iter().filter_map(place).collect();
+        let table = Arc::new(ToolTable::new(listed.collect()).with_unfit_wear(doubts));
+        Self { tools, worn, unfit, table }
     }
 
-    /// The same with the wear of these tools.
+    /// The same with the wear of these tools, and with those whose entries do not tell it.
     #[must_use]
-    pub fn worn(&self, worn: Vec<ResolvedWear>) -> Self {
-        Self::with(Arc::clone(&self.tools), worn.into())
+    pub fn worn(&self, worn: Vec<ResolvedWear>, unfit: Vec<UnfitEntries>) -> Self {
+        Self::with(Arc::clone(&self.tools), worn.into(), unfit.into())
     }
 
     /// In the core's terms.
@@ -95,7 +158,7 @@ impl ToolShelf {
     #[must_use]
     pub fn kept(&self) -> KeptShelf {
         let tools = self.tools.iter().map(|tool| (tool.tool_id.clone(), tool.revision)).collect();
-        KeptShelf { tools, wear: self.worn.to_vec() }
+        KeptShelf { tools, wear: self.worn.to_vec(), unfit: self.unfit.to_vec() }
     }
 }
 

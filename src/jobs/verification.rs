@@ -59,7 +59,7 @@ impl ProgramParameters for VerificationParameters {
                     sample_spacing_mm: samples.spacing_mm,
                     area_mm2: samples.area_mm2,
                     mesh: part.as_ref().map(|part| *part.report()),
-                    resolved: on.resolved(&self.statements(), &verification.reading),
+                    resolved: on.resolved(&self.statements(), &verification.reading)?,
                 },
                 core,
                 &verification,

@@ -48,7 +48,7 @@ impl ProgramParameters for WearParameters {
             let moved = moved.map_err(in_words_of_the_wire)?;
             let findings = findings(&self, &moved);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let resolved = on.resolved(&self.statements(), &moved.reading);
+            let resolved = on.resolved(&self.statements(), &moved.reading)?;
             let leaving = Leaving {
                 on: &on,
                 operation: Self::OPERATION,
@@ -59,7 +59,7 @@ impl ProgramParameters for WearParameters {
                 steps: moved.steps,
             };
             let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
-            let checked = findings.contacts_kept + findings.contacts_assumed;
+            let checked = findings.motions_checked();
             let report = WearReport { provenance, resolved: Some(resolved), findings };
             Ok(Finished {
                 output: Some(output),

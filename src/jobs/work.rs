@@ -10,16 +10,17 @@ use serde::de::DeserializeOwned;
 
 use super::part_surface::facets_of;
 use super::program_job::{Finished, Workplace};
-use super::{Compensator, Cost, InputFile, JobFault, ToolShelf};
+use super::refusals::of_parameter;
+use super::{Compensator, CompensatorFault, Cost, InputFile, JobFault, ToolShelf};
 use crate::kinematics::{BareKinematics, Kinematics, Setup};
-use crate::machine::Machine;
+use crate::machine::{Machine, Side};
 use crate::process::{ProgramReading, ProgramSetup};
 use crate::program::Steps;
 use crate::store::Draft;
 use crate::wire::{
     CcParameters, CompensationParameters, Drives, Fault, FaultList, JobOperation, MachineProfile,
     MachineStatements, PostingParameters, Provenance, ResolvedInputs, ServoProgramParameters, Statements,
-    VerificationParameters, WearParameters, read_json,
+    VerificationParameters, WearParameters, read_json, two_statements,
 };
 
 /// The machine that a program is for.
@@ -77,12 +78,27 @@ impl MachineUsed {
     }
 
     /// What a result rests on, of a program that was read in this way.
-    pub(super) fn resolved(&self, statements: &Statements<'_>, reading: &ProgramReading) -> ResolvedInputs {
+    ///
+    /// # Errors
+    /// The request states an offset of the program twice, and not alike.
+    pub(super) fn resolved(
+        &self,
+        statements: &Statements<'_>,
+        reading: &ProgramReading,
+    ) -> Result<ResolvedInputs, CompensatorFault> {
+        if let Some(fault) = two_statements(statements, reading) {
+            return Err(CompensatorFault::Refused(Box::new(of_parameter(fault))));
+        }
         let table = |place| self.shelf.place(place);
-        ResolvedInputs {
+        Ok(ResolvedInputs {
             wear: self.shelf.wear().to_vec(),
             ..ResolvedInputs::of(statements, &self.statements, &table, reading)
-        }
+        })
+    }
+
+    /// Whether a rotary axis turns the tool.
+    pub(super) fn has_head_axis(&self) -> bool {
+        self.machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
     }
 
     /// The machine with this set-up.

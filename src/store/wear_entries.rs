@@ -201,12 +201,13 @@ impl Store {
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
 
-    /// Of every edge of a cutter the radius wear that was measured last and counts, whichever tools of the machine it is entered under:
-    /// by tool, then by edge. One without an edge is of the cutter as a whole and comes first.
+    /// Of every edge of a cutter the entry that was measured last and counts, and after it the one with the most wear where that is
+    /// another one; whichever tools of the machine they are entered under, by tool, then by edge. One without an edge is of the
+    /// cutter as a whole and comes first.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn newest_radius_wear(
+    pub async fn newest_and_most_wear(
         &self,
         machine_id: &str,
         cutter_id: &str,
@@ -217,14 +218,15 @@ impl Store {
                    standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
                    NULL AS "reason?: String"
                FROM wear_entries
-               WHERE seq IN (SELECT newest FROM (
-                   SELECT seq AS newest, ROW_NUMBER() OVER (
-                       PARTITION BY tool_id, edge ORDER BY measured_at DESC, seq DESC) AS place
+               WHERE seq IN (SELECT known FROM (
+                   SELECT seq AS known,
+                       ROW_NUMBER() OVER (PARTITION BY tool_id, edge ORDER BY measured_at DESC, seq DESC) AS age,
+                       ROW_NUMBER() OVER (PARTITION BY tool_id, edge ORDER BY wear_um DESC, measured_at DESC, seq DESC) AS place
                    FROM wear_entries
-                   WHERE machine_id = ? AND cutter_id = ? AND quantity = 'radius'
+                   WHERE machine_id = ? AND cutter_id = ?
                      AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
-               ) WHERE place = 1)
-               ORDER BY tool_id, edge"#,
+               ) WHERE age = 1 OR place = 1)
+               ORDER BY tool_id, edge, measured_at DESC, seq DESC"#,
             machine_id,
             cutter_id
         )

@@ -356,6 +356,22 @@ pub struct Warning {
     pub min_time_ms: Option<f64>,
 }
 
+impl Warning {
+    /// One of the program as a whole.
+    #[must_use]
+    pub fn plain(kind: &str, detail: &str) -> Self {
+        Self {
+            kind: kind.to_owned(),
+            detail: detail.to_owned(),
+            count: 1,
+            line: None,
+            worst_line: None,
+            max_distance_um: None,
+            min_time_ms: None,
+        }
+    }
+}
+
 impl From<&process::Warning> for Warning {
     fn from(core: &process::Warning) -> Self {
         let text = core.kind.text();

@@ -104,7 +104,9 @@ pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, preset
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
 pub use residuals::{ResidualRow, fault_of_table};
-pub use resolved::{ResolvedInputs, ResolvedOffset, ResolvedTool, ResolvedWear, StatedBy, TablePlace};
+pub use resolved::{
+    ResolvedInputs, ResolvedOffset, ResolvedTool, ResolvedWear, StatedBy, TablePlace, two_statements,
+};
 pub use rows::{JointColumns, JointRows, PoseRows, RowFault};
 pub use servo::{
     FeedProfileDoc, GainScales, MatchingRequest, ScaleLists, ServoDraft, ServoOptions, ServoTask,

@@ -48,10 +48,14 @@ fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unread
     {
         return Unreadable::Syntax { reason: syntax.to_string() };
     }
-    if error.inner().is_data() || out_of_range {
-        return Unreadable::Document(fault_at(error.path(), &without_place(error.inner())));
-    }
-    Unreadable::Syntax { reason: error.into_inner().to_string() }
+    // The text is JSON, so that what was met is a wrong value. Of one that stands where a word has to, the reader only says that
+    // it expected a value.
+    let detail = if error.inner().is_data() || out_of_range {
+        without_place(error.inner())
+    } else {
+        "this is none of its words; they are text in quotation marks".to_owned()
+    };
+    Unreadable::Document(fault_at(error.path(), &detail))
 }
 
 /// The fault of a message at a path; a missing field's name, which stands only in the message, joins the pointer.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Fixed, MachineStatements, ProgramUnit, Statements};
-use crate::motion::{CalledTool, ToolKey, WorkOffset};
+use super::{Fault, Fixed, MachineStatements, ProgramUnit, Statements};
+use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{OffsetUse, ProgramReading, ToolUse};
 
 /// Who stated something.
@@ -134,9 +134,8 @@ impl ResolvedInputs {
             ResolvedTool {
                 number: match used.called.key() {
                     Some(ToolKey::Number(number)) => Some(number),
-                    None if used.called == CalledTool::NotCalled && !used.is_unknown => {
-                        statements.tool_number
-                    }
+                    // The tool asked for, where the text calls none or does not tell which.
+                    None if !used.is_unknown => statements.tool_number,
                     Some(ToolKey::Name(_)) | None => None,
                 },
                 name: used.name.map(|name| String::from_utf8_lossy(name.as_bytes()).into_owned()),
@@ -192,6 +191,15 @@ impl ResolvedInputs {
         }
     }
 
+    /// The same where something changes whatever the tool is, so that no section is left alone for its tool.
+    #[must_use]
+    pub fn whatever_the_tool(mut self) -> Self {
+        for tool in &mut self.tools {
+            tool.is_left_alone = false;
+        }
+        self
+    }
+
     /// The same with the fastest F that is written.
     #[must_use]
     pub fn with_max_feed(self, stated_mm_per_min: Option<f64>, of_machine: &MachineStatements) -> Self {
@@ -202,6 +210,26 @@ impl ResolvedInputs {
         };
         Self { max_feed_mm_per_min, max_feed_stated_by: Some(by), ..self }
     }
+}
+
+/// The fault of a request that states the offset of this program twice, by name and by `work_offset_mm`, and not alike.
+#[must_use]
+pub fn two_statements(statements: &Statements<'_>, reading: &ProgramReading) -> Option<Fault> {
+    let Fixed(alone_mm) = statements.work_offset_mm?;
+    let named = statements.work_offsets_mm?;
+    let offsets = reading.work_offsets.iter().filter(|used| used.is_only).filter_map(|used| used.offset);
+    offsets.into_iter().find_map(|offset| {
+        let (name, at_mm) = named.iter().find(|(name, _)| WorkOffset::from_name(name) == Some(offset))?;
+        let differ = at_mm.iter().zip(alone_mm).any(|(a, b)| (a - b).abs() > 0.0);
+        let [x, y, z] = alone_mm;
+        let [named_x, named_y, named_z] = at_mm;
+        differ.then(|| {
+            let detail = format!(
+                "the program runs under {name}, and the request states it twice: {x}, {y}, {z} here and {named_x}, {named_y}, {named_z} in `work_offsets_mm`. Leave one of them out"
+            );
+            Fault::new("/work_offset_mm", detail)
+        })
+    })
 }
 
 fn resolved_offset(

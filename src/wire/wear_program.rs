@@ -142,6 +142,15 @@ pub struct WearParameters {
 /// Most entries of a wear table.
 const MAX_ENTRIES: usize = 1000;
 
+impl WearFindings {
+    /// Motions that were looked at: those whose contact was found, or those that moved by the length alone where they are more.
+    #[must_use]
+    pub const fn motions_checked(&self) -> u64 {
+        let contacts = self.contacts_kept + self.contacts_assumed;
+        if contacts > self.motions_shifted { contacts } else { self.motions_shifted }
+    }
+}
+
 impl WearParameters {
     /// Those of a program made for this cutter, everything else as where it is not stated.
     #[must_use]

@@ -422,7 +422,7 @@ async fn what_a_job_takes_of_the_table_is_in_the_store() {
     assert!(store.tools("nobody").await.unwrap().is_empty());
 
     let newest = async |cutter: &str| {
-        let found = store.newest_radius_wear("example-ac-table", cutter).await.unwrap();
+        let found = store.newest_and_most_wear("example-ac-table", cutter).await.unwrap();
         let row = |entry: WearEntry| (entry.id, entry.edge.unwrap(), entry.measured_at, entry.radius_wear_um);
         found.into_iter().map(row).collect::<Vec<_>>()
     };

@@ -427,7 +427,7 @@ fn only_the_named_tool_is_moved_and_the_others_meet_the_sources_points() {
     match plain(&parameters(1), &careless) {
         Err(Fault::Lines(faults)) => {
             assert_eq!(faults.kept[0].line, 7);
-            assert!(matches!(faults.kept[0].kind, LineFaultKind::PositionUnknown));
+            assert!(matches!(faults.kept[0].kind, LineFaultKind::AxesUnknown { .. }));
         }
         other => panic!("{other:?}"),
     }

@@ -4,7 +4,7 @@ use std::io;
 
 use thiserror::Error;
 
-use super::{LeftOutReason, NotPosted, ToolUnknown, VerificationFault};
+use super::{LeftOutReason, NotPosted, ToolUnknown, UnknownAxes, VerificationFault};
 use crate::contact::{ContactFault, Effort, EffortEnd};
 use crate::machine::Travel;
 use crate::motion::{Unfollowable, WorkOffset};
@@ -142,6 +142,14 @@ pub enum LineFaultKind {
     /// The same where not all five axes are known.
     #[error("the motion has to be moved, but not all five axes are known here")]
     PositionUnknown,
+    /// The same with the axes named.
+    #[error(
+        "the motion has to be moved, but it is not known where {axes} stand: give their words before it, or state by `start` where they stand before the first block (as start.{}=0)", .axes.first()
+    )]
+    AxesUnknown {
+        /// Their letters.
+        axes: UnknownAxes,
+    },
     /// A purely rotary block gets a linear path, which gives its F another meaning, and the F is not known.
     #[error("the block turns between degrees and millimetres per minute, and its feed is not known")]
     FeedUnknown,

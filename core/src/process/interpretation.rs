@@ -2,6 +2,7 @@
 //! with.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::arc_path::{ArcModes, ArcPath};
 use super::set_ups::SetUps;
@@ -14,6 +15,7 @@ use crate::geometry::Vec3;
 use crate::machine::Machine;
 use crate::motion::{
     AxisWords, CalledTool, FeedMode, Interpolation, Motion, MotionKind, ToolName, Unfollowable, WorkOffset,
+    WorkOffsets,
 };
 use crate::program::Dialect;
 
@@ -51,7 +53,7 @@ pub struct InterpretedMotion {
     pub joints: [Option<f64>; 5],
     /// The tip at its end in W \[mm\].
     pub tip_mm: Option<[f64; 3]>,
-    /// The tool axis at its end in W, from the tip to the spindle.
+    /// The tool axis at its end in W, from the tip to the spindle; `None` also where the offset may turn the workpiece.
     pub axis: Option<[f64; 3]>,
     /// The speed that F asks of the tip \[mm/min\]; none of a rapid, nor where it counts by turns of the spindle.
     pub feed_mm_per_min: Option<f64>,
@@ -116,6 +118,7 @@ pub fn interpret_program(
         machine,
         set_ups: SetUps::new(machine, &program),
         interpolation: program.interpolation,
+        work_offsets: Arc::clone(&program.work_offsets),
         modes: ArcModes::default(),
         names: Vec::new(),
     };
@@ -144,6 +147,7 @@ struct Understanding<'a> {
     machine: &'a Machine,
     set_ups: SetUps,
     interpolation: Option<Interpolation>,
+    work_offsets: Arc<WorkOffsets>,
     modes: ArcModes,
     names: Vec<ToolName>,
 }
@@ -241,7 +245,18 @@ impl Understanding<'_> {
         Some(Station::new(self.machine, &self.set_ups.now.kinematics, mode, words).pose.tip_mm)
     }
 
+    /// Whether the offset in force may turn the workpiece in a way that nobody states: it is shifted, or the program went over to
+    /// one that is not known. Of the program's first offset nothing is asked: by the contract it does not turn.
+    fn may_be_turned(&self, motion: &Motion) -> bool {
+        let is_stated =
+            motion.work_offset.is_some_and(|offset| self.work_offsets.of(offset, false).is_some());
+        motion.is_shifted || motion.program_offset_mm.is_none() || !(motion.is_only_offset || is_stated)
+    }
+
     fn axis(&self, motion: &Motion, joints: [Option<f64>; 5]) -> Option<Vec3> {
+        if self.may_be_turned(motion) {
+            return None;
+        }
         if let Some(stated) = motion.tool_axis {
             return Vec3::from(stated).try_normalize(f64::EPSILON);
         }

@@ -31,6 +31,7 @@ mod stream;
 mod survey;
 mod tool_vectors;
 mod tools;
+mod unknown_axes;
 mod untouched;
 mod verification;
 mod verify;
@@ -60,7 +61,8 @@ pub use singularity::{
     SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
 pub use stream::{ProgramSource, Stop};
-pub use tools::{CutterDifference, ListedTool, ToolTable, ToolUnknown, Tools};
+pub use tools::{CutterDifference, EnteredWear, ListedTool, ToolTable, ToolUnknown, Tools, UnfitWear};
+pub use unknown_axes::UnknownAxes;
 pub use verification::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
     VerificationParameters, VerificationQuantity, verify_part,

@@ -234,7 +234,7 @@ impl WarningKind {
                 "no feed is known here (none was given, or its value is an expression, or the table has no column F); inserted blocks carry no F word"
             }
             Self::NothingChecked => {
-                "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1"
+                "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1; where the program never names an axis, state by `start` where it stands (as start.A=0)"
             }
             Self::ToleranceNotReached => "the seed correction leaves more than the tolerance",
             Self::EffectUnknown => {
@@ -256,7 +256,9 @@ impl WarningKind {
             Self::NoContactAtEnd => {
                 "no contact is known at the end of this motion at feed; its tip moves by the length alone"
             }
-            Self::PositionUnknown => "not all five axes are known here; the motion is left as it is",
+            Self::PositionUnknown => {
+                "not all five axes are known here; the motion is left as it is; where the program never names an axis, state by `start` where it stands (as start.A=0)"
+            }
             Self::Uncut => {
                 "samples that no motion cuts: they keep their stock, and are in no count over the limit; where the cutter was there, the stock is higher than it covers"
             }

@@ -7,6 +7,7 @@ mod effective_radius;
 mod end_milling;
 mod history;
 mod pass;
+mod plausible;
 mod scallop;
 mod scallop_fault;
 mod side_milling;
@@ -25,6 +26,7 @@ pub use history::{
     STANDSTILL_OF_AGE, STANDSTILLS, WearAhead, WearCourse, WearRate, WearReading, cutter_life, wear_ahead,
 };
 pub use pass::{CutterPass, PassFault};
+pub use plausible::{FALL_OF_WEAR, FALL_UM, MOST_WEAR_OF_RADIUS, has_fallen, most_wear};
 pub use scallop::{largest_stepover, scallop_height, smallest_tool_radius};
 pub use scallop_fault::{ScallopFault, ScallopQuantity};
 pub use side_milling::side_milling_shift;

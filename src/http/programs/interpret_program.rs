@@ -62,6 +62,7 @@ struct InterpretationUpload {
     ),
     responses(
         (status = 200, description = "What is understood, or the motions as a table, by Accept",
+            headers(("Trunnion-Motions-Left-Alone" = i64, description = "Motions that are not understood; the table does not have them")),
             content((InterpretationAnswer = "application/json"), (String = "text/csv"))),
         Refusals,
     )
@@ -78,13 +79,14 @@ pub(super) async fn interpret_program(
     let Upload { program, file_name, parameters, .. }: Upload<InterpretationParameters> =
         take(&app, &parts, body, Part::Unseen).await?;
     let on = Arc::unwrap_or_clone(on);
-    let answer =
+    let (answer, left_alone) =
         Box::pin(interpret(&app.compute, &app.spool, &app.means(), on, parameters, program, form)).await?;
     let file = tokio::fs::File::open(answer.path()).await?;
     let mut response = Body::from_stream(ReaderStream::with_capacity(file, CHUNK)).into_response();
     let headers = response.headers_mut();
     headers
         .insert(CONTENT_TYPE, HeaderValue::from_static(if kind == CSV { CSV } else { "application/json" }));
+    headers.insert("Trunnion-Motions-Left-Alone", HeaderValue::from(left_alone));
     headers.insert(CONTENT_LENGTH, HeaderValue::from(answer.length()));
     if kind == CSV {
         let disposition = format!("attachment; filename=\"{}-interpretation.csv\"", stem(&file_name));

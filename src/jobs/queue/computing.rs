@@ -92,7 +92,7 @@ impl Shared {
         if tools.len() != kept.tools.len() {
             return Err(JobFault::MachineLost);
         }
-        let shelf = ToolShelf::new(tools).worn(kept.wear.clone());
+        let shelf = ToolShelf::new(tools).worn(kept.wear.clone(), kept.unfit.clone());
         MachineUsed::new(id.clone(), revision, found.document.profile, shelf)
             .map_err(|_stored_is_sound| JobFault::MachineLost)
     }

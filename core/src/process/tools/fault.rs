@@ -2,8 +2,10 @@
 
 use thiserror::Error;
 
+use super::unfit_wear::UnfitWear;
+
 /// Why it is not known which tool cuts.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum ToolUnknown {
     /// The request states one tool, and several are at work.
     #[error(
@@ -36,6 +38,26 @@ pub enum ToolUnknown {
         /// How the request states one.
         stated: &'static str,
     },
+    /// The program calls a tool, and its text does not tell which.
+    #[error(
+        "missing: the program calls a tool, and its text does not tell which one it is, as where T is an expression, an edge other than D1 counts, or a code or a subprogram may have changed it. Give {stated}, or say by `tool_number` which tool of the machine's tool table it is"
+    )]
+    NotTold {
+        /// How the request states one.
+        stated: &'static str,
+    },
+    /// T words call tools, and nothing puts them in.
+    #[error(
+        "which tool cuts is not known: T alone does not put {tools} in, because {}. Write {} where each of them comes in",
+        if *.by_m6 { "the program changes tools by M6" } else { "the program calls subprograms, and the change may be in one of them" },
+        if *.by_m6 { "M6" } else { "T and M6" }
+    )]
+    NotPutIn {
+        /// What they are called.
+        tools: String,
+        /// M6 changes tools elsewhere in the program; else it calls subprograms.
+        by_m6: bool,
+    },
     /// The program has no section of the tool asked for.
     #[error("the program has no cut with tool {number}; it cuts with {tools}")]
     NoSuchTool {
@@ -46,11 +68,19 @@ pub enum ToolUnknown {
     },
     /// Nobody measured the wear of the tools at work.
     #[error(
-        "there is no wear entry for {tools}: give the `cutter_id` under which it was measured, or state the worn cutter"
+        "under this `cutter_id` there is no wear entry for {tools}: give the one under which it was measured, or state the worn cutter"
     )]
     NoWear {
         /// What they are called.
         tools: String,
+    },
+    /// The wear entries of a tool do not tell its worn cutter.
+    #[error("{tool}: {why}")]
+    UnfitWear {
+        /// What it is called.
+        tool: String,
+        /// Why they do not.
+        why: Box<UnfitWear>,
     },
     /// `CUTTER/` states another cutter than the table.
     #[error(transparent)]

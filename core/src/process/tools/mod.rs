@@ -8,9 +8,11 @@ mod calls;
 mod fault;
 mod table;
 mod tooling;
+mod unfit_wear;
 
 pub(super) use calls::ToolCalls;
 pub use fault::{CutterDifference, ToolUnknown};
 pub use table::{ListedTool, ToolTable};
 pub use tooling::Tools;
 pub(super) use tooling::{Need, ToolUsed, Tooling};
+pub use unfit_wear::{EnteredWear, UnfitWear};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::unfit_wear::UnfitWear;
 use crate::machine::Tool;
 use crate::motion::{ToolKey, ToolName};
 use crate::units::Length;
@@ -26,6 +27,8 @@ pub struct ListedTool {
 pub struct ToolTable {
     tools: Vec<ListedTool>,
     by_key: BTreeMap<ToolKey, usize>,
+    /// By the tools' places.
+    unfit: BTreeMap<usize, UnfitWear>,
 }
 
 impl ToolTable {
@@ -39,7 +42,18 @@ impl ToolTable {
                 by_key.entry(key).or_insert(place);
             }
         }
-        Self { tools, by_key }
+        Self { tools, by_key, unfit: BTreeMap::new() }
+    }
+
+    /// The same where the wear entries of the tools at these places do not tell their worn cutters.
+    #[must_use]
+    pub fn with_unfit_wear(self, unfit: BTreeMap<usize, UnfitWear>) -> Self {
+        Self { unfit, ..self }
+    }
+
+    /// Why the wear entries of the tool that programs call so do not tell its worn cutter, where there are any.
+    pub(super) fn unfit_wear(&self, key: ToolKey) -> Option<&UnfitWear> {
+        self.unfit.get(self.by_key.get(&key)?)
     }
 
     /// Whether it has no tool.

@@ -8,6 +8,7 @@ use super::at_work::ToolsAtWork;
 use super::calls::ToolCalls;
 use super::fault::{CutterDifference, ToolUnknown};
 use super::table::{ListedTool, ToolTable};
+use super::unfit_wear::UnfitWear;
 use crate::machine::{Machine, Side, Tool};
 use crate::motion::{CalledTool, StatedCutter, ToolKey};
 use crate::process::survey::Survey;
@@ -281,7 +282,7 @@ impl Tooling {
         Ok(tooling)
     }
 
-    /// The tool with this number. A program that calls none runs with it.
+    /// The tool with this number. A program that calls none runs with it, and so does one whose only tool its text does not tell.
     fn of_number(
         number: u32,
         given: &Tools,
@@ -296,15 +297,21 @@ impl Tooling {
             return Err(ToolUnknown::NotListed { tools: tools(), stated: need.stated_by });
         }
         if need.worn && used.worn.is_none() {
-            return Err(ToolUnknown::NoWear { tools: tools() });
+            return Err(no_wear(given, at_work, &[CalledTool::Changed(ToolKey::Number(number))]));
         }
-        if at_work.tools.iter().all(|tool| *tool == CalledTool::NotCalled) {
+        if at_work.tools.iter().all(|tool| *tool == CalledTool::NotCalled)
+            || matches!(at_work.tools.as_slice(), [CalledTool::Unknown(_)])
+        {
             return Ok(Self::all(used));
         }
         let name = listed.and_then(|(_, tool)| tool.name.as_ref().map(crate::motion::ToolName::key));
         let keys: Vec<_> = [ToolKey::Number(number)].into_iter().chain(name).collect();
-        let is_meant = |tool: &CalledTool| tool.key().is_some_and(|key| keys.contains(&key));
-        if !at_work.tools.iter().any(is_meant) {
+        let is_meant = |tool: &&CalledTool| tool.key().is_some_and(|key| keys.contains(&key));
+        let meant: Vec<_> = at_work.tools.iter().filter(is_meant).copied().collect();
+        if !meant.is_empty() && meant.iter().all(|tool| !is_put_in(*tool, at_work)) {
+            return Err(not_put_in(at_work, &meant));
+        }
+        if meant.is_empty() {
             return Err(ToolUnknown::NoSuchTool { number, tools: names(at_work, &at_work.tools) });
         }
         let tools = keys.into_iter().map(|key| (key, used)).collect();
@@ -326,8 +333,11 @@ impl Tooling {
         }
         let tools = names(at_work, &at_work.tools);
         Err(match called {
-            _ if used.nominal.is_some() || !need.cutter => ToolUnknown::NoWear { tools },
+            _ if used.nominal.is_some() || !need.cutter => no_wear(given, at_work, &at_work.tools),
             Some(_) => ToolUnknown::NotListed { tools, stated: need.stated_by },
+            None if matches!(at_work.tools.as_slice(), [CalledTool::Unknown(_)]) => {
+                ToolUnknown::NotTold { stated: need.stated_by }
+            }
             None => ToolUnknown::Missing { stated: need.stated_by },
         })
     }
@@ -344,12 +354,15 @@ impl Tooling {
         let states_one = stated.is_some() || counts_length;
         let by_t = by_t(at_work);
         let of = |tool: &CalledTool| {
-            let key = tool.key().filter(|_| by_t || !matches!(tool, CalledTool::Selected(_)))?;
+            let key = tool.key().filter(|_| is_put_in(*tool, at_work))?;
             let own = Tools { length: None, ..given.clone() };
             let used = ToolUsed::of(&own, None, Some(given.table.find(key)?));
             Some((key, used))
         };
         let listed: Vec<_> = at_work.tools.iter().filter_map(of).collect();
+        if need.worn && unfit_wear(given, &at_work.tools).any(|(_, why)| why.is_doubtful()) {
+            return Err(no_wear(given, at_work, &at_work.tools));
+        }
         if !need.cutter && !need.worn && !states_one && listed.is_empty() {
             // Nothing hangs on the tool.
             return Ok(Self::of_one(given.length));
@@ -361,8 +374,13 @@ impl Tooling {
         }
         if tools.is_empty() && (need.cutter || need.worn) {
             let tools = names(at_work, &at_work.tools);
+            let selected: Vec<_> =
+                at_work.tools.iter().filter(|tool| !is_put_in(**tool, at_work)).copied().collect();
+            if listed.is_empty() && selected.iter().any(|tool| is_listed(given, *tool)) {
+                return Err(not_put_in(at_work, &selected));
+            }
             return Err(if need.worn && !listed.is_empty() {
-                ToolUnknown::NoWear { tools }
+                no_wear(given, at_work, &at_work.tools)
             } else {
                 ToolUnknown::NotListed { tools, stated: need.stated_by }
             });
@@ -407,6 +425,37 @@ impl Tooling {
             _ => Ok(()),
         }
     }
+}
+
+/// Those of these tools whose wear entries do not tell the worn cutter.
+fn unfit_wear<'a>(
+    given: &'a Tools,
+    tools: &'a [CalledTool],
+) -> impl Iterator<Item = (CalledTool, &'a UnfitWear)> {
+    tools.iter().filter_map(|tool| Some((*tool, given.table.unfit_wear(tool.key()?)?)))
+}
+
+/// Why the wear of these tools is not known.
+fn no_wear(given: &Tools, at_work: &ToolsAtWork, tools: &[CalledTool]) -> ToolUnknown {
+    let doubtful = unfit_wear(given, tools).find(|(_, why)| why.is_doubtful());
+    match doubtful.or_else(|| unfit_wear(given, tools).next()) {
+        Some((tool, why)) => ToolUnknown::UnfitWear { tool: at_work.told(tool), why: Box::new(why.clone()) },
+        None => ToolUnknown::NoWear { tools: names(at_work, tools) },
+    }
+}
+
+/// Whether the program puts this tool in, as far as its text tells: a T word alone does where nothing else could.
+fn is_put_in(tool: CalledTool, at_work: &ToolsAtWork) -> bool {
+    by_t(at_work) || !matches!(tool, CalledTool::Selected(_))
+}
+
+fn is_listed(given: &Tools, tool: CalledTool) -> bool {
+    tool.key().is_some_and(|key| given.table.find(key).is_some())
+}
+
+/// These tools are called by T words alone, which do not put them in.
+fn not_put_in(at_work: &ToolsAtWork, tools: &[CalledTool]) -> ToolUnknown {
+    ToolUnknown::NotPutIn { tools: names(at_work, tools), by_m6: at_work.has_changer }
 }
 
 /// Whether a T word alone changes tools: nothing else in the program could.

@@ -9,6 +9,7 @@ use super::super::compensate::Upstream;
 use super::super::compensation::{BlockChange, LineMap};
 use super::super::stream::{Passages, Stretch};
 use super::super::survey::Survey;
+use super::super::unknown_axes::naming_unknown_axes;
 use super::super::{ContactSource, Fault, ProgramSource, Stop};
 use super::parameters::{Milling, Moves, WearParameters};
 use super::posting::Posting;
@@ -95,6 +96,7 @@ pub(in crate::process) fn move_program(
     if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
     }
+    let from_upload = lines.clone();
     let mut passages = Passages::open(source, machine, &moves.source_program)?.with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
     passages.fill(&mut present, stop)?;
@@ -133,7 +135,9 @@ pub(in crate::process) fn move_program(
         return Err(Fault::NoMotion);
     }
     if run.faults.total > 0 {
-        return Err(Fault::Lines(run.faults));
+        let program = &moves.source_program;
+        let faults = naming_unknown_axes(run.faults, machine, program, source, from_upload, stop)?;
+        return Err(Fault::Lines(faults));
     }
     let asks_for_nothing = has_nominal_shape && !run.pilot.moves_everything && !moves.posts;
     if run.motions_followed == 0 && !asks_for_nothing {
