@@ -155,11 +155,7 @@ impl Points {
     /// The number of the tool, where `LOADTL/` states one that can be the number of a length.
     pub(super) fn tool_number(&self) -> Option<u32> {
         let Some(ToolName::Number(number)) = self.tool else { return None };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked to be whole"
-        )]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole")]
         let whole = number as u32;
         (number.fract() == 0.0 && LENGTHS.contains(&whole)).then_some(whole)
     }
