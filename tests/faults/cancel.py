@@ -57,7 +57,7 @@ def main():
                 tolerance = [10, 1, 0.5][attempt % 3]
                 client = socket.create_connection(("127.0.0.1", PORT))
                 head = (
-                    f"POST /v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5&tolerance_um={tolerance} HTTP/1.1\r\n"
+                    f"POST /v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35&tolerance_um={tolerance} HTTP/1.1\r\n"
                     f"Host: localhost\r\nContent-Type: text/plain\r\nContent-Length: {len(text)}\r\n\r\n"
                 )
                 client.sendall(head.encode() + text)

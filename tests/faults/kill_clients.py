@@ -14,8 +14,8 @@ NEVER_WHOLE = 50_000_000
 MACHINE, CALIBRATED, COMES_AND_GOES = "example-ac-table", "calibrated", "comes-and-goes"
 WEAR = f"/v1/machines/{MACHINE}/tools/T1/wear-entries"
 RUNS = f"/v1/machines/{CALIBRATED}/calibrations"
-DIRECT = f"/v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5&contact=tip"
-JOB = {"operation": "cc-compensation", "parameters": {"tool_radius_mm": 5, "contact": "tip"}}
+DIRECT = f"/v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5&contact=tip&work_offset_mm=12,-7,35"
+JOB = {"operation": "cc-compensation", "parameters": {"tool_radius_mm": 5, "contact": "tip", "work_offset_mm": [12, -7, 35]}}
 BALLBAR = json.loads((pathlib.Path(__file__).resolve().parent.parent.parent / "docs/examples/ballbar.json").read_text())
 JSON = {"Content-Type": "application/json"}
 # One acknowledged request of so many is sent once more, often to another process: it must be answered as before.
@@ -330,7 +330,7 @@ def make_keys(ledger, stop, chance):
 
 def upload_for_ever(_ledger, stop, _chance):
     """Halves of uploads, which a killed process leaves in its spool."""
-    head = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5 HTTP/1.1\r\nHost: localhost\r\n"
+    head = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35 HTTP/1.1\r\nHost: localhost\r\n"
     head += f"Authorization: Bearer {Client.key}\r\n"
     part = program(1).encode() * 300
     while not stop.is_set():

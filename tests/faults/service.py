@@ -55,7 +55,7 @@ def form(job, text, bound="part-of-the-form"):
 
 
 def cc_job(external_id=None, **parameters):
-    parameters = {"tool_radius_mm": 5, "contact": "tip", **parameters}
+    parameters = {"tool_radius_mm": 5, "contact": "tip", "work_offset_mm": [12, -7, 35], **parameters}
     return {"machine_id": MACHINE, "operation": "cc-compensation", "parameters": parameters, "external_id": external_id}
 
 

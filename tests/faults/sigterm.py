@@ -57,10 +57,10 @@ def main():
         ids = [service.post_job(runaway(f"runaway-{k}"), text).document["id"] for k in range(3)]
         service.until(ids[0], "running")
         # A request computes too, its client waits for it; uploads and headers are half there; a job is followed.
-        query = "tool_radius_mm=5&tolerance_um=0.5"
+        query = "tool_radius_mm=5&work_offset_mm=12,-7,35&contact=feed-plane&tolerance_um=0.5"
         waiting = threading.Thread(target=quietly, args=(service.compensate, text, query), daemon=True)
         waiting.start()
-        long = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5 HTTP/1.1\r\nHost: localhost\r\n"
+        long = f"POST /v1/machines/{MACHINE}/cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35 HTTP/1.1\r\nHost: localhost\r\n"
         clients = half_open(PORT, (long + "Content-Length: 1000000\r\n\r\nG1 X0").encode(), 8)
         clients += half_open(PORT, long.encode(), 8)
         clients += half_open(PORT, f"GET /v1/jobs/{ids[0]}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode(), 8)

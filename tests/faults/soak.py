@@ -134,7 +134,7 @@ MIDDLE = [program(20_000, salt) for salt in range(5)]
 
 
 async def middle_programs(connection, chance):
-    await connection.ask("middle program", "POST", f"{CC}?tool_radius_mm=5", chance.choice(MIDDLE), TEXT)
+    await connection.ask("middle program", "POST", f"{CC}?tool_radius_mm=5&work_offset_mm=12,-7,35", chance.choice(MIDDLE), TEXT)
     await asyncio.sleep(chance.uniform(1.0, 5.0))
 
 
@@ -167,8 +167,8 @@ async def machines(connection, chance):
 BAD = [
     ("POST", INVERSE, JSON, b"{"), ("POST", INVERSE, JSON, b'{"poses": [{"x": 1e999}]}'), ("POST", INVERSE, TEXT, b"x"),
     ("POST", INVERSE, JSON, b"[" * 5000), ("POST", INVERSE, JSON, b'{"poses": [{}], "selection": "none"}'),
-    ("POST", CC + "?tool_radius_mm=-1", TEXT, BLADE), ("POST", CC + "?tool_radius_mm=5", TEXT, b"G1 X\xff\x00"),
-    ("POST", CC + "?tool_radius_mm=5", TEXT + "Content-Encoding: gzip\r\n", b"not gzip"), ("POST", CC, TEXT, b""),
+    ("POST", CC + "?tool_radius_mm=-1", TEXT, BLADE), ("POST", CC + "?tool_radius_mm=5&work_offset_mm=12,-7,35", TEXT, b"G1 X\xff\x00"),
+    ("POST", CC + "?tool_radius_mm=5&work_offset_mm=12,-7,35", TEXT + "Content-Encoding: gzip\r\n", b"not gzip"), ("POST", CC, TEXT, b""),
     ("POST", "/v1/jobs", "Content-Type: multipart/form-data; boundary=x\r\n", b"--y"), ("PUT", "/v1/machines/A", JSON, b"{}"),
     ("POST", "/v1/servo-simulations", JSON, b'{"machine_id": "none"}'), ("GET", "/v1/jobs?limit=-1", "", b""),
     ("DELETE", f"/v1/machines/{MACHINE}", "", b""), ("GET", "/nowhere", "", b""), ("PATCH", "/v1/machines", JSON, b"{}"),
@@ -188,7 +188,7 @@ async def leavers(connection, chance):
     """Sends some of a request, or all of it, and is gone."""
     _, writer = await connection.opened()
     body = chance.choice([BLADE, MIDDLE[0]])
-    text = HEAD.format(method="POST", path=f"{CC}?tool_radius_mm=5", more=TEXT, length=len(body)).encode() + body
+    text = HEAD.format(method="POST", path=f"{CC}?tool_radius_mm=5&work_offset_mm=12,-7,35", more=TEXT, length=len(body)).encode() + body
     writer.write(text[:chance.choice([10, 100, len(text) // 2, len(text)])])
     await asyncio.sleep(chance.uniform(0.0, 0.5))
     writer.transport.abort() if chance.random() < 0.5 else writer.close()

@@ -66,7 +66,7 @@ def main():
                     time.sleep(0.05)
             idle = memory_mib(service, "VmRSS")
             start = time.monotonic()
-            path = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5"
+            path = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35"
             headers = {"Content-Type": "text/plain", "Accept": "application/json"}
             connection.request("POST", path, body(length), headers, encode_chunked=True)
             answer = connection.getresponse()

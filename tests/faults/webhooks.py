@@ -34,7 +34,7 @@ LIFE_S = 0.7
 TOLD_S = 600
 PAUSES = ",".join(["0.2"] * 4 + ["1"] * 30)
 JOB = {"machine_id": "example-ac-table", "operation": "cc-compensation",
-       "parameters": {"tool_radius_mm": 5, "contact": "tip"}}
+       "parameters": {"tool_radius_mm": 5, "contact": "tip", "work_offset_mm": [12, -7, 35]}}
 PROGRAM = "G90 G21 G94\nG1 X10.000 Y0.000 Z5.000 A10.000 C20.000 F1000\nG1 X20.000 Y0.000 Z5.000 A25.000 C60.000\nM30\n"
 
 with socket.create_server(("127.0.0.1", 0)) as free:
