@@ -190,7 +190,7 @@ impl WarningKind {
                 "the stated contact point does not lie on the tool; its offset from the tip is carried as it is"
             }
             Self::ContactUnknown => {
-                "nothing states where the cutter touches, so the tip stands for the contact: the tip keeps its line, and how the contact moves round the cutter is not corrected; state the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface; contact=feed-plane assumes one from the feed"
+                "nothing states where the cutter touches, so the tip stands for the contact. The tip keeps its line, and how the contact moves round the cutter is not corrected. State the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface. contact=feed-plane assumes a contact from the feed"
             }
             Self::ContactOpen => {
                 "the contact is open here, and the tip stands for it: the normal lies along the tool axis, the tool plunges, it is fed across its axis, or it pivots about its tip"
@@ -202,18 +202,18 @@ impl WarningKind {
                 "no contact is known at an end of this motion; it is neither checked nor changed"
             }
             Self::ContactSwings => {
-                "the contact swings round the tool's end within this motion, as when the lead changes its sign; there is no line it could follow, and the motion is neither checked nor changed"
+                "the contact swings round the tool's end within this motion, as when the lead changes its sign. It has no line to follow, and the motion is neither checked nor changed"
             }
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {
-                "the work offset in force is not known: the program goes over to one that nobody states, or shifts it itself (G92, G52, G10, TRANS, a probing cycle). The motion is neither checked nor changed. State the offset in `work_offsets_mm`, in the request or in the machine's profile; set a shift at the control instead of in the program. The report lists the lines in `resolved.work_offsets`"
+                "the work offset in force is not known: the program calls one that nobody states, or shifts its zero itself (G92, G52, G10, TRANS, a probing cycle). The motion is neither checked nor changed. State the offset in `work_offsets_mm`, in the request or in the machine's profile; set a shift at the control instead of in the program. The report lists the lines in `resolved.work_offsets`"
             }
             Self::MayRollOver => {
-                "a rotary axis without an end turns by half a turn or more in one block: controls on which it rolls over go the other way round, and the motion is neither checked nor changed; state a travel in the machine's profile, or divide the turn, to say which way it goes"
+                "a rotary axis without a travel limit turns by half a turn or more in one block. Some controls turn it the other way round, so the motion is neither checked nor changed. State a travel in the machine's profile, or divide the turn"
             }
             Self::ArcWithRotary => "an arc that turns rotary axes cannot be checked; it is left as it is",
             Self::FeedTooHigh => {
-                "the block is over the tolerance and was not divided: its parts would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated; look at the contact there, or state max_feed_mm_per_min"
+                "the block is over the tolerance and was not divided: its parts would need more feed than max_feed_mm_per_min, or more than ten times the programmed feed where max_feed_mm_per_min is not stated. Check the contact there, or state max_feed_mm_per_min"
             }
             Self::ContactUnsettled => {
                 "the block is over the tolerance and was not divided: the contacts of its parts, found by the same rule, would differ from its own by more than the tolerance; state contact points or normals, or take a larger tolerance"
@@ -225,10 +225,10 @@ impl WarningKind {
                 "parts of divided blocks take less time than block_time_ms of the machine's profile: the control may slow down there; use a larger tolerance or a lower feed"
             }
             Self::TravelNotChecked => {
-                "under tool-centre-point control the positions of X Y Z follow from the work offset (and the tool length on a head), which is not stated: their travel was not checked; give work_offset_mm and tool_length_mm"
+                "under tool-centre-point control the positions of X Y Z depend on the work offset (and, with a head axis, on the tool length), which is not stated. Their travel was not checked. State work_offset_mm and tool_length_mm"
             }
             Self::UnitDisagrees => {
-                "the program states another unit than `unit` or the machine's profile; the program's own counts"
+                "the program states another unit than `unit` or the machine's profile; the unit of the program counts"
             }
             Self::NoFeed => {
                 "no feed is known here (none was given, or its value is an expression, or the table has no column F); inserted blocks carry no F word"
@@ -238,9 +238,9 @@ impl WarningKind {
             }
             Self::ToleranceNotReached => "the seed correction leaves more than the tolerance",
             Self::EffectUnknown => {
-                "a call or a code whose effect cannot be seen; positions and modes are unknown behind it until words set them again"
+                "a call or a code whose effect cannot be seen; positions and modes are unknown after it until words set them again"
             }
-            Self::TextAfterEnd => "blocks behind the program's end are copied, neither checked nor changed",
+            Self::TextAfterEnd => "blocks after the program's end are copied, neither checked nor changed",
             Self::WordsWithoutPoint => {
                 "axis words without a decimal point are read in millimetres or degrees; controls that count least increments read them a thousand times smaller"
             }
@@ -260,10 +260,10 @@ impl WarningKind {
                 "not all five axes are known here; the motion is left as it is; where the program never names an axis, state by `start` where it stands (as start.A=0)"
             }
             Self::Uncut => {
-                "samples that no motion cuts: they keep their stock, and are in no count over the limit; where the cutter was there, the stock is higher than it covers"
+                "no motion cuts these samples: they keep their stock, and no count over the limit includes them. Where the cutter was there, the stock is higher than the cutter covers"
             }
             Self::LargerCutter => {
-                "the cutter reaches beyond the nominal one: motions without a contact of their own keep the shift of the last contact, and whether approaches and links are clear is not looked at; verify the program"
+                "the cutter reaches beyond the nominal one. Motions without a contact of their own keep the shift of the last contact. Approaches and links are not checked for collision: verify the program"
             }
             Self::HeldAtPole => {
                 "the tool stands nearly along the rotary axis next to the workpiece: that axis keeps its last correction, the other fits best, the tip stays exact"
@@ -272,15 +272,15 @@ impl WarningKind {
                 "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are places of the workpiece, and only rotary words were posted anew"
             }
             Self::ToolUnknown => {
-                "nothing is known of the tool that cuts here, while others are known: the motion is left as it is; put the tool into the machine's tool table (the report names it under resolved.tools)"
+                "the tool that cuts here is not known, while others are known. The motion is left as it is. Put the tool into the machine's tool table (the report names it under resolved.tools)"
             }
             Self::StatedToolUnused => {
-                "several tools cut in this program, so each section has its tool from the machine's tool table, and the tool of the request is not used; tool_number says that one tool alone is meant"
+                "each section has its tool from the machine's tool table, so the tool of the request is not used. If the request means one tool alone, name it by tool_number"
             }
             Self::CutterDiffers => {
-                "CUTTER/ states another cutter than the one computed with: the tool of the request counts, and a section whose tool is from the table is left as it is; correct one of them"
+                "CUTTER/ states another cutter than the request or the tool table. The tool of the request counts. A section whose tool is from the table is left as it is: correct CUTTER/ or the table"
             }
-            Self::NoContactKept => "no contact was found in the program; no tip moves but by the length",
+            Self::NoContactKept => "no contact was found in the program; tips move by the length alone",
         }
     }
 }
