@@ -32,8 +32,8 @@ fn connect(key: &str) -> Configuration {
 async fn posted(client: &Configuration, program: &PathBuf) -> Job {
     let parameters = CcParameters {
         tool_radius_mm: Some(Some(5.0)),
-        work_offset_mm: Some(vec![12.0, -7.0, 35.0]),
-        ..CcParameters::new(zero())
+        work_offset_mm: Some(Some(vec![12.0, -7.0, 35.0])),
+        ..CcParameters::new()
     };
     let mut job = CcCompensationJob::new(MACHINE.to_owned(), Default::default(), parameters);
     job.external_id = Some(Some("WO-4711/20".to_owned()));
@@ -70,10 +70,13 @@ async fn main() {
     assert!((pose.x - 10.0).abs() + (pose.y - 20.0).abs() + (pose.z - 30.0).abs() < 1e-9, "{pose:?}");
 
     // Text in, text out: the program is what is answered unless something else is accepted.
-    let offset = Some(vec![12.0, -7.0, 35.0]);
+    // The generator has no names for arguments: they are in the order of the description.
+    let (radius, offset) = (Some(5.0), Some(vec![12.0, -7.0, 35.0]));
     let answered = compensate_cc_path(
-        &client, MACHINE, program.clone(), Some(5.0), None, None, None, None, None, None, None, None, None, offset, None, None,
-        None, None, None, None, None, None, None, None, None,
+        &client, MACHINE, program.clone(),
+        None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None,
+        None, None, None, None, None, None, None, None, None, None, None, None, radius, None, offset, None,
+        None, None, None, None, None, None, None,
     );
     let answered = answered.await.unwrap().content;
     assert!(answered.lines().count() > std::fs::read_to_string(&program).unwrap().lines().count());
