@@ -16,8 +16,6 @@ use crate::units::Length;
 const MAX_DECIMALS: u8 = 6;
 /// Tolerances of arcs that are taken for real (µm).
 const ARC_TOLERANCE_RANGE_UM: [f64; 2] = [0.1, 1000.0];
-/// Largest number of a length offset.
-const MAX_LENGTH_NUMBER: u32 = 9999;
 
 /// What a posting is asked to do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -117,7 +115,8 @@ impl PostingParameters {
         faults.check_range(|| "/arc_tolerance_um".to_owned(), self.arc_tolerance_um, min, max);
         if let Some(number) = self.length_offset_number {
             let at = || "/length_offset_number".to_owned();
-            faults.check_range(at, f64::from(number), 1.0, f64::from(MAX_LENGTH_NUMBER));
+            let numbers = PostParameters::LENGTH_NUMBERS;
+            faults.check_range(at, f64::from(number), f64::from(*numbers.start()), f64::from(*numbers.end()));
         }
         if self.tool_length_mm.is_some_and(|length_mm| length_mm < 0.0) {
             faults.push(|| Fault::new("/tool_length_mm", "a tool reaches out of its spindle: not negative"));

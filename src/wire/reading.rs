@@ -53,7 +53,7 @@ fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unread
     let detail = if error.inner().is_data() || out_of_range {
         without_place(error.inner())
     } else {
-        "this is none of its words; they are text in quotation marks".to_owned()
+        "this member takes one of its words, as text in quotation marks".to_owned()
     };
     Unreadable::Document(fault_at(error.path(), &detail))
 }

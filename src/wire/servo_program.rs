@@ -44,7 +44,7 @@ fn one_millisecond() -> f64 {
 }
 
 impl ServoProgramParameters {
-    /// Those of a request whose path is a program; `None` where it is none.
+    /// The parameters of a request whose path is a program. `None` for every other kind of path.
     #[must_use]
     pub fn of(request: &SimulationRequest) -> Option<Self> {
         let ServoPathDoc::Program {

@@ -23,6 +23,10 @@ mod m_codes;
 mod modal;
 mod motions;
 mod offsets;
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
+#[path = "offsets/tests.rs"]
+mod offsets_tests;
 mod position;
 mod repetition;
 mod sections;

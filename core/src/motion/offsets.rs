@@ -8,10 +8,10 @@ use crate::program::{Address, Dialect};
 /// G54.2 and G54.4: modes of their own, not work offsets.
 const FIXTURE_OFFSET: u32 = 542;
 const SETUP_ERROR: u32 = 544;
-/// Codes that shift the zero, those among them that take a shift back, and the one that shifts it by where the axes stand.
-const SHIFTS: [u32; 5] = [520, G92, 921, 922, 923];
-const ENDS: [u32; 2] = [921, 922];
+/// Codes that shift the zero, in tenths: by words, by where the axes stand, by what an earlier G92 shifted.
+const G52: u32 = 520;
 const G92: u32 = 920;
+const G92_3: u32 = 923;
 /// Axes whose zero G52 shifts.
 const MOVED: [Address; 9] = [
     Address::X,
@@ -47,8 +47,12 @@ impl Interpreter {
             let is_zero = |address| self.block.value(address) == Some(0.0);
             MOVED.iter().any(named) && MOVED.into_iter().filter(named).all(is_zero)
         };
-        let ends = codes.iter().all(|code| !SHIFTS.contains(code) || ENDS.contains(code) || has_zeros());
-        self.dialect == Dialect::Iso && self.modal.shifts == 0 && ends && !codes.contains(&G92)
+        let ends = codes.iter().all(|&code| match code {
+            G52 => has_zeros(),
+            G92 | G92_3 => false,
+            _ => true,
+        });
+        self.dialect == Dialect::Iso && self.modal.shifts == 0 && ends
     }
 
     pub(super) fn change_work_offset(&mut self, code: u32) {

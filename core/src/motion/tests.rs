@@ -1,7 +1,5 @@
 //! Odd spellings and modes, one test a habit of programs.
 
-use std::sync::Arc;
-
 use super::*;
 use crate::machine::{Machine, Preset};
 use crate::program::{Address, Batch, DiagnosticCode, Diagnostics, ReadLimits, Reader, Severity};
@@ -14,7 +12,7 @@ fn machine() -> Machine {
     Machine::new(parts).unwrap()
 }
 
-fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {
+pub(super) fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>, Diagnostics) {
     let (_, motions, diagnostics) = interpreted(text, options);
     (motions, diagnostics)
 }
@@ -31,7 +29,7 @@ fn interpreted(text: &str, options: InterpreterOptions) -> (Interpreter, Vec<Mot
     (interpreter, motions, diagnostics)
 }
 
-fn run(text: &str) -> Vec<Motion> {
+pub(super) fn run(text: &str) -> Vec<Motion> {
     run_with(text, InterpreterOptions::in_mm()).0
 }
 
@@ -40,7 +38,7 @@ fn run_from_zero(text: &str) -> Vec<Motion> {
     run(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).split_off(1)
 }
 
-fn end(motion: &Motion) -> [f64; 5] {
+pub(super) fn end(motion: &Motion) -> [f64; 5] {
     let end = motion.end.unwrap();
     let [x, y, z] = end.linear_mm;
     [x, y, z, end.rotary_deg[0], end.rotary_deg[1]]
@@ -153,78 +151,6 @@ fn reference_returns_lose_the_axes_they_name() {
     assert!(motions[1].end.is_none() && motions[2].end.is_some());
     assert_eq!(motions[3].unfollowable, Some(Unfollowable::Reference));
     assert!(motions[4].end.is_none());
-}
-
-#[test]
-fn work_offsets_lose_the_position_when_they_change() {
-    let text = "G54\nG0 X1 Y1 Z1 A1 C1\nX1\nG55 X1 Y1 Z1 A1 C1\nX2\nG54 X1 Y1 Z1 A1 C1\nG54.1 P3\nX1\n";
-    let motions = run(text);
-    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
-    assert_eq!(changed, [false, false, true, true, false, true]);
-    assert!(motions[1].start.is_some() && motions[2].start.is_none() && motions[2].end.is_some());
-    assert!(motions[5].end.is_none());
-    let offsets: Vec<_> = motions.iter().filter_map(|motion| motion.work_offset).collect();
-    let (g54, g55) = (WorkOffset::Code(540), WorkOffset::Code(550));
-    assert_eq!(offsets, [g54, g54, g55, g55, g54, WorkOffset::Numbered(541, 3)]);
-}
-
-#[test]
-fn what_is_in_force_before_any_offset_is_named_counts_as_g54() {
-    for (first, changed) in [("G54", [false, false, true]), ("G55", [false, true, false])] {
-        let other = if first == "G54" { "G55" } else { "G54" };
-        let motions = run(&format!("G0 X0 Y0 Z0 A0 C0\n{first}\nX1 Y1 Z1 A1 C1\n{other} X1 Y1 Z1 A1 C1\n"));
-        let found: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
-        assert_eq!(found, changed, "{first}");
-        assert_eq!(motions[0].work_offset, Some(WorkOffset::Unnamed));
-        assert!(motions[1].start.is_none(), "the places before are those of another zero perhaps");
-    }
-}
-
-#[test]
-fn a_shift_in_the_program_leaves_the_offset_unknown_also_before_the_first_motion() {
-    let point = "G0 X1 Y1 Z1 A1 C1\nX2\n";
-    let changed = |head: &str| {
-        let motions = run(&format!("{head}\n{point}"));
-        let found = motions.iter().filter(|motion| motion.end.is_some());
-        found.map(|motion| motion.offset_changed).collect::<Vec<_>>()
-    };
-    for head in [
-        "G52 X50. Y20.",
-        "G52 C10.",
-        "G92 X0 Y0 Z0",
-        "G92 C0.",
-        "G10 L2 P1 X100.",
-        "G10 L20 P1 C10.",
-        "#5221=100.",
-        "G52",
-        "G92",
-        "G92.3",
-        "G52 X0 C1",
-    ] {
-        assert_eq!(changed(head), [true, true], "{head}");
-    }
-    for head in ["G92.1", "G92.2", "G52 X0 Y0 Z0", "G52 X0. A0. C0.", "G10 L10 P1 Z5.", "G92 S2000"] {
-        assert_eq!(changed(head), [false, false], "{head}");
-    }
-    assert_eq!(changed("G52 X5\nG52 X0"), [true, true], "what was shifted stays unknown");
-}
-
-#[test]
-fn stated_offsets_are_followed_and_keep_the_rotary_axes_where_they_are() {
-    let work_offsets = WorkOffsets {
-        only_mm: Some([1.0, 2.0, 3.0]),
-        of_machine_mm: [(WorkOffset::Code(550), [4.0, 5.0, 6.0])].into(),
-        ..WorkOffsets::default()
-    };
-    let options = InterpreterOptions { work_offsets: Arc::new(work_offsets), ..InterpreterOptions::in_mm() };
-    let text = "G54 G0 X0 Y0 Z0 A10 C20\nG55 X1 Y1\nZ1\nG1 X2 F100\nG56\nX1 Y1 Z1 A1 C1\nX2\nG54 X0 Y0 Z0 A0 C0\nX1\n";
-    let (motions, _) = run_with(text, options);
-    let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
-    assert_eq!(changed, [false, false, false, false, true, true, false, false]);
-    assert_eq!(end(&motions[2]), [1.0, 1.0, 1.0, 10.0, 20.0]);
-    assert!(motions[3].start.is_some());
-    let only: Vec<_> = motions.iter().map(|motion| motion.is_only_offset).collect();
-    assert_eq!(only, [true, false, false, false, false, false, true, true]);
 }
 
 #[test]

@@ -67,7 +67,7 @@ pub struct InterpretedMotion {
     pub arc: Option<InterpretedArc>,
 }
 
-/// What is told of a program on the way through it.
+/// One thing that the interpretation says: a motion, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one at a time, and nearly all are motions")]
 pub enum Interpreted {
@@ -235,7 +235,7 @@ impl Understanding<'_> {
         self.place(motion, &AxisWords { linear_mm, rotary_deg: [first?, second?] })
     }
 
-    /// Where the tip is in W at these words; `None` where that hangs on something that is not stated.
+    /// Where the tip is in W at these words. `None` where it depends on a work offset or a tool length that is not stated.
     fn place(&self, motion: &Motion, words: &AxisWords) -> Option<Vec3> {
         let mode = self.mode(motion);
         let is_at_zero = words.rotary_deg.iter().all(|word| word.abs() <= 0.0);

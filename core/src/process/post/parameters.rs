@@ -1,5 +1,7 @@
 //! What a posting is asked to do.
 
+use std::ops::RangeInclusive;
+
 use super::super::ProgramSetup;
 use crate::kinematics::REWIND_DEG;
 use crate::units::Length;
@@ -38,6 +40,9 @@ pub struct PostParameters {
 }
 
 impl PostParameters {
+    /// Numbers that a length can have: H0 is no length, and controls have four digits.
+    pub const LENGTH_NUMBERS: RangeInclusive<u32> = 1..=9999;
+
     /// The defaults of the contract: tool tips under G43.4, four decimals.
     #[must_use]
     pub fn new(program: ProgramSetup) -> Self {

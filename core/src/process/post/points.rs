@@ -1,7 +1,6 @@
 //! From the motions of cutter location data to points of a posted program.
 
 use super::arc::Circle;
-use super::run::LENGTHS;
 use super::statement::{Coolant, Posted, posted};
 use super::{NotPosted, PostForm, PostParameters};
 use crate::geometry::Vec3;
@@ -157,7 +156,7 @@ impl Points {
         let Some(ToolName::Number(number)) = self.tool else { return None };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole")]
         let whole = number as u32;
-        (number.fract() == 0.0 && LENGTHS.contains(&whole)).then_some(whole)
+        (number.fract() == 0.0 && PostParameters::LENGTH_NUMBERS.contains(&whole)).then_some(whole)
     }
 
     /// The points of a motion.

@@ -1,7 +1,7 @@
 //! The course of a posting: points are gathered, ways through them chosen window by window, written and read back.
 
 use std::io::Write;
-use std::ops::{ControlFlow, RangeInclusive};
+use std::ops::ControlFlow;
 
 use super::super::set_ups::SetUps;
 use super::approach::{ALL, Approach};
@@ -30,8 +30,6 @@ const FLUSH_BYTES: usize = 1 << 18;
 /// An F above this no control takes, whatever it counts; it has not the digits either.
 const MAX_PER_MIN: f64 = 1e8;
 
-/// Numbers that a length can have.
-pub(super) const LENGTHS: RangeInclusive<u32> = 1..=9999;
 /// H where nobody states it and the data name no tool by a number.
 const FIRST_LENGTH: u32 = 1;
 
@@ -110,8 +108,9 @@ pub fn post(
     // What was taken for each tool stands in the report.
     let mut passages = Passages::open(source, machine, &program)?;
     // A program with one tool: another one behind a cut is refused.
-    let length_number =
-        parameters.length_number.or(program.tools.number.filter(|number| LENGTHS.contains(number)));
+    let length_number = parameters
+        .length_number
+        .or(program.tools.number.filter(|number| PostParameters::LENGTH_NUMBERS.contains(number)));
     let length = program.tools.tooling().only().and_then(|used| used.length);
     let program = ProgramSetup { tools: Tools::of_length(length), ..program };
     let parameters = &PostParameters { program, ..parameters.clone() };

@@ -46,7 +46,7 @@ pub(in crate::process) struct Need {
     pub(in crate::process) stated_by: &'static str,
     /// Where `CUTTER/` states another cutter than the table, the tool is not known.
     pub(in crate::process) agreement: bool,
-    /// Sections of tools of which nothing is known are left alone, also where nothing hangs on the tool.
+    /// Sections of unknown tools are left alone, even where the result does not depend on the tool.
     pub(in crate::process) leaves_unknown: bool,
 }
 
@@ -159,7 +159,7 @@ impl ProgramSetup {
         Ok(Self { tools, ..self.clone() })
     }
 
-    /// [`Self::with_tools`] for a program whose text nobody looked through yet. Where nothing hangs on the tool nobody does.
+    /// [`Self::with_tools`] for a program that was not looked through yet. It is not where the result does not depend on the tool.
     ///
     /// # Errors
     /// As there.

@@ -200,7 +200,7 @@ pub struct WearAhead {
     pub middle_mm: f64,
 }
 
-/// The wear of an edge once so many `parts` are cut.
+/// The wear of an edge after each of these numbers of parts.
 #[must_use]
 pub fn wear_ahead(course: &WearCourse, parts: &[f64]) -> Vec<WearAhead> {
     let until = parts.iter().copied().fold(f64::from(course.last_parts()), f64::max);

@@ -101,8 +101,8 @@ impl Component {
 /// readings of an unknown scatter whose errors may hang together.
 ///
 /// Scatter, correlation and straying are tried on a grid, each with a weight beforehand that the constants of this file
-/// give with their reasons; the readings then weigh them by the restricted likelihood. Nothing is estimated and then taken
-/// for known: whatever so few readings leave open widens what is told. The scatter is never below what the readings state
+/// give with their reasons; the readings then weigh them by the restricted likelihood. No estimate counts as
+/// known: what a few readings leave open makes the interval wider. The scatter is never below what the readings state
 /// (0.3 µm where they do not). Where every reading states an uncertainty they weigh by it. Valid from [`LEAST_PLACES`]
 /// numbers of parts.
 #[derive(Debug, Clone)]

@@ -112,7 +112,7 @@ impl Ends {
         let told = |parts: f64| (parts <= reach).then_some(parts.max(now));
         let earliest = self.any.get(rank(TAIL)).copied().and_then(told);
         let latest = self.latest.and_then(told);
-        // Drawn courses and the estimate, which is none of them, may differ by a hair.
+        // The estimate is not one of the drawn courses: rounding may put it just outside the ends.
         LifeEnds {
             earliest: match (earliest, estimate) {
                 (Some(parts), Some(estimate)) => Some(parts.min(estimate)),

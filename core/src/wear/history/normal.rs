@@ -2,11 +2,11 @@
 
 use crate::geometry::trig;
 
-/// Beyond so many standard deviations the probability is 0 or 1 to the last digit that counts here (1e-15).
+/// Standard deviations from the mean. Farther out the probability is 0 or 1 within 1e-15, the last digit that counts here.
 const FARTHEST: f64 = 8.0;
 
 /// Probability that a normal variable of mean 0 and deviation 1 is below `z`. The series of odd powers of Abramowitz
-/// and Stegun 26.2.11, whose terms are all of one sign. Not a number where `z` is none.
+/// and Stegun 26.2.11, whose terms are all of one sign. NaN gives NaN.
 pub(super) fn below(z: f64) -> f64 {
     if z.abs() > FARTHEST {
         return if z > 0.0 { 1.0 } else { 0.0 };
