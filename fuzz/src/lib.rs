@@ -10,5 +10,9 @@ pub use trunnion_core::{
 #[allow(dead_code, unused_imports)]
 pub mod wire;
 
+pub mod addresses;
 pub mod bodies;
 pub mod checks;
+#[cfg(feature = "service")]
+pub mod forms;
+pub mod surfaces;

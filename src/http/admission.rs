@@ -6,12 +6,14 @@ use std::sync::Arc;
 use axum::extract::{ConnectInfo, MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::RETRY_AFTER;
-use http::{Extensions, HeaderValue};
+use http::{Extensions, HeaderValue, Method};
 
 use super::AppState;
 use super::caller::Caller;
+use super::guard::note_refusal;
 use super::problem::{Problem, ProblemType};
 use super::rates::Who;
+use super::security_log::Reason;
 
 /// Asked by what watches the service, and never refused for asking often.
 const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
@@ -22,14 +24,15 @@ pub(super) fn admit(app: &AppState, request: &Request) -> Option<Response> {
     if let Err(problem) = measured(app, request) {
         return Some(problem.into_response());
     }
-    turned_away(app, request.extensions(), key_id)
+    turned_away(app, request.method(), request.extensions(), key_id.as_ref())
 }
 
 /// The answer to one who asks too often: by key, or by address where none was accepted.
 pub(super) fn turned_away(
     app: &AppState,
+    method: &Method,
     extensions: &Extensions,
-    key_id: Option<Arc<str>>,
+    key_id: Option<&Arc<str>>,
 ) -> Option<Response> {
     let rates = app.rates.as_ref()?;
     let path = extensions.get::<MatchedPath>().map(MatchedPath::as_str);
@@ -37,8 +40,10 @@ pub(super) fn turned_away(
         return None;
     }
     let peer = extensions.get::<ConnectInfo<SocketAddr>>();
-    let who = key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key);
+    let at_address = || peer.map_or(Who::Others, |peer| Who::at(peer.0.ip()));
+    let who = key_id.map_or_else(at_address, |id| Who::Key(Arc::clone(id)));
     let wait = rates.admit(who).err()?;
+    note_refusal(app, Reason::Rate, key_id.map(|id| &**id), method, extensions);
     let rate = app.settings.max_rate_per_s;
     let detail = format!("more than {rate} requests a second from one caller");
     let mut response = Problem::new(ProblemType::TooManyRequests, detail).into_response();

@@ -21,19 +21,21 @@ use uuid::Uuid;
 
 use super::AppState;
 use super::admission::admit;
-use super::guard::guard;
+use super::guard::{guard, note_refusal};
+use super::host::one_host;
 use super::observation::watch;
 use super::problem::{Problem, ProblemType};
+use super::security_log::Reason;
 
-/// The id of a request, as the header that its answer has.
+/// The id that we give a request, as the header that its answer has.
 #[derive(Debug, Clone)]
 pub(super) struct RequestId(HeaderValue);
 
 impl RequestId {
-    /// The one that the client gave, or this fresh one.
-    pub(super) fn of(given: Option<&HeaderValue>, fresh: Uuid) -> Self {
-        let own = || HeaderValue::from_str(fresh.hyphenated().encode_lower(&mut Uuid::encode_buffer()));
-        Self(given.cloned().or_else(|| own().ok()).unwrap_or_else(|| HeaderValue::from_static("none")))
+    /// This fresh one.
+    pub(super) fn new(fresh: Uuid) -> Self {
+        let text = HeaderValue::from_str(fresh.hyphenated().encode_lower(&mut Uuid::encode_buffer()));
+        Self(text.unwrap_or_else(|_| HeaderValue::from_static("none")))
     }
 
     /// The header.
@@ -89,6 +91,10 @@ async fn pass(app: &AppState, request: Request, route: Route) -> Response {
 
 /// The answer to a request, if it may be asked.
 async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
+    if let Err(problem) = one_host(&request) {
+        note_refusal(app, Reason::Host, None, request.method(), request.extensions());
+        return problem.into_response();
+    }
     let request = match guard(app, request).await {
         Ok(request) => request,
         Err(refusal) => return *refusal,

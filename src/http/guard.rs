@@ -1,31 +1,90 @@
 //! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
 //! not there for it, and neither is anything that belongs to one.
 
+use std::net::SocketAddr;
+use std::sync::Arc;
+
 use axum::body::Body;
-use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request};
+use axum::extract::{ConnectInfo, FromRequestParts, MatchedPath, RawPathParams, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
 use http::request::Parts;
-use http::{HeaderMap, HeaderValue, Method};
+use http::{Extensions, HeaderMap, HeaderValue, Method};
 
 use super::AppState;
 use super::access::{Need, needed};
 use super::admission::turned_away;
 use super::body::Incoming;
 use super::caller::Caller;
+use super::edge::RequestId;
 use super::pages::from_here;
 use super::problem::{Problem, ProblemType};
+use super::security_log::{Reason, SecurityEvent};
+use crate::jobs::{KeyRefusal, key_id_of};
 
-/// What is said beside a refusal (RFC 6750 §3).
+/// A refusal, and what is said beside it (RFC 6750 §3).
 struct Refused {
     problem: Problem,
     challenge: Option<String>,
+    /// Why, where it is no fault of ours.
+    reason: Option<Reason>,
+    key_id: Option<Arc<str>>,
+}
+
+impl Refused {
+    fn because(reason: Reason, problem: Problem) -> Self {
+        Self { reason: Some(reason), ..Self::from(problem) }
+    }
+
+    fn challenging(self, challenge: &str) -> Self {
+        Self { challenge: Some(challenge.to_owned()), ..self }
+    }
+}
+
+impl Reason {
+    fn of(refusal: &KeyRefusal) -> Self {
+        match refusal {
+            KeyRefusal::Unknown => Self::UnknownKey,
+            KeyRefusal::Revoked { .. } => Self::RevokedKey,
+            KeyRefusal::Expired { .. } => Self::EndedKey,
+        }
+    }
+}
+
+/// Whether it listens to programs of its own computer alone.
+fn is_local(app: &AppState) -> bool {
+    app.settings.listen.ip().to_canonical().is_loopback()
 }
 
 impl From<Problem> for Refused {
     fn from(problem: Problem) -> Self {
-        Self { problem, challenge: None }
+        Self { problem, challenge: None, reason: None, key_id: None }
     }
+}
+
+/// Writes a refusal into the security log, and its reason and source into the request's log line.
+pub(super) fn note_refusal(
+    app: &AppState,
+    reason: Reason,
+    key_id: Option<&str>,
+    method: &Method,
+    extensions: &Extensions,
+) {
+    let source = extensions.get::<ConnectInfo<SocketAddr>>().map(|peer| peer.0.ip().to_canonical());
+    let span = tracing::Span::current();
+    span.record("refused", reason.as_str());
+    if let Some(source) = source {
+        span.record("source", tracing::field::display(source));
+    }
+    app.security.note(SecurityEvent {
+        at: app.sources.timestamp(),
+        reason,
+        source,
+        key_id: key_id.map(ToOwned::to_owned),
+        method: method.to_string(),
+        route: extensions.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
+        request_id: extensions.get::<RequestId>().map_or_else(String::new, |id| id.as_str().to_owned()),
+    });
 }
 
 const REALM: &str = "Bearer realm=\"trunnion\"";
@@ -53,8 +112,11 @@ pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, B
 
 /// The answer to whom it does not let in.
 async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> Box<Response> {
+    if let Some(reason) = refused.reason {
+        note_refusal(app, reason, refused.key_id.as_deref(), &parts.method, &parts.extensions);
+    }
     // Whoever guesses keys is counted by address.
-    if let Some(response) = turned_away(app, &parts.extensions, None) {
+    if let Some(response) = turned_away(app, &parts.method, &parts.extensions, None) {
         return Box::new(response);
     }
     Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
@@ -67,9 +129,10 @@ async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> 
 
 async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {
     let ring = app.keys.current(&app.store).await.map_err(Problem::from)?;
-    if ring.is_empty() {
-        if app.settings.listen.ip().to_canonical().is_loopback() {
-            from_here(parts)?;
+    let is_open = ring.is_empty() && !app.keys.were_seen() && (app.settings.insecure || is_local(app));
+    if is_open {
+        if is_local(app) {
+            from_here(parts).map_err(|problem| Refused::because(Reason::ForeignPage, problem))?;
         }
         return Ok(Caller::anybody());
     }
@@ -77,34 +140,50 @@ async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> 
     let Some(route) = parts.extensions.get::<MatchedPath>().cloned() else { return Ok(Caller::nobody()) };
     let route = route.as_str();
     let Need::Scope(scope) = needed(parts.method.as_str(), route) else { return Ok(Caller::nobody()) };
+    if ring.is_empty() {
+        // There were some: the database was put back without them, or is another.
+        let detail = "the service has lost its keys: there were some, and now no API key exists; make one with trunnion keys create, or put the database back";
+        let problem = Problem::new(ProblemType::Unauthenticated, detail);
+        return Err(Refused::because(Reason::NoKeysMade, problem).challenging(REALM));
+    }
     let text = bearer(&parts.headers)?;
-    let key = ring.find(text, || app.sources.clock.now()).map_err(|refusal| Refused {
-        problem: Problem::new(ProblemType::Unauthenticated, refusal.to_string()),
-        challenge: Some(format!("{REALM}, error=\"invalid_token\"")),
+    let key = ring.find(text, || app.sources.clock.now()).map_err(|refusal| {
+        let problem = Problem::new(ProblemType::Unauthenticated, refusal.to_string());
+        let refused = Refused::because(Reason::of(&refusal), problem);
+        // The refusal of a revoked or ended key says that its secret was right.
+        let known = !matches!(refusal, KeyRefusal::Unknown);
+        let key_id = known.then(|| key_id_of(text)).flatten().map(Into::into);
+        Refused { key_id, ..refused }.challenging(&format!("{REALM}, error=\"invalid_token\""))
     })?;
     let caller = Caller::with(key);
     if !caller.may(scope) {
         let detail = format!("the operation needs a key with the scope {scope}");
-        return Err(Refused {
-            problem: Problem::new(ProblemType::ScopeMissing, detail),
-            challenge: Some(format!("{REALM}, error=\"insufficient_scope\", scope=\"{scope}\"")),
-        });
+        let refused = Refused::because(Reason::Scope, Problem::new(ProblemType::ScopeMissing, detail));
+        let refused = Refused { key_id: caller.key_id, ..refused };
+        return Err(refused.challenging(&format!("{REALM}, error=\"insufficient_scope\", scope=\"{scope}\"")));
     }
     if caller.machines.is_some() {
-        Box::pin(reaches(app, &caller, route, parts)).await?;
+        Box::pin(reaches(app, &caller, route, parts)).await.map_err(|problem| {
+            let of_client = problem.kind().status().is_client_error();
+            Refused {
+                reason: of_client.then_some(Reason::Machine),
+                key_id: caller.key_id.clone(),
+                ..Refused::from(problem)
+            }
+        })?;
     }
     Ok(caller)
 }
 
 /// The key of a request.
 fn bearer(headers: &HeaderMap) -> Result<&str, Refused> {
-    let refuse = |detail: &str| Refused {
-        problem: Problem::new(ProblemType::Unauthenticated, detail),
-        challenge: Some(REALM.to_owned()),
+    let refuse = |reason, detail: &str| {
+        Refused::because(reason, Problem::new(ProblemType::Unauthenticated, detail)).challenging(REALM)
     };
     let mut values = headers.get_all(AUTHORIZATION).iter();
-    let value = values.next().ok_or_else(|| refuse("the request has no Authorization header"))?;
-    let not_one = || refuse("Authorization is not Bearer followed by one key");
+    let value =
+        values.next().ok_or_else(|| refuse(Reason::NoKey, "the request has no Authorization header"))?;
+    let not_one = || refuse(Reason::UnreadableKey, "Authorization is not Bearer followed by one key");
     if values.next().is_some() {
         return Err(not_one());
     }

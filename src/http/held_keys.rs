@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
@@ -25,6 +25,8 @@ pub(super) struct HeldKeys {
     loaded: RwLock<Option<Loaded>>,
     loading: tokio::sync::Mutex<()>,
     noted: Mutex<HashMap<Arc<str>, Instant>>,
+    /// Keys were seen.
+    closed: AtomicBool,
 }
 
 #[derive(Debug)]
@@ -59,6 +61,7 @@ impl HeldKeys {
             loaded: RwLock::new(None),
             loading: tokio::sync::Mutex::new(()),
             noted: Mutex::default(),
+            closed: AtomicBool::new(false),
         }
     }
 
@@ -97,6 +100,9 @@ impl HeldKeys {
             }
             (Err(fault), None) => return Err(fault),
         };
+        if !ring.is_empty() {
+            self.closed.store(true, Ordering::Relaxed);
+        }
         let loaded = Loaded { ring: Arc::clone(&ring), mark, at, looked_ns: AtomicU64::new(0) };
         *self.loaded.write().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
         Ok(ring)
@@ -108,6 +114,11 @@ impl HeldKeys {
         let loaded = loaded.as_ref()?;
         let age = loaded.at.elapsed();
         loaded.is_unchanged(age, &self.mark).then(|| (Arc::clone(&loaded.ring), age))
+    }
+
+    /// Whether this process ever saw a key: it never opens again, whatever becomes of the database.
+    pub(super) fn were_seen(&self) -> bool {
+        self.closed.load(Ordering::Relaxed)
     }
 
     /// The keys have changed: they are read again before the next request.

@@ -2,6 +2,7 @@
 
 mod access;
 mod admission;
+mod answer_guard;
 mod audit;
 mod body;
 mod calibrations;
@@ -15,6 +16,7 @@ pub mod first_bytes;
 mod guard;
 mod held_keys;
 mod held_machines;
+mod host;
 mod idempotency;
 mod jobs;
 mod keys;
@@ -32,6 +34,7 @@ mod range;
 mod rates;
 mod refusals;
 mod router;
+mod security_log;
 mod service;
 mod servo;
 mod state;

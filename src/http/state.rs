@@ -13,6 +13,7 @@ use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
 use super::problem::Problem;
 use super::rates::Rates;
+use super::security_log::SecurityLog;
 use crate::config::Settings;
 use crate::jobs::{
     Compensator, Compute, Courier, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool,
@@ -55,6 +56,8 @@ pub struct Shared {
     pub(super) followers: Arc<Semaphore>,
     /// The API keys.
     pub(super) keys: HeldKeys,
+    /// Who was not let in.
+    pub(super) security: SecurityLog,
     /// Machines used last.
     pub(super) machines: HeldMachines,
     draining: AtomicBool,
@@ -118,6 +121,7 @@ impl AppState {
             followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
             machines: HeldMachines::default(),
             keys: HeldKeys::new(&settings.data_dir),
+            security: SecurityLog::open(&settings.data_dir).map_err(OpenFault::Thread)?,
             settings: Arc::new(settings),
             compensator,
             queue,

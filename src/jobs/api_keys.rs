@@ -88,6 +88,17 @@ fn random_hex<const BYTES: usize>() -> Result<String, IssueFault> {
     Ok(text)
 }
 
+/// Id and secret of a key's text.
+fn parts_of_key(text: &str) -> Option<(&str, &str)> {
+    text.strip_prefix(PREFIX)?.split_once('_')
+}
+
+/// The id that a key's text names. Whether the key is one of this service is not looked at.
+#[must_use]
+pub fn key_id_of(text: &str) -> Option<&str> {
+    parts_of_key(text).map(|(id, _secret)| id)
+}
+
 /// Every key there is, ready to be looked up.
 #[derive(Debug, Default)]
 pub struct KeyRing {
@@ -169,8 +180,7 @@ impl KeyRing {
     /// # Errors
     /// No such key, or one that opens nothing any more.
     pub fn find(&self, text: &str, now: impl FnOnce() -> Timestamp) -> Result<&HeldKey, KeyRefusal> {
-        let parts = text.strip_prefix(PREFIX).and_then(|rest| rest.split_once('_'));
-        let (id, secret) = parts.ok_or(KeyRefusal::Unknown)?;
+        let (id, secret) = parts_of_key(text).ok_or(KeyRefusal::Unknown)?;
         let digest = sha256_hex(secret.as_bytes());
         let held = self.keys.get(id);
         let kept = held.map_or("", |key| key.secret_sha256.as_str());

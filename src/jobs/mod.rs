@@ -31,7 +31,7 @@ mod webhooks;
 mod work;
 
 pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
-pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
+pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, timestamp};
 pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};

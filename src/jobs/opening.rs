@@ -23,6 +23,9 @@ pub enum OpenFault {
     /// The system gives no random numbers.
     #[error("the system gives no random numbers: {0}")]
     NoRandomness(getrandom::Error),
+    /// The system gives no thread.
+    #[error("the system gives no thread: {0}")]
+    Thread(std::io::Error),
     /// The example profile: a fault of ours.
     #[error("the example machine has {} faults", .0.len())]
     Example(Vec<Fault>),

@@ -95,7 +95,7 @@ pub struct AuditEntry {
     /// Path template of the request.
     #[schema(example = "/v1/machines/{machine_id}")]
     pub route: Option<String>,
-    /// `X-Request-Id` of the request, which the log lines carry too.
+    /// `X-Request-Id` of the answer, which the log lines carry too.
     pub request_id: Option<String>,
     /// The machine that it is about.
     #[schema(example = "example-ac-table")]

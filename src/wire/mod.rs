@@ -39,6 +39,7 @@ mod solved_poses;
 mod sphere_answer;
 mod statements;
 mod surface_mesh;
+mod table_text;
 mod tool_table;
 mod verification;
 mod wear_advice;

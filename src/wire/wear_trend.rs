@@ -3,6 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::table_text::table_text;
 use super::wear_outlook::{OutlookBasis, PartsOutlook, PartsOutlookKind, named};
 use super::{WearEntry, WearQuantity};
 use crate::units::UM_PER_MM;
@@ -312,7 +313,7 @@ pub fn wear_trend_table(trend: &WearTrend) -> Result<Vec<u8>, csv::Error> {
     for edge in &trend.edges {
         for entry in &edge.entries {
             table.write_record([
-                edge.edge.as_deref().unwrap_or_default(),
+                &*table_text(edge.edge.as_deref().unwrap_or_default()),
                 &entry.parts_cut.to_string(),
                 &entry.wear_um.to_string(),
                 &entry.standard_uncertainty_um.map(|um| um.to_string()).unwrap_or_default(),

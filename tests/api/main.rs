@@ -37,6 +37,7 @@ mod receiver;
 mod recorded;
 mod refusal_texts;
 mod replays;
+mod security;
 mod service;
 mod servo;
 mod stamps;

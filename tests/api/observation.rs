@@ -227,8 +227,9 @@ async fn log_of(level: &str, ask: impl AsyncFnOnce(&str)) -> Vec<Value> {
 }
 
 fn answered<'a>(lines: &'a [Value], request_id: &str) -> &'a Value {
-    let of =
-        |line: &&Value| line["span"]["request_id"] == request_id && line["fields"]["message"] == "answered";
+    let of = |line: &&Value| {
+        line["span"]["client_request_id"] == request_id && line["fields"]["message"] == "answered"
+    };
     let found: Vec<&Value> = lines.iter().filter(of).collect();
     assert_eq!(found.len(), 1, "{lines:#?}");
     found[0]
@@ -280,6 +281,6 @@ async fn a_quiet_log_still_names_the_request_of_a_refusal() {
         }
     })
     .await;
-    assert!(lines.iter().all(|line| line["span"]["request_id"] != "fine"), "{lines:#?}");
+    assert!(lines.iter().all(|line| line["span"]["client_request_id"] != "fine"), "{lines:#?}");
     assert_eq!(answered(&lines, "bad")["level"], "WARN");
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::operations::{Operations, STATUSES};
+use crate::http::security_log::SecurityLog;
 use crate::jobs::{DeliveriesReading, QueueReading};
 use crate::meter::{self, CLASSES_S, Counter, Times};
 use crate::wire::DeliveryOutcome;
@@ -23,7 +24,11 @@ pub(in crate::http) struct Readings {
 }
 
 /// The whole text. Series that never counted are left out.
-pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings) -> String {
+pub(in crate::http) fn metrics_text(
+    operations: &Operations,
+    readings: &Readings,
+    security: &SecurityLog,
+) -> String {
     let mut text = Text(String::with_capacity(16 << 10));
     let build = format!("trunnion_build_info{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
     text.family("trunnion_build_info", "gauge", "The running version.");
@@ -49,6 +54,14 @@ pub(in crate::http) fn metrics_text(operations: &Operations, readings: &Readings
         text.sample(&format!("{attempts}{{outcome=\"{}\"}}", outcome.as_str()), count.get());
     }
     requests(&mut text, operations);
+    let (refusals, unwritten) = security.counts();
+    let refused = "trunnion_refusals_total";
+    text.family(refused, "counter", "Requests that were not let in.");
+    for (reason, count) in refusals {
+        text.sample(&format!("{refused}{{reason=\"{}\"}}", reason.as_str()), count);
+    }
+    let help = "Refusals that the security log does not have.";
+    text.single("trunnion_refusals_unwritten_total", "counter", help, unwritten);
     for (name, kind, help, value) in [
         (
             "trunnion_http_requests_in_flight",

@@ -14,6 +14,7 @@ use super::operations::Series;
 use super::subject::Subject;
 use super::{FinishedSpan, Trace};
 use crate::http::AppState;
+use crate::http::answer_guard::guard_answer;
 use crate::http::edge::RequestId;
 use crate::http::problem::{PROBLEM_JSON, Problem, ProblemType};
 use crate::meter;
@@ -30,7 +31,8 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
     let in_flight = meter::IN_FLIGHT.enter();
     let fresh = app.sources.ids.next();
     let trace = Trace::of(request.headers(), fresh);
-    let request_id = RequestId::of(given_id(request.headers()), fresh);
+    let request_id = RequestId::new(fresh);
+    let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
     let matched = request.extensions().get::<MatchedPath>().cloned();
     let route = matched.as_ref().map(MatchedPath::as_str);
     let path = request.uri().path().to_owned();
@@ -40,6 +42,7 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
         series: app.operations().of(route, request.method()),
         subject: route.map_or_else(Subject::default, |pattern| Subject::of(pattern, &path)),
         request_id: request_id.as_str(),
+        client_request_id: client_request_id.as_deref(),
         trace,
         span: Span::none(),
         began: Instant::now(),
@@ -50,6 +53,7 @@ pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
     request.extensions_mut().insert(request_id.clone());
     request.extensions_mut().insert(trace);
     let mut response = dressed(answered(request).instrument(span).await);
+    guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
     response.headers_mut().insert(REQUEST_ID, request_id.header());
     if let Ok(value) = HeaderValue::from_bytes(&trace.text()) {
         response.headers_mut().insert(TRACE_RESPONSE, value);
@@ -66,6 +70,7 @@ struct Watched<'a> {
     series: Option<&'a Series>,
     subject: Subject<'a>,
     request_id: &'a str,
+    client_request_id: Option<&'a str>,
     trace: Trace,
     span: Span,
     began: Instant,
@@ -80,11 +85,14 @@ impl Watched<'_> {
         self.span = tracing::error_span!(
             "request",
             request_id = self.request_id,
+            client_request_id = self.client_request_id,
             trace_id = format_args!("{:032x}", self.trace.trace_id),
             operation,
             machine_id,
             job_id,
             key_id = Empty,
+            source = Empty,
+            refused = Empty,
         );
     }
 
@@ -155,9 +163,11 @@ fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: 
     });
 }
 
-fn given_id(headers: &HeaderMap) -> Option<&HeaderValue> {
-    let given = headers.get(REQUEST_ID)?;
-    let sound = (1..=128).contains(&given.len()) && given.as_bytes().iter().all(u8::is_ascii_graphic);
+/// The client's own id of the request, where it is one word of at most 128 characters. It is kept beside ours, never as ours:
+/// a client could give two requests the same, or those of somebody else.
+fn client_request_id(headers: &HeaderMap) -> Option<&str> {
+    let given = headers.get(REQUEST_ID)?.to_str().ok()?;
+    let sound = (1..=128).contains(&given.len()) && given.bytes().all(|byte| byte.is_ascii_graphic());
     sound.then_some(given)
 }
 

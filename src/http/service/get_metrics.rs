@@ -41,7 +41,7 @@ pub(super) async fn get_metrics(
         queue: app.queue.reading().await.ok(),
         deliveries: app.courier.reading().await.ok(),
     };
-    let text = metrics_text(app.operations(), &readings);
+    let text = metrics_text(app.operations(), &readings, &app.security);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }
 

@@ -1,0 +1,85 @@
+//! The name under which a request asks for the service: it has exactly one. Two would let a proxy in front of the service and the service
+//! itself mean different ones.
+
+use axum::extract::Request;
+use http::Version;
+use http::header::HOST;
+use http::uri::Authority;
+
+use super::problem::{Problem, ProblemType};
+
+/// Refuses a request without one clear host (RFC 9112 §3.2, RFC 9113 §8.3.1).
+///
+/// # Errors
+/// HTTP/1.1 without `Host`, `Host` twice, a `Host` that is no authority or names a user, or one that contradicts the
+/// authority in the request's target.
+pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
+    let refuse = |detail: &str| Err(Problem::new(ProblemType::MalformedRequest, detail));
+    let target = request.uri().authority();
+    let mut fields = request.headers().get_all(HOST).iter();
+    let Some(field) = fields.next() else {
+        return if request.version() == Version::HTTP_11 && target.is_none() {
+            refuse("the request has no Host field; HTTP/1.1 needs one")
+        } else {
+            Ok(())
+        };
+    };
+    if fields.next().is_some() {
+        return refuse("the request has several Host fields; send one");
+    }
+    // Empty is what a target without an authority has.
+    if field.is_empty() && target.is_none() {
+        return Ok(());
+    }
+    let Ok(host) = Authority::try_from(field.as_bytes()) else {
+        return refuse("the Host field is no host with an optional port");
+    };
+    if host.as_str().contains('@') {
+        return refuse("the Host field names a user; send the host and its port alone");
+    }
+    if target.is_some_and(|target| !target.as_str().eq_ignore_ascii_case(host.as_str())) {
+        return refuse("the Host field and the address of the request name different hosts");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::Body;
+
+    use super::*;
+
+    fn asked(version: Version, target: &str, hosts: &[&str]) -> bool {
+        let request = Request::builder().version(version).uri(target);
+        let request = hosts.iter().fold(request, |request, host| request.header(HOST, *host));
+        one_host(&request.body(Body::empty()).unwrap()).is_ok()
+    }
+
+    #[test]
+    fn a_request_has_exactly_one_host() {
+        for (target, hosts) in [
+            ("/", &["127.0.0.1:8080"][..]),
+            ("/", &["[::1]:8080"]),
+            ("/", &[""]),
+            ("http://mill-3/v1", &["mill-3"]),
+            ("http://MILL-3/v1", &["mill-3"]),
+        ] {
+            assert!(asked(Version::HTTP_11, target, hosts), "{target} {hosts:?}");
+        }
+        for (target, hosts) in [
+            ("/", &[][..]),
+            ("/", &["mill-3", "mill-3"]),
+            ("/", &["mill-3", "evil"]),
+            ("/", &["user@mill-3"]),
+            ("/", &["mill 3"]),
+            ("/", &["mill-3/x"]),
+            ("http://mill-3/", &["evil"]),
+            ("http://mill-3/", &[""]),
+        ] {
+            assert!(!asked(Version::HTTP_11, target, hosts), "{target} {hosts:?}");
+        }
+        assert!(asked(Version::HTTP_2, "http://mill-3/", &[]));
+        assert!(!asked(Version::HTTP_2, "http://mill-3/", &["evil"]));
+        assert!(asked(Version::HTTP_10, "/", &[]));
+    }
+}
