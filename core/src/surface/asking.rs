@@ -6,8 +6,11 @@ use super::MeshFault;
 
 /// Facets, corners, vertices or slots between two questions: each takes 0.2 µs at most, so that is 2 ms.
 pub(super) const ASK_EVERY: usize = 1 << 13;
-/// So many are sorted, or divided at their median, without a question: some 10 ms.
-pub(super) const SORTED_AT_ONCE: usize = 1 << 19;
+/// So many are sorted without a question: some milliseconds.
+const SORTED_AT_ONCE: usize = 1 << 16;
+/// So many are divided at their median without a question: some 10 ms. A tree of more facets than that has other leaves than one
+/// whose facets were divided at once, so this is not to be changed lightly.
+pub(super) const DIVIDED_AT_ONCE: usize = 1 << 19;
 
 /// Asks after every so many steps.
 pub(super) struct Asking<'s> {
@@ -89,7 +92,7 @@ pub(super) fn divide_at<T: Copy>(
     asking: &mut Asking<'_>,
 ) -> Result<(), MeshFault> {
     asking.after(items.len())?;
-    if items.len() <= SORTED_AT_ONCE {
+    if items.len() <= DIVIDED_AT_ONCE {
         if count < items.len() {
             items.select_nth_unstable_by_key(count, key);
         }
@@ -159,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_is_sorted_in_stretches_is_sorted() {
-        for count in [0, 1, 700_000, 3 * SORTED_AT_ONCE as u64 + 11] {
+        for count in [0, 1, 700_000, 9 * SORTED_AT_ONCE as u64 + 11] {
             let mut items = keys(count, false);
             let mut expected = items.clone();
             expected.sort_unstable();
@@ -171,7 +174,7 @@ mod tests {
     #[test]
     fn what_is_divided_has_the_least_in_front() {
         for crowded in [false, true] {
-            for count in [10, 1000, SORTED_AT_ONCE + 1, 2 * SORTED_AT_ONCE + 3] {
+            for count in [10, 1000, DIVIDED_AT_ONCE + 1, 2 * DIVIDED_AT_ONCE + 3] {
                 for front in [0, 1, count / 2, count - 1, count] {
                     let mut items = keys(count as u64, crowded);
                     let mut expected = items.clone();

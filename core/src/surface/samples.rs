@@ -63,8 +63,11 @@ pub(super) fn even_samples(
     let along_v = Cumulative::new(&lengths);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and a count")]
     let rows = (along_v.total / spacing_mm).round().clamp(1.0, count as f64) as usize;
-    let edges: Vec<f64> =
-        (0..=rows).map(|j| v0 + step[1] * along_v.find(j as f64 / rows as f64 * along_v.total)).collect();
+    let mut edges = Vec::with_capacity(rows + 1);
+    for j in 0..=rows {
+        asking.after(1)?;
+        edges.push(v0 + step[1] * along_v.find(j as f64 / rows as f64 * along_v.total));
+    }
     let row = |band: [f64; 2]| {
         let v = 0.5 * (band[0] + band[1]);
         let areas: Vec<f64> = (0..CELLS).map(|i| at(i, v).0 * step[0] * (band[1] - band[0])).collect();

@@ -3,7 +3,7 @@
 //! Built from above: the facets of a box are halved at the median of their centres, along the axis that these spread
 //! over most. Boxes are single precision, rounded outward: 32 bytes for every two or three facets.
 
-use super::asking::{ASK_EVERY, Asking, SORTED_AT_ONCE, divide_at};
+use super::asking::{ASK_EVERY, Asking, DIVIDED_AT_ONCE, divide_at};
 use super::{MeshFault, Pace};
 use crate::geometry::Vec3;
 
@@ -135,7 +135,7 @@ impl Tree {
         } else {
             let axis = widest(facets, asking)?;
             let half = facets.len() / 2;
-            if facets.len() <= SORTED_AT_ONCE {
+            if facets.len() <= DIVIDED_AT_ONCE {
                 facets.select_nth_unstable_by(half, |(a, m), (b, n)| {
                     a[axis].total_cmp(&b[axis]).then(m.cmp(n))
                 });
