@@ -11,7 +11,7 @@ use trunnion::contact::{CutterContact, PartSurface, contact_on_surface};
 use trunnion::geometry::Vec3;
 use trunnion::kinematics::ToolPose;
 use trunnion::machine::Tool;
-use trunnion::surface::{Bulge, Mesh, MeshSettings, ParametricSurface, Sphere};
+use trunnion::surface::{Bulge, Mesh, MeshSettings, ParametricSurface, Sphere, Uncounted};
 use trunnion::units::Length;
 
 const CELLS: [usize; 2] = [2500, 2000];
@@ -147,7 +147,7 @@ fn main() {
             let axis = (exact.normal + aside * 0.1).normalize();
             let contact = CutterContact::Normal { direction: exact.normal, magnitude: 1.0 };
             let pose = ToolPose { tip_mm: exact.point_mm - contact.offset_mm(&tool, axis), axis };
-            touching += u32::from(contact_on_surface(&part, &tool, &pose).is_some());
+            touching += u32::from(contact_on_surface(&part, &tool, &pose, &mut Uncounted).is_some());
         }
         let rate = f64::from(CONTACTS) / start.elapsed().as_secs_f64() * 1e-3;
         println!(

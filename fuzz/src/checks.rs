@@ -162,7 +162,7 @@ pub fn pipeline(data: &[u8]) {
     let stated_tool = Some(tool).filter(|_| bits & 0x60 != 0x60);
     let interpolation =
         [None, Some(Interpolation::Machine), Some(Interpolation::Tcp), None][usize::from(choice >> 3 & 3)];
-    let budget = Budget { max_evaluations: 50_000, max_blocks_out: 5_000 };
+    let budget = Budget { max_evaluations: 50_000, max_blocks_out: 5_000, ..Budget::default() };
     let cc = CcParameters {
         tolerance: mm([0.01, 0.1, 1.0, 0.001][usize::from(detail & 3)]),
         contact: if detail & 0x80 == 0 { ContactSource::Auto } else { ContactSource::FeedPlane },

@@ -117,6 +117,7 @@ fn is_refusal(fault: &JobFault) -> bool {
         JobFault::Unreadable(_)
         | JobFault::Parameters(_)
         | JobFault::TooCostly(_)
+        | JobFault::Compute(ComputeFault::TooCostly { .. })
         | JobFault::Servo(_)
         | JobFault::PartSurface(_)
         | JobFault::Compensator(CompensatorFault::Refused(_)) => true,

@@ -265,6 +265,7 @@ impl From<ComputeFault> for Problem {
         match fault {
             ComputeFault::Busy => Self::new(ProblemType::Busy, fault.to_string()),
             ComputeFault::Panicked => Self::internal(&fault),
+            ComputeFault::TooCostly { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
         }
     }
 }

@@ -93,7 +93,8 @@ impl AppState {
             settings.computations(),
             settings.max_waiting_computations,
             settings.max_surface_memory_bytes,
-        );
+        )
+        .costing_at_most(settings.max_cost_s);
         let spool = Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes);
         let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
         let limits = QueueLimits {

@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use thiserror::Error;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -10,6 +11,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::PartSurfaceFault;
 use super::compute_threads::ComputeThreads;
+use super::cpu_time::CpuTime;
 use crate::meter;
 use crate::process::Stop;
 use crate::surface::Mesh;
@@ -24,6 +26,17 @@ pub enum ComputeFault {
     /// The computation panicked: a fault of ours.
     #[error("the computation panicked")]
     Panicked,
+    /// It took ten times the processor time that it may: what it costs was estimated wrongly.
+    #[error(
+        "the computation was stopped after {:.3} s of processor time; its limit of {:.3} s is ten times `max_cost_s`. Divide the program, reduce the surface, or raise `max_cost_s`",
+        spent.as_secs_f64(), limit.as_secs_f64()
+    )]
+    TooCostly {
+        /// Processor time of all its threads.
+        spent: Duration,
+        /// The most there may be.
+        limit: Duration,
+    },
 }
 
 /// The pool.
@@ -40,8 +53,14 @@ pub struct Compute {
     /// Memory that uploaded surfaces may take together \[MiB\].
     surface_mib: Arc<Semaphore>,
     surface_bytes: u64,
+    /// Processor time after which a computation is stopped.
+    cpu_limit: Duration,
 }
 
+/// A computation is stopped at so many times the cost that one may have, but not before it took this long: below that a cost
+/// is that of the first pages of memory.
+const BACKSTOP: f64 = 10.0;
+const LEAST_BACKSTOP: Duration = Duration::from_secs(1);
 const MIB: u64 = 1 << 20;
 
 /// The threads that one computation may use: its own, and those of places that run nothing, for as long as a stretch of
@@ -50,6 +69,7 @@ const MIB: u64 = 1 << 20;
 pub struct Threads {
     places: Arc<Semaphore>,
     width: usize,
+    cpu_time: Arc<CpuTime>,
 }
 
 impl SideBySide for Threads {
@@ -72,8 +92,9 @@ impl SideBySide for Threads {
                 // A place that somebody waits for is not free.
                 let Ok(place) = self.places.try_acquire() else { break };
                 scope.spawn(move || {
+                    let counted = self.cpu_time.enter();
                     work();
-                    drop(place);
+                    drop((counted, place));
                 });
             }
             work();
@@ -106,7 +127,16 @@ impl Compute {
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
             surface_bytes,
+            cpu_limit: Duration::MAX,
         }
+    }
+
+    /// The same, where no computation may cost more \[s of one core\]: it is stopped at ten times as much processor
+    /// time, one second at least.
+    #[must_use]
+    pub fn costing_at_most(self, max_cost_s: f64) -> Self {
+        let cpu_limit = Duration::try_from_secs_f64(BACKSTOP * max_cost_s).unwrap_or(Duration::MAX);
+        Self { cpu_limit: cpu_limit.max(LEAST_BACKSTOP), ..self }
     }
 
     /// The memory that a surface of so many facets takes; it is given back when what is returned goes.
@@ -173,7 +203,10 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
-        let threads = Threads { places: Arc::clone(&self.running), width: self.width };
+        let limit = self.cpu_limit;
+        let cpu_time = Arc::new(CpuTime::new(limit, self.width));
+        let threads =
+            Threads { places: Arc::clone(&self.running), width: self.width, cpu_time: Arc::clone(&cpu_time) };
         let computing = meter::COMPUTING.enter();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
@@ -181,16 +214,23 @@ impl Compute {
             // Held by the thread, not by who waits: a place is free when its work has really ended.
             let _held = (place, computing);
             let _entered = span.entered();
-            work(&threads, &|| {
-                if token.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })
+            let counted = threads.cpu_time.enter();
+            let done = work(&threads, &|| {
+                if token.is_cancelled() { ControlFlow::Break(()) } else { threads.cpu_time.check() }
+            });
+            drop(counted);
+            done
         });
         let computed = computed.await;
         stop_when_dropped.disarm();
-        computed.map_err(|fault| {
+        let done = computed.map_err(|fault| {
             tracing::error!(error = %fault, "a computation panicked");
             ComputeFault::Panicked
-        })
+        })?;
+        match cpu_time.over() {
+            Some(spent) => Err(ComputeFault::TooCostly { spent, limit }),
+            None => Ok(done),
+        }
     }
 
     async fn run_with<T, F>(&self, work: F) -> Result<T, ComputeFault>

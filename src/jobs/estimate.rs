@@ -57,6 +57,9 @@ const FACET_S: f64 = 3e-6;
 /// One contact found on a surface \[s\]; on one of ten million facets, at random places, 0.2 to 0.4 ms were measured,
 /// but neighbouring points of a program are found faster.
 const CONTACT_S: f64 = 1e-4;
+/// One step of the search for a contact on a surface: a look at a box, a facet or a place on a facet \[s\]. Facets that make one
+/// search look at all of them show only on the way: their steps are counted as they are made.
+const SURFACE_STEP_S: f64 = 6e-8;
 /// Bytes of a block, at least.
 const BLOCK_BYTES: f64 = 20.0;
 /// One straight piece of a motion, made and sorted among the samples \[s\]; 20 µs were measured on a busy machine, with
@@ -148,7 +151,7 @@ impl Cost {
         [count(PIECE_S), count(PAIR_S)]
     }
 
-    /// How many evaluations of the deviation, and how many blocks written, the limit pays for.
+    /// How many evaluations of the deviation, steps of searches on a surface and blocks written the limit pays for.
     #[must_use]
     pub fn budget_within(limit_s: f64) -> Budget {
         #[expect(
@@ -157,7 +160,11 @@ impl Cost {
             reason = "not negative, saturating"
         )]
         let count = |each_s: f64| (limit_s / each_s).max(0.0) as u64;
-        Budget { max_evaluations: count(EVALUATION_S), max_blocks_out: count(BLOCK_OUT_S) }
+        Budget {
+            max_evaluations: count(EVALUATION_S),
+            max_blocks_out: count(BLOCK_OUT_S),
+            max_surface_steps: count(SURFACE_STEP_S),
+        }
     }
 
     /// How many samples of a whole machine the limit pays for.

@@ -7,6 +7,7 @@ mod clock;
 mod compensation;
 mod compute;
 mod compute_threads;
+mod cpu_time;
 mod cutter_contact;
 mod estimate;
 mod interpretation;

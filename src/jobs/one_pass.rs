@@ -66,8 +66,9 @@ impl ProgramParameters for CompensationParameters {
         let drives = on.drives.as_ref().map(|drives| drives.to_core("/drives", &mut faults));
         faults.into_result()?;
         let max_cost_s = means.max_cost_s;
+        core.budget = Cost::budget_within(max_cost_s);
         if let Some(step) = &mut core.cc {
-            step.budget = Cost::budget_within(max_cost_s);
+            step.budget = core.budget;
         }
         core.servo = drives.filter(|_| self.servo_lag).map(|drives| ServoStep {
             max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(max_cost_s)),

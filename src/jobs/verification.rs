@@ -42,10 +42,11 @@ impl ProgramParameters for VerificationParameters {
             let reading = self.surface_reading();
             let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
             let samples = match (&surface, &part) {
-                (Some(surface), _) => surface.samples(self.samples),
-                (None, Some(part)) => part.samples(self.samples),
-                (None, None) => EvenSamples { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 },
+                (Some(surface), _) => surface.samples_until(self.samples, stop),
+                (None, Some(part)) => part.samples_until(self.samples, stop),
+                (None, None) => Ok(EvenSamples::none()),
             };
+            let samples = samples.map_err(|_only_cancelled| CompensatorFault::Cancelled)?;
             let verification =
                 process::verify_part(&on.machine, core, &samples.points, program, threads, stop)
                     .map_err(in_words_of_the_wire)?;

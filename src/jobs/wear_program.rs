@@ -25,13 +25,14 @@ impl ProgramParameters for WearParameters {
         self.wear.as_ref().map(|source| source.cutter_id.as_str())
     }
 
-    fn prepare(self, on: MachineUsed, sizes: Sizes, _means: &Means) -> Result<Prepared, Vec<Fault>> {
+    fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut missing = FaultList::default();
         missing_from_table(&self, "", &on, &mut missing);
         let mut core = missing.after(self.to_core(sizes.has_part()))?;
         let parameters = serde_json::to_value(&self).unwrap_or_default();
         core.program =
             ProgramSetup { allow_repeated: self.allow_repeated, ..on.program(&self.statements(), true)? };
+        core.budget = Cost::budget_within(means.max_cost_s);
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, threads, stop, .. } = place;

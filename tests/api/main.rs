@@ -12,6 +12,7 @@ mod documents;
 mod entered_wear;
 mod examples;
 mod forward;
+mod hostile_surfaces;
 mod http2;
 mod interpretation;
 mod inverse;

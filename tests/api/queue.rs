@@ -23,7 +23,8 @@ use crate::support::{
 };
 
 /// A compensator that notes in which order programs come, holds those that begin with `HOLD` until it is released or
-/// told to stop, and those that begin with `RUNAWAY` until it is released.
+/// told to stop, and those that begin with `RUNAWAY` until it is released. What begins with `SPIN` computes until it is told to
+/// stop.
 #[derive(Debug, Default)]
 pub(crate) struct Held {
     released: Mutex<bool>,
@@ -70,6 +71,12 @@ impl Compensator for Held {
         source.open()?.read_to_string(&mut text)?;
         self.order.lock().unwrap().push(text.trim().to_owned());
         if text.starts_with("HOLD") && !self.wait(|| stop().is_break()) {
+            return Err(CompensatorFault::Cancelled);
+        }
+        if text.starts_with("SPIN") {
+            while stop().is_continue() {
+                std::hint::spin_loop();
+            }
             return Err(CompensatorFault::Cancelled);
         }
         if text.starts_with("RUNAWAY") {

@@ -10,6 +10,7 @@ mod compensation;
 mod constants;
 mod conversational;
 mod example;
+mod hostile_surfaces;
 mod idempotence;
 mod inverse;
 mod machines;

@@ -5,6 +5,7 @@
 pub mod axes_witness;
 pub mod displaced;
 pub mod finishing;
+pub mod hostile_facets;
 pub mod pole_passes;
 pub mod set_ups;
 pub mod surface_passes;

@@ -10,7 +10,9 @@ use trunnion::contact::{
 use trunnion::geometry::{Vec3, across};
 use trunnion::kinematics::ToolPose;
 use trunnion::machine::Tool;
-use trunnion::surface::{Blade, BladeSizes, Bulge, Cylinder, Mesh, ParametricSurface, Saddle, Sphere};
+use trunnion::surface::{
+    Blade, BladeSizes, Bulge, Cylinder, Mesh, ParametricSurface, Saddle, Sphere, Uncounted,
+};
 use trunnion::units::Length;
 
 use crate::tessellation::{cube, facets};
@@ -112,7 +114,7 @@ fn cutters_find_the_point_and_the_normal_they_were_put_on() {
                 for &lean_deg in case.leans_deg {
                     let axis = leaning(exact.normal, lean_deg, 70.0 * k as f64);
                     let pose = touching(&tool, exact.point_mm, exact.normal, axis);
-                    let found = contact_on_surface(&part, &tool, &pose);
+                    let found = contact_on_surface(&part, &tool, &pose, &mut Uncounted);
                     let Some(found) = found else { panic!("{} {k} {lean_deg}: no contact", case.name) };
                     assert!(!found.on_edge, "{} {k} {lean_deg} {}", case.name, found.gap_mm);
                     let normal_off = (found.normal - exact.normal).norm();
@@ -152,7 +154,7 @@ fn a_cutter_above_or_inside_by_more_than_the_gap_does_not_touch() {
             [(0.15, false), (0.05, true), (-0.05, true), (-0.15, false), (40.0, false)]
         {
             let pose = touching(&tool, exact.point_mm + exact.normal * height_mm, exact.normal, axis);
-            let found = contact_on_surface(&part, &tool, &pose);
+            let found = contact_on_surface(&part, &tool, &pose, &mut Uncounted);
             assert_eq!(found.is_some(), touches, "{height_mm}");
             if let Some(SurfaceContact { gap_mm, normal, .. }) = found {
                 assert!((gap_mm - height_mm).abs() < 0.02, "{gap_mm} {height_mm}");
@@ -172,21 +174,21 @@ fn on_a_real_edge_the_normal_is_the_cutters_own() {
         let normal = Vec3::new(sin, 0.0, cos);
         let edge_mm = Vec3::new(20.0, 7.0, 20.0);
         let pose = touching(&ball, edge_mm, normal, Vec3::z());
-        let found = contact_on_surface(&part, &ball, &pose).unwrap();
+        let found = contact_on_surface(&part, &ball, &pose, &mut Uncounted).unwrap();
         assert!(found.on_edge && found.gap_mm.abs() < 1e-6, "{found:?}");
         assert!(
             (found.place.point_mm - edge_mm).norm() < 1e-5 && (found.normal - normal).norm() < 1e-5,
             "{found:?}"
         );
-        assert_eq!(found.curvature_across_per_mm(&part.mesh, Vec3::y()), None);
+        assert_eq!(found.curvature_across_per_mm(&part.mesh, Vec3::y(), &mut Uncounted), None);
     }
     let flat = tool(5.0, 0.0);
     let pose = ToolPose { tip_mm: Vec3::new(8.0, 9.0, 20.01), axis: Vec3::z() };
-    let found = contact_on_surface(&part, &flat, &pose).unwrap();
+    let found = contact_on_surface(&part, &flat, &pose, &mut Uncounted).unwrap();
     assert!((found.gap_mm - 0.01).abs() < 1e-12 && (found.normal - Vec3::z()).norm() < 1e-7, "{found:?}");
     // on the flank, and at no height but its own
     let pose = ToolPose { tip_mm: Vec3::new(25.02, 9.0, 8.0), axis: Vec3::z() };
-    let found = contact_on_surface(&part, &flat, &pose).unwrap();
+    let found = contact_on_surface(&part, &flat, &pose, &mut Uncounted).unwrap();
     assert!((found.gap_mm - 0.02).abs() < 1e-9, "{found:?}");
     assert!((found.normal - Vec3::x()).norm() < 1e-7, "{found:?}");
 }
@@ -206,7 +208,7 @@ fn no_point_of_the_mesh_is_nearer_to_the_cutter_than_the_one_found() {
             let axis = leaning(exact.normal, 12.0, 50.0 * k as f64);
             let above_mm = exact.point_mm + exact.normal * 0.5;
             let pose = touching(&tool, above_mm, exact.normal, axis);
-            let found = nearest_to_cutter(mesh, &body, &pose, 5.0, 0.0).unwrap();
+            let found = nearest_to_cutter(mesh, &body, &pose, 5.0, 0.0, &mut Uncounted).unwrap();
             let found_mm = body.distance_mm(&pose, found.point_mm);
             let mut least_mm = f64::INFINITY;
             for triangle in 0..u32::try_from(mesh.triangles()).unwrap() {
@@ -258,9 +260,10 @@ fn the_curvature_across_the_feed_is_the_surfaces() {
             let exact = case.surface.at(place);
             let feed = leaning(exact.normal, 90.0, 25.0);
             let pose = touching(&ball, exact.point_mm, exact.normal, leaning(exact.normal, 20.0, 0.0));
-            let found = contact_on_surface(&part, &ball, &pose).unwrap();
+            let found = contact_on_surface(&part, &ball, &pose, &mut Uncounted).unwrap();
             let across = case.surface.curvature_per_mm(place, exact.normal.cross(&feed));
-            let off = (found.curvature_across_per_mm(&part.mesh, feed).unwrap() - across).abs();
+            let off =
+                (found.curvature_across_per_mm(&part.mesh, feed, &mut Uncounted).unwrap() - across).abs();
             worst = worst.max(off);
             tightest = tightest.max(across.abs());
         }

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use crate::surface::Pace;
+
 /// Asked again after so many evaluations of the deviation, or what takes as long: a few milliseconds at most.
 const ASK_EVERY: u64 = 2048;
 
@@ -15,6 +17,11 @@ pub enum EffortEnd {
         /// Most evaluations.
         most: u64,
     },
+    /// Its searches on a surface took more steps than they may.
+    Searched {
+        /// Most steps.
+        most: u64,
+    },
 }
 
 /// Counts what the work on a program takes, and asks now and then whether to go on.
@@ -24,6 +31,8 @@ pub enum EffortEnd {
 pub struct Effort<'s> {
     evaluations: u64,
     most: u64,
+    surface_steps: u64,
+    most_surface_steps: u64,
     unasked: u64,
     stop: &'s (dyn Fn() -> ControlFlow<()> + Sync),
     end: Option<EffortEnd>,
@@ -33,7 +42,21 @@ impl<'s> Effort<'s> {
     /// Of at most so many evaluations, until `stop` breaks.
     #[must_use]
     pub fn new(stop: &'s (dyn Fn() -> ControlFlow<()> + Sync), most: u64) -> Self {
-        Self { evaluations: 0, most, unasked: 0, stop, end: None }
+        Self {
+            evaluations: 0,
+            most,
+            surface_steps: 0,
+            most_surface_steps: u64::MAX,
+            unasked: 0,
+            stop,
+            end: None,
+        }
+    }
+
+    /// The same with at most so many steps of searches on surfaces.
+    #[must_use]
+    pub fn searching_at_most(self, surface_steps: u64) -> Self {
+        Self { most_surface_steps: surface_steps, ..self }
     }
 
     /// Counts evaluations of the deviation.
@@ -58,6 +81,12 @@ impl<'s> Effort<'s> {
         }
     }
 
+    /// Steps of searches on surfaces so far.
+    #[must_use]
+    pub const fn surface_steps(&self) -> u64 {
+        self.surface_steps
+    }
+
     /// Evaluations so far.
     #[must_use]
     pub const fn evaluations(&self) -> u64 {
@@ -74,6 +103,19 @@ impl<'s> Effort<'s> {
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.end.is_some()
+    }
+}
+
+impl Pace for Effort<'_> {
+    #[inline]
+    fn step(&mut self, steps: u64) -> ControlFlow<()> {
+        self.surface_steps = self.surface_steps.saturating_add(steps);
+        if self.surface_steps > self.most_surface_steps {
+            self.end.get_or_insert(EffortEnd::Searched { most: self.most_surface_steps });
+        }
+        // A step takes no longer than an evaluation.
+        self.pass(steps);
+        if self.is_over() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

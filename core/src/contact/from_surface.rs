@@ -12,7 +12,7 @@ use super::{CutterBody, CutterContact};
 use crate::geometry::{Vec3, across};
 use crate::kinematics::ToolPose;
 use crate::machine::Tool;
-use crate::surface::{Mesh, MeshPoint, nearest_weights};
+use crate::surface::{Mesh, MeshPoint, Pace, nearest_weights};
 use crate::units::Length;
 
 /// A part's nominal surface in W, and how near a cutter must come to touch it.
@@ -61,22 +61,33 @@ const MAX_STEPS: usize = 20;
 const FLAT_SINE: f64 = 1e-6;
 /// A normal this far across the tool axis (cosine) above the corner touches the flank.
 const FLANK_COSINE: f64 = 0.01;
+/// Facets looked at closely in one search before each is held against the plane below the best place so far. On a sound part
+/// no search looks at so many.
+const CROWD: u32 = 256;
+/// Looks at the cutter besides the halvings of a facet's three sides.
+const FACET_STEPS: u64 = 5;
 /// A feed this close to the normal (sine) has no direction along the part but that of rounding.
 const ALONG_NORMAL_SINE: f64 = 1e-9;
 
 /// Where `tool` at `pose` touches the part, if it is no farther away than the part's contact gap.
 ///
-/// The body's flank reaches four radii above the tip. A cutter deeper inside than the gap does not touch, it gouges.
+/// The body's flank reaches four radii above the tip. A cutter deeper inside than the gap does not touch, it gouges. What is
+/// returned means nothing where `pace` broke off.
 #[must_use]
-pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> Option<SurfaceContact> {
+pub fn contact_on_surface(
+    part: &PartSurface,
+    tool: &Tool,
+    pose: &ToolPose,
+    pace: &mut impl Pace,
+) -> Option<SurfaceContact> {
     let body = CutterBody::with_default_length(tool);
     let within_mm = part.contact_gap.mm();
     // a place that is not about as near as the nearest one belongs to another side of an edge
     let doubt_mm = part.mesh.chordal_tolerance_mm().max(0.5 * within_mm);
-    let find = |slack_mm: f64| {
-        let nearest = nearest_to_cutter(&part.mesh, &body, pose, within_mm, slack_mm)?;
+    let mut find = |slack_mm: f64| {
+        let nearest = nearest_to_cutter(&part.mesh, &body, pose, within_mm, slack_mm, pace)?;
         let (distance_mm, away) = body.distance_and_gradient(pose, nearest.point_mm);
-        let settled = settle(&part.mesh, &body, pose, nearest)
+        let settled = settle(&part.mesh, &body, pose, nearest, pace)
             .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm);
         Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
     };
@@ -94,7 +105,8 @@ pub fn contact_on_surface(part: &PartSurface, tool: &Tool, pose: &ToolPose) -> O
 /// The point of a mesh with the least signed distance from a cutter's body, to `slack_mm`, where it is below
 /// `below_mm`.
 ///
-/// The distance is convex: it lies nowhere below its tangent at the middle of a box or of a facet.
+/// The distance is convex: it lies nowhere below its tangent at the middle of a box or of a facet, nor below the one at the
+/// nearest place so far. The latter rules out facets that lie one on another. Nothing is found where `pace` breaks off.
 #[must_use]
 pub fn nearest_to_cutter(
     mesh: &Mesh,
@@ -102,15 +114,19 @@ pub fn nearest_to_cutter(
     pose: &ToolPose,
     below_mm: f64,
     slack_mm: f64,
+    pace: &mut impl Pace,
 ) -> Option<MeshPoint> {
+    let mut looked_at = 0;
+    let mut tangent: Option<(f64, Vec3, Vec3)> = None;
     let found = mesh.tree().least(
         below_mm + slack_mm,
+        pace,
         |bounds| {
             let (centre_mm, halves_mm) = bounds.centre_and_halves_mm();
             let (distance_mm, away) = body.distance_and_gradient(pose, centre_mm);
             distance_mm - away.abs().dot(&halves_mm) + slack_mm
         },
-        |triangle, best_mm| {
+        |triangle, best_mm, pace| {
             let corners_mm = mesh.corners_mm(triangle)?;
             let centre_mm = (corners_mm[0] + corners_mm[1] + corners_mm[2]) / 3.0;
             let (distance_mm, away) = body.distance_and_gradient(pose, centre_mm);
@@ -119,9 +135,23 @@ pub fn nearest_to_cutter(
             if distance_mm + falls_mm + slack_mm >= best_mm {
                 return None;
             }
-            let point_mm = least_on_triangle(body, pose, &corners_mm);
+            if looked_at >= CROWD
+                && let Some((distance_mm, at_mm, away)) = &tangent
+                && corners_mm.iter().all(|corner| distance_mm + (corner - at_mm).dot(away) >= best_mm)
+            {
+                return None;
+            }
+            looked_at += 1;
+            let (point_mm, steps) = least_on_triangle(body, pose, &corners_mm);
+            // Where it breaks off, the tree does at the next box.
+            let _ = pace.step(steps);
             let distance_mm = body.distance_mm(pose, point_mm);
-            (distance_mm < best_mm).then_some((distance_mm, (triangle, point_mm)))
+            if distance_mm < best_mm {
+                let (_, away) = body.distance_and_gradient(pose, point_mm);
+                tangent = Some((distance_mm, point_mm, away));
+                return Some((distance_mm, (triangle, point_mm)));
+            }
+            None
         },
     );
     let (_, (triangle, point_mm)) = found?;
@@ -129,8 +159,8 @@ pub fn nearest_to_cutter(
 }
 
 /// The point of a triangle nearest to the cutter: below the cutter's outermost point against the facet where that
-/// falls inside, else on one of the sides. The distance is convex.
-fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> Vec3 {
+/// falls inside, else on one of the sides. The distance is convex. With it how often the cutter was looked at.
+fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> (Vec3, u64) {
     let [a, b, c] = *corners_mm;
     let normal = (b - a).cross(&(c - a)).normalize();
     let centre_mm = (a + b + c) / 3.0;
@@ -140,18 +170,20 @@ fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3])
             .iter()
             .all(|(from, to)| (to - from).cross(&(foot_mm - from)).dot(&normal) >= 0.0);
         if inside {
-            return foot_mm;
+            return (foot_mm, FACET_STEPS);
         }
     }
     let mut best = (f64::INFINITY, centre_mm);
+    let mut steps = FACET_STEPS;
     for (from, to) in [(a, b), (b, c), (c, a)] {
-        let point_mm = least_on_side(body, pose, from, to);
+        let (point_mm, halvings) = least_on_side(body, pose, from, to);
+        steps += halvings;
         let distance_mm = body.distance_mm(pose, point_mm);
         if distance_mm < best.0 {
             best = (distance_mm, point_mm);
         }
     }
-    best.1
+    (best.1, steps)
 }
 
 /// The point of the cutter that is farthest against a normal; of many (flat end, flank) the one nearest to a place.
@@ -176,21 +208,33 @@ fn outermost_mm(body: &CutterBody, pose: &ToolPose, normal: Vec3, near_mm: Vec3)
     Some(found_mm)
 }
 
-/// The least distance along a side, by halving where the distance falls.
-fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3) -> Vec3 {
+/// The place of the least distance along a side, by halving where the distance falls, and how many halvings that took.
+fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3) -> (Vec3, u64) {
     let side_mm = to_mm - from_mm;
     let (mut low, mut high) = (0.0, 1.0);
+    let mut halvings = 0;
     while (high - low) * side_mm.norm() > SETTLED_MM && high - low > f64::EPSILON {
         let middle = 0.5 * (low + high);
         let (_, away) = body.distance_and_gradient(pose, from_mm + side_mm * middle);
-        if away.dot(&side_mm) > 0.0 { high = middle } else { low = middle }
+        if away.dot(&side_mm) > 0.0 {
+            high = middle
+        } else {
+            low = middle
+        }
+        halvings += 1;
     }
-    from_mm + side_mm * (0.5 * (low + high))
+    (from_mm + side_mm * (0.5 * (low + high)), halvings)
 }
 
 /// Follows the mesh until the cutter's point of the smoothed normal stands over it; none where there is no such place
 /// nearby, because the part has an edge.
-fn settle(mesh: &Mesh, body: &CutterBody, pose: &ToolPose, start: MeshPoint) -> Option<SurfaceContact> {
+fn settle(
+    mesh: &Mesh,
+    body: &CutterBody,
+    pose: &ToolPose,
+    start: MeshPoint,
+    pace: &mut impl Pace,
+) -> Option<SurfaceContact> {
     let (corner_mm, core_mm) = (body.corner_radius_mm(), body.core_radius_mm());
     // on the flank the contact keeps its height
     let is_above = (start.point_mm - pose.tip_mm).dot(&pose.axis) > corner_mm;
@@ -234,18 +278,18 @@ fn settle(mesh: &Mesh, body: &CutterBody, pose: &ToolPose, start: MeshPoint) -> 
             return None;
         }
         let step_mm = first * (off_mm * d / determinant) - second * (off_mm * c / determinant);
-        place = mesh.nearest(place.point_mm + step_mm, 2.0 * step_mm.norm() + EDGE_MM)?;
+        place = mesh.nearest_at_pace(place.point_mm + step_mm, 2.0 * step_mm.norm() + EDGE_MM, pace)?;
     }
     None
 }
 
 impl SurfaceContact {
     /// Normal curvature of the part across the feed \[1/mm\], positive where it is convex; none on an edge or where the
-    /// feed (of any length) has no direction along the part.
+    /// feed (of any length) has no direction along the part. It means nothing where `pace` broke off.
     #[must_use]
-    pub fn curvature_across_per_mm(&self, mesh: &Mesh, feed: Vec3) -> Option<f64> {
+    pub fn curvature_across_per_mm(&self, mesh: &Mesh, feed: Vec3, pace: &mut impl Pace) -> Option<f64> {
         let along = feed.try_normalize(f64::MIN_POSITIVE)?;
         let aside = self.normal.cross(&along).try_normalize(ALONG_NORMAL_SINE)?;
-        (!self.on_edge).then(|| mesh.curvature_per_mm(&self.place, aside))
+        (!self.on_edge).then(|| mesh.curvature_per_mm_at_pace(&self.place, aside, pace))
     }
 }

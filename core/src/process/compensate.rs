@@ -95,7 +95,7 @@ pub(super) fn compensate_from(
     let mut is_of_present = false;
     passages.fill(&mut present, stop)?;
     let dialect = passages.dialect();
-    let effort = || Effort::new(stop, parameters.budget.max_evaluations);
+    let effort = || parameters.budget.effort(stop);
     let mut preparation = Preparation::new(machine, parameters);
     preparation.prepare(&mut present);
     passages.fill(&mut next, stop)?;

@@ -1,14 +1,11 @@
 //! Where the cutter touches at a program point: by the point's own words, by the part's surface, or by the feed.
 
 use super::{CcParameters, ContactSource};
-use crate::contact::{ContactFault, Station, Touch, contact_on_surface, rotary_rad};
+use crate::contact::{ContactFault, Effort, Station, Touch, contact_on_surface, rotary_rad};
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
 use crate::motion::{ContactWords, Interpolation};
-
-/// A contact looked for on a surface takes as long as so many evaluations.
-pub(super) const SURFACE_EVALUATIONS: u64 = 512;
 
 /// Finds contacts from one source.
 #[derive(Debug, Clone, Copy)]
@@ -26,13 +23,8 @@ impl ContactFinder<'_> {
         self.source == ContactSource::FeedPlane
     }
 
-    /// What looking for one contact takes, in evaluations of the deviation.
-    pub(super) fn evaluations(&self) -> u64 {
-        if self.source == ContactSource::Surface { SURFACE_EVALUATIONS } else { 1 }
-    }
-
     /// The contact of `tool` at a point that states `words`; `None` where the source has none for this point. What the feed lets
-    /// assume belongs to a motion, not to a point.
+    /// assume belongs to a motion, not to a point. What is returned means nothing once the effort is over.
     ///
     /// # Errors
     /// A contact is stated that cannot be one.
@@ -43,8 +35,10 @@ impl ContactFinder<'_> {
         station: &Station,
         mode: Interpolation,
         words: ContactWords,
+        effort: &mut Effort<'_>,
     ) -> Result<Option<Touch>, ContactFault> {
         let pose = &station.pose;
+        effort.pass(1);
         match (self.source, words) {
             (ContactSource::Tip, _) => Ok(Some(Touch::TIP)),
             (ContactSource::Program, ContactWords::Point(point)) => {
@@ -62,7 +56,7 @@ impl ContactFinder<'_> {
             }
             (ContactSource::Surface, _) => {
                 let part = self.parameters.part.as_ref();
-                let found = part.and_then(|part| contact_on_surface(part, tool, pose));
+                let found = part.and_then(|part| contact_on_surface(part, tool, pose, effort));
                 found.map(|found| Touch::from_normal(tool, pose, found.normal)).transpose()
             }
             _ => Ok(None),

@@ -329,6 +329,9 @@ pub(super) fn go_on(effort: &Effort<'_>) -> Result<(), Fault> {
         Some(EffortEnd::Spent { most }) => {
             Err(Fault::TooCostly { what: "evaluations of the deviation", limit: most })
         }
+        Some(EffortEnd::Searched { most }) => {
+            Err(Fault::TooCostly { what: "steps of the search for contacts on the surface", limit: most })
+        }
     }
 }
 
@@ -429,7 +432,9 @@ pub enum Fault {
     #[error("no step was asked for: name one of `wear`, `location_errors` and `cc`")]
     NothingAsked,
     /// More work than one request may cause.
-    #[error("{what} exceed the limit of {limit}")]
+    #[error(
+        "{what} exceed the limit of {limit}: divide the program, ask for less (fewer facets, fewer samples, a larger tolerance), or raise `max_cost_s`"
+    )]
     TooCostly {
         /// Of what there is too much.
         what: &'static str,

@@ -435,10 +435,10 @@ impl<'a> Judge<'a> {
 
     /// Finds the contact at a point. Faults are noted, and the point then has no contact.
     fn touch(&mut self, point: &mut Point, text: &[u8]) {
-        self.effort.pass(self.finder.evaluations());
         let kinematics = &self.set_ups.now.kinematics;
         let tool = &self.tool;
-        let found = match self.finder.find(kinematics, tool, &point.station, point.mode, point.words) {
+        let (station, effort) = (&point.station, &mut self.effort);
+        let found = match self.finder.find(kinematics, tool, station, point.mode, point.words, effort) {
             Ok(found) => found,
             Err(fault) => {
                 point.faulty = true;

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use super::tools::{Need, ToolCalls};
-use super::{Fault, ProgramSetup, ProgramSource};
-use crate::contact::{Correction, PartSurface};
+use super::{Fault, ProgramSetup, ProgramSource, Stop};
+use crate::contact::{Correction, Effort, PartSurface};
 use crate::machine::{Machine, Tool};
 use crate::units::{Angle, Feedrate, Length};
 
@@ -86,11 +86,20 @@ pub struct Budget {
     pub max_evaluations: u64,
     /// Most blocks written.
     pub max_blocks_out: u64,
+    /// Most steps of searches on the part's surface.
+    pub max_surface_steps: u64,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { max_evaluations: 1_000_000_000, max_blocks_out: 20_000_000 }
+        Self { max_evaluations: 1_000_000_000, max_blocks_out: 20_000_000, max_surface_steps: 2_000_000_000 }
+    }
+}
+
+impl Budget {
+    /// An effort that may take as much.
+    pub(super) fn effort<'s>(&self, stop: &'s Stop<'s>) -> Effort<'s> {
+        Effort::new(stop, self.max_evaluations).searching_at_most(self.max_surface_steps)
     }
 }
 

@@ -179,14 +179,14 @@ impl Again<'_, '_> {
         let block = &self.checked.block;
         let mut start = Some(self.checked.contacts[0]);
         for (index, segment) in segments(block, nodes).enumerate() {
-            effort.pass(self.finder.evaluations());
+            effort.pass(1);
             if effort.is_over() {
                 return Err(f64::INFINITY);
             }
             let end = if index + 1 == nodes.len() {
                 Some(self.checked.contacts[1])
             } else {
-                self.contact_at(&nodes[index])?
+                self.contact_at(&nodes[index], effort)?
             };
             let contacts = if self.finder.assumes() {
                 Some(self.assumed(&segment))
@@ -220,10 +220,11 @@ impl Again<'_, '_> {
     }
 
     /// The contact that will be found at a node, from its words as they are written.
-    fn contact_at(&self, node: &Node) -> Result<Option<CutterContact>, f64> {
+    fn contact_at(&self, node: &Node, effort: &mut Effort<'_>) -> Result<Option<CutterContact>, f64> {
         let block = &self.checked.block;
         let words = node_contact(self.checked, self.motion, node).unwrap_or(ContactWords::None);
-        let found = self.finder.find(&block.kinematics, &block.tool, &node.station, block.mode, words);
+        let (kinematics, station) = (&block.kinematics, &node.station);
+        let found = self.finder.find(kinematics, &block.tool, station, block.mode, words, effort);
         // A contact that cannot be one would refuse the program.
         let touch = found.map_err(|_fault| f64::INFINITY)?;
         Ok(touch.map(|touch| touch.contact))

@@ -1,9 +1,11 @@
 //! A part's surface as a mesh of facets.
 
+use std::cell::Cell;
 use std::fmt;
-use std::io::Read;
+use std::io::{self, Read};
 use std::ops::ControlFlow;
 
+use super::asking::Asking;
 use super::smoothing::{Edges, smooth};
 use super::stl::StlReader;
 use super::tree::Tree;
@@ -82,8 +84,6 @@ impl fmt::Debug for Mesh {
 const MAX_COORDINATE_MM: f64 = 1e5;
 /// Single precision tells heights above this share of the largest coordinate.
 const THIN: f64 = 1.0 / 4_194_304.0;
-/// Facets or vertices between two questions whether to go on.
-pub(super) const STOP_EVERY: usize = 1 << 16;
 /// Bytes of memory for each facet at the peak of reading: 3 corners of its own, as in a soup of facets; measured with
 /// a margin (`docs/performance.md`).
 const PEAK_BYTES_PER_FACET: u64 = 300;
@@ -105,7 +105,23 @@ impl Mesh {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, MeshFault> {
         settings.check()?;
+        let stopped = Cell::new(false);
+        let stop = || {
+            let flow = stop();
+            stopped.set(stopped.get() || flow.is_break());
+            flow
+        };
+        Self::read(Stoppable { source, stop: &stop }, settings, &stop)
+            .map_err(|fault| if stopped.get() { MeshFault::Cancelled } else { fault })
+    }
+
+    fn read(
+        source: impl Read,
+        settings: &MeshSettings,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, MeshFault> {
         let mut reader = StlReader::new(source)?;
+        let mut asking = Asking::new(stop);
         let max_facets = settings.max_facets.min(u64::from(MAX_FACETS));
         let mut gathered = Gathered::default();
         let mut weld = Weld::new();
@@ -115,9 +131,7 @@ impl Mesh {
                 let (facets, max) = (gathered.facets, max_facets);
                 return Err(StlFault::TooManyFacets { facets, max }.into());
             }
-            if gathered.facets.is_multiple_of(STOP_EVERY as u64) {
-                go_on(stop)?;
-            }
+            asking.after(1)?;
             let corners_mm = facet.corners.map(|corner| corner * settings.mm_per_unit);
             for value_mm in corners_mm.iter().flatten().copied() {
                 if value_mm.is_nan() || value_mm.abs() > MAX_COORDINATE_MM {
@@ -125,9 +139,9 @@ impl Mesh {
                     return Err(MeshFault::Coordinate { facet, line, value_mm, max_mm });
                 }
             }
-            gathered.add(&mut weld, corners_mm, facet.normal);
+            gathered.add(&mut weld, corners_mm, facet.normal, &mut asking)?;
         }
-        Self::from_gathered(gathered, weld, settings.chordal_tolerance_mm, stop)
+        Self::from_gathered(gathered, weld, settings.chordal_tolerance_mm, &mut asking)
     }
 
     /// A mesh of facets \[mm\], wound counter-clockwise seen from outside.
@@ -141,6 +155,7 @@ impl Mesh {
         MeshSettings { chordal_tolerance_mm, ..MeshSettings::default() }.check()?;
         let mut gathered = Gathered::default();
         let mut weld = Weld::new();
+        let mut asking = Asking::new(&|| ControlFlow::Continue(()));
         for corners_mm in facets_mm {
             gathered.facets += 1;
             let beyond = |x: &&f64| x.is_nan() || x.abs() > MAX_COORDINATE_MM;
@@ -152,16 +167,16 @@ impl Mesh {
                 let (facets, max) = (gathered.facets, MAX_FACETS);
                 return Err(StlFault::TooManyFacets { facets, max: max.into() }.into());
             }
-            gathered.add(&mut weld, corners_mm, Vec3::zeros());
+            gathered.add(&mut weld, corners_mm, Vec3::zeros(), &mut asking)?;
         }
-        Self::from_gathered(gathered, weld, chordal_tolerance_mm, &|| ControlFlow::Continue(()))
+        Self::from_gathered(gathered, weld, chordal_tolerance_mm, &mut asking)
     }
 
     fn from_gathered(
         gathered: Gathered,
         weld: Weld,
         chordal_tolerance_mm: f64,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        asking: &mut Asking<'_>,
     ) -> Result<Self, MeshFault> {
         let vertices_mm = weld.into_vertices();
         let unordered = gathered.triangles;
@@ -170,9 +185,12 @@ impl Mesh {
         }
         let at = |triangle: &[u32; 3]| corners_of(&vertices_mm, *triangle);
         let corners_mm = |facet: u32| unordered.get(facet as usize).map_or([Vec3::zeros(); 3], at);
-        let (tree, order) = Tree::build(unordered.len(), corners_mm, stop)?;
-        let triangles: Vec<[u32; 3]> =
-            order.iter().filter_map(|facet| unordered.get(*facet as usize).copied()).collect();
+        let (tree, order) = Tree::build(unordered.len(), corners_mm, asking)?;
+        let mut triangles: Vec<[u32; 3]> = Vec::with_capacity(unordered.len());
+        for facet in &order {
+            asking.after(1)?;
+            triangles.extend(unordered.get(*facet as usize));
+        }
         drop((order, unordered));
         let mut report = MeshReport {
             facets: gathered.facets,
@@ -190,15 +208,17 @@ impl Mesh {
         };
         let mut volume_mm3 = 0.0;
         for vertex in &vertices_mm {
+            asking.after(1)?;
             report.least_mm = report.least_mm.inf(vertex);
             report.largest_mm = report.largest_mm.sup(vertex);
         }
         for triangle in &triangles {
+            asking.after(1)?;
             let [a, b, c] = at(triangle).map(|corner| corner - report.least_mm);
             report.area_mm2 += 0.5 * (b - a).cross(&(c - a)).norm();
             volume_mm3 += a.dot(&b.cross(&c)) / 6.0;
         }
-        let smoothed = smooth(&vertices_mm, &triangles, chordal_tolerance_mm, stop)?;
+        let smoothed = smooth(&vertices_mm, &triangles, chordal_tolerance_mm, asking)?;
         let Edges { open, non_manifold, sharp, contrary, first_contrary } = smoothed.edges;
         if let Some([from_mm, to_mm]) = first_contrary {
             return Err(MeshFault::ContraryEdges { edges: contrary, from_mm, to_mm });
@@ -251,9 +271,19 @@ impl Mesh {
     }
 }
 
-/// Asks whether somebody still waits.
-pub(super) fn go_on(stop: &dyn Fn() -> ControlFlow<()>) -> Result<(), MeshFault> {
-    if stop().is_break() { Err(MeshFault::Cancelled) } else { Ok(()) }
+/// A file that is asked about whenever more of it is read: one without facets is stopped too.
+struct Stoppable<'s, R> {
+    source: R,
+    stop: &'s dyn Fn() -> ControlFlow<()>,
+}
+
+impl<R: Read> Read for Stoppable<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if (self.stop)().is_break() {
+            return Err(io::Error::other(MeshFault::Cancelled));
+        }
+        self.source.read(buffer)
+    }
 }
 
 /// The corners of a triangle.
@@ -290,19 +320,27 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn add(&mut self, weld: &mut Weld, corners_mm: [Vec3; 3], stated_normal: Vec3) {
+    fn add(
+        &mut self,
+        weld: &mut Weld,
+        corners_mm: [Vec3; 3],
+        stated_normal: Vec3,
+        asking: &mut Asking<'_>,
+    ) -> Result<(), MeshFault> {
         let [a, b, c] = corners_mm;
         let winding = (b - a).cross(&(c - a));
         let longest_mm = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let largest_mm = corners_mm.iter().fold(0.0, |largest: f64, corner| largest.max(corner.amax()));
         if winding.norm() <= longest_mm * largest_mm * THIN {
             self.degenerate += 1;
-            return;
+            return Ok(());
         }
         // a stated normal that is no number states nothing
         if stated_normal.dot(&winding) < 0.0 {
             self.contradicting += 1;
         }
-        self.triangles.push(corners_mm.map(|corner| weld.vertex(corner)));
+        let [a, b, c] = corners_mm;
+        self.triangles.push([weld.vertex(a, asking)?, weld.vertex(b, asking)?, weld.vertex(c, asking)?]);
+        Ok(())
     }
 }

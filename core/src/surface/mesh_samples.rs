@@ -1,7 +1,10 @@
 //! Points spread evenly over a mesh.
 
+use std::ops::ControlFlow;
+
+use super::asking::Asking;
 use super::samples::GOLDEN;
-use super::{EvenSamples, Mesh};
+use super::{EvenSamples, Mesh, MeshFault};
 
 /// The plastic number's powers: with them points of a square are spread evenly however many there are.
 const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
@@ -13,9 +16,22 @@ impl Mesh {
     /// gets one point.
     #[must_use]
     pub fn samples(&self, count: usize) -> EvenSamples {
+        self.samples_until(count, &|| ControlFlow::Continue(())).unwrap_or_else(|_never| EvenSamples::none())
+    }
+
+    /// The same, while somebody waits.
+    ///
+    /// # Errors
+    /// `stop` said so.
+    pub fn samples_until(
+        &self,
+        count: usize,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<EvenSamples, MeshFault> {
+        let mut asking = Asking::new(stop);
         let area_mm2 = self.report().area_mm2;
         if count == 0 {
-            return EvenSamples { points: Vec::new(), area_mm2, spacing_mm: f64::INFINITY };
+            return Ok(EvenSamples { points: Vec::new(), area_mm2, spacing_mm: f64::INFINITY });
         }
         let share_mm2 = area_mm2 / count as f64;
         let mut points = Vec::with_capacity(count);
@@ -23,10 +39,12 @@ impl Mesh {
         let mut last = 0;
         #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁴ triangles")]
         for triangle in 0..self.triangles() as u32 {
+            asking.after(1)?;
             let Some([a, b, c]) = self.corners_mm(triangle) else { break };
             walked_mm2 += 0.5 * (b - a).cross(&(c - a)).norm();
             last = triangle;
             while points.len() < count && (points.len() as f64 + 0.5) * share_mm2 <= walked_mm2 {
+                asking.after(1)?;
                 points.extend(self.at(triangle, spread(points.len())).map(|place| place.surface_point()));
             }
         }
@@ -35,7 +53,7 @@ impl Mesh {
             let Some(place) = self.at(last, spread(points.len())) else { break };
             points.push(place.surface_point());
         }
-        EvenSamples { points, area_mm2, spacing_mm: share_mm2.sqrt() }
+        Ok(EvenSamples { points, area_mm2, spacing_mm: share_mm2.sqrt() })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Nominal surfaces of a part in W: points with normals, analytic surfaces, samples spread evenly over them.
 
+mod asking;
 mod blade;
 mod blade_profile;
 mod cylinder;
@@ -8,6 +9,7 @@ mod mesh;
 mod mesh_fault;
 mod mesh_samples;
 mod nearest;
+mod pace;
 mod parametric;
 mod placed;
 mod plane;
@@ -27,6 +29,7 @@ pub use mesh::{Mesh, MeshReport, MeshSettings};
 pub use mesh_fault::{MAX_FACETS, MeshFault, MeshParameter, StlFault};
 pub use nearest::MeshPoint;
 pub(crate) use nearest::nearest_weights;
+pub use pace::{Pace, Uncounted};
 pub use parametric::{Bulge, ParametricSurface, SurfaceDerivatives, SurfacePoint};
 pub use placed::Placed;
 pub use plane::Plane;

@@ -1,6 +1,6 @@
 //! Places on a mesh: the nearest one, its normals and curvature.
 
-use super::{Mesh, SurfacePoint};
+use super::{Mesh, Pace, SurfacePoint, Uncounted};
 use crate::geometry::{Vec3, across};
 
 /// A place on a mesh.
@@ -37,10 +37,21 @@ impl Mesh {
     /// The place nearest to a point, where there is one closer than `within_mm`.
     #[must_use]
     pub fn nearest(&self, point_mm: Vec3, within_mm: f64) -> Option<MeshPoint> {
+        self.nearest_at_pace(point_mm, within_mm, &mut Uncounted)
+    }
+
+    /// The same, counted; nothing where `pace` breaks off.
+    pub(crate) fn nearest_at_pace(
+        &self,
+        point_mm: Vec3,
+        within_mm: f64,
+        pace: &mut impl Pace,
+    ) -> Option<MeshPoint> {
         let found = self.tree.least(
             within_mm,
+            pace,
             |bounds| bounds.distance_mm(point_mm),
-            |triangle, below| {
+            |triangle, below, _| {
                 let weights = nearest_weights(self.corners_mm(triangle)?, point_mm);
                 let distance_mm = (self.place(triangle, weights)? - point_mm).norm();
                 (distance_mm < below).then_some((distance_mm, (triangle, weights)))
@@ -75,14 +86,25 @@ impl Mesh {
     /// surface, where normals come from one side, it is too small.
     #[must_use]
     pub fn curvature_per_mm(&self, place: &MeshPoint, direction: Vec3) -> f64 {
+        self.curvature_per_mm_at_pace(place, direction, &mut Uncounted)
+    }
+
+    /// The same, counted; it means nothing where `pace` breaks off.
+    pub(crate) fn curvature_per_mm_at_pace(
+        &self,
+        place: &MeshPoint,
+        direction: Vec3,
+        pace: &mut impl Pace,
+    ) -> f64 {
         let Some(along) = across(direction, place.normal).try_normalize(0.0) else { return 0.0 };
         let Some(corners_mm) = self.corners_mm(place.triangle) else { return 0.0 };
         let reaches_mm = corners_mm.map(|corner| corner.dot(&along));
         let facet_mm = reaches_mm.into_iter().fold(f64::NEG_INFINITY, f64::max)
             - reaches_mm.into_iter().fold(f64::INFINITY, f64::min);
         let reach_mm = WIDTHS * facet_mm;
-        let beside = |sense: f64| {
-            let found = self.nearest(place.point_mm + along * (sense * reach_mm), reach_mm)?;
+        let mut beside = |sense: f64| {
+            let aside_mm = place.point_mm + along * (sense * reach_mm);
+            let found = self.nearest_at_pace(aside_mm, reach_mm, pace)?;
             let way_mm = (found.point_mm - place.point_mm).dot(&along) * sense;
             (way_mm > LEAST_WAY * reach_mm && found.normal.dot(&place.normal) > LEAST_COSINE).then_some(found)
         };

@@ -1,7 +1,10 @@
 //! A surface over two parameters: its point, normal and normal curvature from exact derivatives.
 
-use super::EvenSamples;
+use std::ops::ControlFlow;
+
+use super::asking::Asking;
 use super::samples::even_samples;
+use super::{EvenSamples, MeshFault};
 use crate::geometry::{Vec3, across};
 
 /// A point of a part's nominal surface in W.
@@ -100,6 +103,18 @@ pub trait ParametricSurface {
     /// ratio, so that no pattern of passes keeps in step with them. Parts of the surface as small as 1/128 of the
     /// domain either way are still weighted by their own area.
     fn samples(&self, count: usize) -> EvenSamples {
-        even_samples(self, count)
+        self.samples_until(count, &|| ControlFlow::Continue(())).unwrap_or_else(|_never| EvenSamples::none())
+    }
+
+    /// The same, while somebody waits.
+    ///
+    /// # Errors
+    /// `stop` said so.
+    fn samples_until(
+        &self,
+        count: usize,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<EvenSamples, MeshFault> {
+        even_samples(self, count, &mut Asking::new(stop))
     }
 }

@@ -1,6 +1,7 @@
 //! Points spread evenly over a parametric surface.
 
-use super::{ParametricSurface, SurfacePoint};
+use super::asking::Asking;
+use super::{MeshFault, ParametricSurface, SurfacePoint};
 
 /// Points spread evenly over a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,13 +14,28 @@ pub struct EvenSamples {
     pub spacing_mm: f64,
 }
 
+impl EvenSamples {
+    /// No point.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { points: Vec::new(), area_mm2: 0.0, spacing_mm: 0.0 }
+    }
+}
+
 /// The domain is measured in so many cells each way.
 const CELLS: usize = 128;
 /// The golden ratio's fraction: multiples of it fall evenly into [0, 1) and never in step with anything.
 pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// See [`ParametricSurface::samples`].
-pub(super) fn even_samples(surface: &(impl ParametricSurface + ?Sized), count: usize) -> EvenSamples {
+///
+/// # Errors
+/// Nobody waits any more.
+pub(super) fn even_samples(
+    surface: &(impl ParametricSurface + ?Sized),
+    count: usize,
+    asking: &mut Asking<'_>,
+) -> Result<EvenSamples, MeshFault> {
     let [[u0, u1], [v0, v1]] = surface.domain();
     let step = [(u1 - u0) / CELLS as f64, (v1 - v0) / CELLS as f64];
     let at = |i: usize, v: f64| {
@@ -41,31 +57,40 @@ pub(super) fn even_samples(surface: &(impl ParametricSurface + ?Sized), count: u
         })
         .collect();
     if count == 0 {
-        return EvenSamples { points: Vec::new(), area_mm2, spacing_mm: f64::INFINITY };
+        return Ok(EvenSamples { points: Vec::new(), area_mm2, spacing_mm: f64::INFINITY });
     }
     let spacing_mm = (area_mm2 / count as f64).sqrt();
     let along_v = Cumulative::new(&lengths);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and a count")]
     let rows = (along_v.total / spacing_mm).round().clamp(1.0, count as f64) as usize;
-    let edges: Vec<f64> =
-        (0..=rows).map(|j| v0 + step[1] * along_v.find(j as f64 / rows as f64 * along_v.total)).collect();
+    let mut edges = Vec::with_capacity(rows + 1);
+    for j in 0..=rows {
+        asking.after(1)?;
+        edges.push(v0 + step[1] * along_v.find(j as f64 / rows as f64 * along_v.total));
+    }
     let row = |band: [f64; 2]| {
         let v = 0.5 * (band[0] + band[1]);
         let areas: Vec<f64> = (0..CELLS).map(|i| at(i, v).0 * step[0] * (band[1] - band[0])).collect();
         Cumulative::new(&areas)
     };
     let bands = || edges.iter().zip(edges.iter().skip(1)).map(|(&from, &to)| [from, to]);
-    let total: f64 = bands().map(|band| row(band).total).sum();
+    let mut total = 0.0;
+    for band in bands() {
+        asking.after(CELLS)?;
+        total += row(band).total;
+    }
     let share = total / count as f64;
     let mut points = Vec::with_capacity(count);
     let mut before = 0.0;
     for band in bands() {
+        asking.after(CELLS)?;
         let across = row(band);
         while points.len() < count {
             let place = (points.len() as f64 + 0.5) * share - before;
             if place > across.total {
                 break;
             }
+            asking.after(1)?;
             let aside = (points.len() as f64 * GOLDEN + 0.5).fract();
             let v = band[0] + (band[1] - band[0]) * aside;
             points.push(surface.at([u0 + step[0] * across.find(place), v]));
@@ -76,7 +101,7 @@ pub(super) fn even_samples(surface: &(impl ParametricSurface + ?Sized), count: u
     if let (true, Some(&v)) = (points.len() < count, edges.last()) {
         points.push(surface.at([u1, v]));
     }
-    EvenSamples { points, area_mm2, spacing_mm }
+    Ok(EvenSamples { points, area_mm2, spacing_mm })
 }
 
 /// Sums of positive weights of cells, to be asked where a sum is reached.

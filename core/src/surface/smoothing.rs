@@ -1,9 +1,8 @@
 //! Which facets belong to one smooth surface, and the normals at their corners.
 
-use std::ops::ControlFlow;
-
 use super::MeshFault;
-use super::mesh::{STOP_EVERY, corners_of, go_on};
+use super::asking::{Asking, sort_by_unique_key};
+use super::mesh::corners_of;
 use crate::geometry::{Vec3, angle_between};
 
 /// How facets meet.
@@ -47,6 +46,7 @@ struct Spoke {
 }
 
 /// Half an edge at a vertex.
+#[derive(Clone, Copy)]
 struct Half {
     other: u32,
     spoke: u32,
@@ -68,9 +68,9 @@ pub(super) fn smooth(
     vertices_mm: &[Vec3],
     triangles: &[[u32; 3]],
     tolerance_mm: f64,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    asking: &mut Asking<'_>,
 ) -> Result<Smoothed, MeshFault> {
-    let around = Around::new(vertices_mm.len(), triangles, stop)?;
+    let around = Around::new(vertices_mm.len(), triangles, asking)?;
     let mut found = Smoothed {
         corners: vec![[0; 3]; triangles.len()],
         normals: Vec::with_capacity(vertices_mm.len()),
@@ -78,16 +78,16 @@ pub(super) fn smooth(
     };
     let (mut spokes, mut halves) = (Vec::new(), Vec::new());
     for (vertex, &here_mm) in vertices_mm.iter().enumerate() {
-        if vertex.is_multiple_of(STOP_EVERY) {
-            go_on(stop)?;
-        }
         spokes.clear();
         halves.clear();
         for &corner in around.of(vertex) {
+            asking.after(1)?;
             add_spoke(&mut spokes, &mut halves, corner, vertices_mm, triangles);
         }
-        halves.sort_unstable_by_key(|half: &Half| (half.other, half.spoke, half.outward));
+        let key = |half: &Half| (half.other, half.spoke, half.outward);
+        sort_by_unique_key(&mut halves, key, asking)?;
         for edge in halves.chunk_by(|a, b| a.other == b.other) {
+            asking.after(edge.len())?;
             // each edge is seen from both ends and counted at one
             let Some(first) = edge.first() else { continue };
             let counts = (vertex as u64) < u64::from(first.other);
@@ -111,7 +111,7 @@ pub(super) fn smooth(
                 _ => edges.non_manifold += u64::from(counts),
             }
         }
-        found.give_normals(&mut spokes);
+        found.give_normals(&mut spokes, asking)?;
     }
     Ok(found)
 }
@@ -182,11 +182,12 @@ impl Smoothed {
         clippy::cast_possible_truncation,
         reason = "fewer than 2²⁶ corners; normals are single precision"
     )]
-    fn give_normals(&mut self, spokes: &mut [Spoke]) {
+    fn give_normals(&mut self, spokes: &mut [Spoke], asking: &mut Asking<'_>) -> Result<(), MeshFault> {
         let first = self.normals.len() as u32;
         // roots stand before their members: sum up over each surface, number the surfaces in passing
         let mut sums: Vec<(u32, Vec3)> = Vec::new();
         for at in 0..spokes.len() as u32 {
+            asking.after(1)?;
             let root = root(spokes, at);
             let Some(spoke) = spokes.get_mut(at as usize) else { continue };
             spoke.root = root;
@@ -206,9 +207,11 @@ impl Smoothed {
             }
         }
         for (_, sum) in sums {
+            asking.after(1)?;
             let normal = sum.try_normalize(0.0).unwrap_or_default();
             self.normals.push([normal.x as f32, normal.y as f32, normal.z as f32]);
         }
+        Ok(())
     }
 }
 
@@ -220,16 +223,12 @@ struct Around {
 
 impl Around {
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁶ corners")]
-    fn new(
-        vertices: usize,
-        triangles: &[[u32; 3]],
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, MeshFault> {
+    fn new(vertices: usize, triangles: &[[u32; 3]], asking: &mut Asking<'_>) -> Result<Self, MeshFault> {
         // counts, their sums, then each vertex's place moves to its end
         let mut ends = vec![0_u32; vertices];
-        for some in triangles.chunks(STOP_EVERY) {
-            go_on(stop)?;
-            for count in some.iter().flatten() {
+        for triangle in triangles {
+            asking.after(1)?;
+            for count in triangle {
                 if let Some(end) = ends.get_mut(*count as usize) {
                     *end += 1;
                 }
@@ -237,13 +236,12 @@ impl Around {
         }
         let mut sum = 0;
         for end in &mut ends {
+            asking.after(1)?;
             sum += std::mem::replace(end, sum);
         }
         let mut corners = vec![0; triangles.len() * 3];
         for (corner, vertex) in triangles.iter().flatten().enumerate() {
-            if corner.is_multiple_of(3 * STOP_EVERY) {
-                go_on(stop)?;
-            }
+            asking.after(1)?;
             let Some(end) = ends.get_mut(*vertex as usize) else { continue };
             if let Some(place) = corners.get_mut(*end as usize) {
                 *place = corner as u32;

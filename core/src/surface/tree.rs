@@ -3,10 +3,8 @@
 //! Built from above: the facets of a box are halved at the median of their centres, along the axis that these spread
 //! over most. Boxes are single precision, rounded outward: 32 bytes for every two or three facets.
 
-use std::ops::ControlFlow;
-
-use super::MeshFault;
-use super::mesh::{STOP_EVERY, go_on};
+use super::asking::{ASK_EVERY, Asking, DIVIDED_AT_ONCE, divide_at};
+use super::{MeshFault, Pace};
 use crate::geometry::Vec3;
 
 /// An axis-parallel box.
@@ -52,6 +50,17 @@ impl Bounds {
     }
 }
 
+/// The middle of a facet [mm], and its number.
+type Centre = ([f32; 3], u32);
+
+/// A number for each place on an axis that orders them, the facet's number behind it: those all differ.
+fn in_order(place_mm: f32, facet: u32) -> u64 {
+    let bits = place_mm.to_bits();
+    // of negative numbers the larger bits are the lower number
+    let place = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    u64::from(place) << 32 | u64::from(facet)
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Bounds,
@@ -78,38 +87,41 @@ impl Tree {
     pub(super) fn build(
         facets: usize,
         corners_mm: impl Fn(u32) -> [Vec3; 3],
-        stop: &dyn Fn() -> ControlFlow<()>,
+        asking: &mut Asking<'_>,
     ) -> Result<(Self, Vec<u32>), MeshFault> {
+        let mut centres: Vec<Centre> = Vec::with_capacity(facets);
         #[expect(
             clippy::cast_possible_truncation,
             reason = "fewer than 2²⁴ facets; only an order comes from centres"
         )]
-        let mut centres: Vec<([f32; 3], u32)> = (0..facets as u32)
-            .map(|facet| {
-                let [a, b, c] = corners_mm(facet);
-                let centre = (a + b + c) / 3.0;
-                ([centre.x as f32, centre.y as f32, centre.z as f32], facet)
-            })
-            .collect();
+        for facet in 0..facets as u32 {
+            asking.after(1)?;
+            let [a, b, c] = corners_mm(facet);
+            let centre = (a + b + c) / 3.0;
+            centres.push(([centre.x as f32, centre.y as f32, centre.z as f32], facet));
+        }
         let mut tree = Self { nodes: Vec::with_capacity(facets / 2 + 1) };
         if !centres.is_empty() {
-            tree.split(&mut centres, 0, &corners_mm, stop)?;
+            tree.split(&mut centres, 0, &corners_mm, asking)?;
         }
-        Ok((tree, centres.into_iter().map(|(_, facet)| facet).collect()))
+        let mut order = Vec::with_capacity(facets);
+        for (_, facet) in centres {
+            asking.after(1)?;
+            order.push(facet);
+        }
+        Ok((tree, order))
     }
 
     /// Adds the boxes of these facets; the depth is a logarithm, since facets are halved.
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁴ facets")]
     fn split(
         &mut self,
-        facets: &mut [([f32; 3], u32)],
+        facets: &mut [Centre],
         first: usize,
         corners_mm: &impl Fn(u32) -> [Vec3; 3],
-        stop: &dyn Fn() -> ControlFlow<()>,
+        asking: &mut Asking<'_>,
     ) -> Result<Bounds, MeshFault> {
-        if facets.len() >= STOP_EVERY {
-            go_on(stop)?;
-        }
+        asking.after(facets.len())?;
         let at = self.nodes.len();
         self.nodes.push(Node { bounds: Bounds::NOTHING, first: first as u32, count: facets.len() as u32 });
         let mut bounds = Bounds::NOTHING;
@@ -121,13 +133,19 @@ impl Tree {
                 }
             }
         } else {
-            let axis = widest(facets);
+            let axis = widest(facets, asking)?;
             let half = facets.len() / 2;
-            facets.select_nth_unstable_by(half, |(a, m), (b, n)| a[axis].total_cmp(&b[axis]).then(m.cmp(n)));
+            if facets.len() <= DIVIDED_AT_ONCE {
+                facets.select_nth_unstable_by(half, |(a, m), (b, n)| {
+                    a[axis].total_cmp(&b[axis]).then(m.cmp(n))
+                });
+            } else {
+                divide_at(facets, half, |(centre, facet)| in_order(centre[axis], *facet), asking)?;
+            }
             let (left, right) = facets.split_at_mut(half);
-            let left_bounds = self.split(left, first, corners_mm, stop)?;
+            let left_bounds = self.split(left, first, corners_mm, asking)?;
             let child = self.nodes.len() as u32;
-            bounds = left_bounds.union(&self.split(right, first + half, corners_mm, stop)?);
+            bounds = left_bounds.union(&self.split(right, first + half, corners_mm, asking)?);
             if let Some(node) = self.nodes.get_mut(at) {
                 (node.first, node.count) = (child, 0);
             }
@@ -141,12 +159,14 @@ impl Tree {
     /// The least value over all facets that is below `below`, with what came with it.
     ///
     /// `bound` of a box is not above the value of any facet inside; `facet` gives a facet's value if it is below the
-    /// number passed in. Boxes are opened nearest first.
-    pub(crate) fn least<T>(
+    /// number passed in, and counts what it takes beyond one step. Boxes are opened nearest first. Where `pace` breaks off
+    /// nothing is found.
+    pub(crate) fn least<T, P: Pace>(
         &self,
         below: f64,
+        pace: &mut P,
         bound: impl Fn(&Bounds) -> f64,
-        mut facet: impl FnMut(u32, f64) -> Option<(f64, T)>,
+        mut facet: impl FnMut(u32, f64, &mut P) -> Option<(f64, T)>,
     ) -> Option<(f64, T)> {
         let mut best = None;
         let mut below = below;
@@ -160,9 +180,12 @@ impl Tree {
                 continue;
             }
             let Some(node) = self.nodes.get(at as usize) else { continue };
+            if pace.step(NODE_STEPS.max(u64::from(node.count))).is_break() {
+                return None;
+            }
             if node.count > 0 {
                 for number in node.first..node.first + node.count {
-                    if let Some((value, found)) = facet(number, below) {
+                    if let Some((value, found)) = facet(number, below, pace) {
                         below = value;
                         best = Some((value, found));
                     }
@@ -182,20 +205,27 @@ impl Tree {
     }
 }
 
+/// A box that is opened has two inside.
+const NODE_STEPS: u64 = 2;
 /// Halvings of fewer than 2²⁴ facets down to a leaf.
 const MAX_DEPTH: usize = 24;
 
 /// The axis along which the centres spread most.
-fn widest(facets: &[([f32; 3], u32)]) -> usize {
+fn widest(facets: &[Centre], asking: &mut Asking<'_>) -> Result<usize, MeshFault> {
     let mut least = [f32::INFINITY; 3];
     let mut largest = [f32::NEG_INFINITY; 3];
-    for (centre, _) in facets {
-        for k in 0..3 {
-            least[k] = least[k].min(centre[k]);
-            largest[k] = largest[k].max(centre[k]);
+    for some in facets.chunks(ASK_EVERY) {
+        for (centre, _) in some {
+            for k in 0..3 {
+                least[k] = least[k].min(centre[k]);
+                largest[k] = largest[k].max(centre[k]);
+            }
+        }
+        if facets.len() > some.len() {
+            asking.after(some.len())?;
         }
     }
     let spread: [f32; 3] = std::array::from_fn(|k| largest[k] - least[k]);
     let y_or_z = if spread[2] > spread[1] { 2 } else { 1 };
-    if spread[y_or_z] > spread[0] { y_or_z } else { 0 }
+    Ok(if spread[y_or_z] > spread[0] { y_or_z } else { 0 })
 }

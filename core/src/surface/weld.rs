@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::MeshFault;
+use super::asking::{ASK_EVERY, Asking};
 use crate::geometry::Vec3;
 
 /// Vertices by their exact coordinates.
@@ -17,6 +19,8 @@ pub(super) struct Weld {
 const EMPTY: u32 = u32::MAX;
 const MAX_PROBES: usize = 64;
 const FIRST_SLOTS: usize = 1 << 12;
+/// Slots made without a question: 4 MiB of memory.
+const MAX_FILL: usize = 1 << 20;
 
 impl Weld {
     pub(super) fn new() -> Self {
@@ -24,12 +28,15 @@ impl Weld {
     }
 
     /// The number of the vertex at this place, a new one if it is the first there. Coordinates are finite.
-    pub(super) fn vertex(&mut self, place_mm: Vec3) -> u32 {
+    ///
+    /// # Errors
+    /// Nobody waits any more.
+    pub(super) fn vertex(&mut self, place_mm: Vec3, asking: &mut Asking<'_>) -> Result<u32, MeshFault> {
         // −0 is 0
         let place_mm = place_mm.map(|x| x + 0.0);
         let key = key(place_mm);
         match self.find(key) {
-            Found::Vertex(number) => number,
+            Found::Vertex(number) => Ok(number),
             found => {
                 #[expect(
                     clippy::cast_possible_truncation,
@@ -39,9 +46,9 @@ impl Weld {
                 self.vertices.push(place_mm);
                 self.put(key, number, &found);
                 if self.vertices.len() * 4 > self.slots.len() * 3 {
-                    self.grow();
+                    self.grow(asking)?;
                 }
-                number
+                Ok(number)
             }
         }
     }
@@ -78,12 +85,17 @@ impl Weld {
         }
     }
 
-    fn grow(&mut self) {
+    fn grow(&mut self, asking: &mut Asking<'_>) -> Result<(), MeshFault> {
         let slots = self.slots.len() * 2;
         self.slots = Vec::new();
-        self.slots = vec![EMPTY; slots];
+        self.slots.reserve_exact(slots);
+        while self.slots.len() < slots {
+            asking.after(ASK_EVERY)?;
+            self.slots.resize((self.slots.len() + MAX_FILL).min(slots), EMPTY);
+        }
         self.overflow.clear();
         for number in 0..self.vertices.len() {
+            asking.after(1)?;
             let Some(vertex) = self.vertices.get(number) else { break };
             let key = key(*vertex);
             // vertices differ: this one is in no slot yet
@@ -91,6 +103,7 @@ impl Weld {
             #[expect(clippy::cast_possible_truncation, reason = "three for each of fewer than 2²⁴ facets")]
             self.put(key, number as u32, &found);
         }
+        Ok(())
     }
 }
 
@@ -116,8 +129,15 @@ fn hash(key: [u64; 3]) -> usize {
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
+
+    fn go_on() -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 
     #[test]
     fn equal_places_are_one_vertex_and_others_are_not() {
@@ -129,7 +149,7 @@ mod tests {
                 if turn == 1 {
                     place.z = 0.0;
                 }
-                assert_eq!(weld.vertex(place), k);
+                assert_eq!(weld.vertex(place, &mut Asking::new(&go_on)).unwrap(), k);
             }
         }
         assert_eq!(weld.into_vertices().len(), 40_000);
@@ -156,11 +176,11 @@ mod tests {
             .collect();
         assert!(weld.overflow.len() > 2000, "{}", weld.overflow.len());
         for (place, number) in places.iter().zip(&numbers) {
-            assert_eq!(weld.vertex(*place), *number);
+            assert_eq!(weld.vertex(*place, &mut Asking::new(&go_on)).unwrap(), *number);
         }
-        weld.grow();
+        weld.grow(&mut Asking::new(&go_on)).unwrap();
         for (place, number) in places.iter().zip(&numbers) {
-            assert_eq!(weld.vertex(*place), *number);
+            assert_eq!(weld.vertex(*place, &mut Asking::new(&go_on)).unwrap(), *number);
         }
     }
 }

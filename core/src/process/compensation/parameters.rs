@@ -29,6 +29,8 @@ pub struct CompensationParameters {
     pub max_feed: Option<Feedrate>,
     /// What the control takes for a block at least \[s\].
     pub block_time_s: Option<f64>,
+    /// What a step without a budget of its own may cost.
+    pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
@@ -98,6 +100,7 @@ impl CompensationParameters {
             program,
             max_feed: None,
             block_time_s: None,
+            budget: Budget::default(),
             part: None,
         }
     }
@@ -115,7 +118,11 @@ impl CompensationParameters {
 
     /// The moving step as that of a wear compensation; `fallback` is a cutter that nothing depends on.
     pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
-        let shared = |parameters: WearParameters| WearParameters { part: self.part.clone(), ..parameters };
+        let shared = |parameters: WearParameters| WearParameters {
+            budget: self.budget,
+            part: self.part.clone(),
+            ..parameters
+        };
         match &self.wear {
             Some(step) => shared(WearParameters {
                 milling: step.milling,
@@ -140,8 +147,10 @@ impl CompensationParameters {
         let program = ProgramSetup { apply_errors, ..self.program.clone() };
         let step = match (&self.cc, &self.wear) {
             (Some(step), _) => step.clone(),
-            (None, Some(wear)) => CcStep { contact: wear.contact, ..CcStep::new(wear.nominal) },
-            (None, None) => CcStep { contact: ContactSource::Tip, ..CcStep::new(None) },
+            (None, Some(wear)) => {
+                CcStep { contact: wear.contact, budget: self.budget, ..CcStep::new(wear.nominal) }
+            }
+            (None, None) => CcStep { contact: ContactSource::Tip, budget: self.budget, ..CcStep::new(None) },
         };
         CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::super::contact_finder::ContactFinder;
 use super::super::{CcParameters, ContactSource};
 use super::pending::Pending;
-use crate::contact::{Carry, CutterContact, SourceBlock, Station, rotary_rad};
+use crate::contact::{Carry, CutterContact, Effort, SourceBlock, Station, rotary_rad};
 use crate::geometry::{Vec3, across};
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::{Machine, Tool};
@@ -31,21 +31,17 @@ impl<'a> Cutting<'a> {
         station: &Station,
         mode: Interpolation,
         words: ContactWords,
+        effort: &mut Effort<'_>,
     ) -> Option<CutterContact> {
         if matches!(self.contact, ContactSource::FeedPlane | ContactSource::Tip) {
             return None;
         }
-        let found = self.finder().find(&self.kinematics, &self.tool, station, mode, words);
+        let found = self.finder().find(&self.kinematics, &self.tool, station, mode, words, effort);
         found.ok().flatten().filter(|touch| !touch.is_open).map(|touch| touch.contact)
     }
 
     fn finder(&self) -> ContactFinder<'a> {
         ContactFinder { machine: self.machine, parameters: self.parameters, source: self.contact }
-    }
-
-    /// A contact looked for takes as long as so many evaluations.
-    pub(super) fn look_evaluations(&self) -> u64 {
-        self.finder().evaluations()
     }
 
     /// The same with machine and cutter of this motion.

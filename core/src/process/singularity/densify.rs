@@ -50,7 +50,7 @@ impl<'a> Planner<'a> {
         pending: &Pending,
         effort: &mut Effort<'_>,
     ) -> Result<Option<Divided<'a>>, LeftReason> {
-        let block = self.block(pending);
+        let block = self.block(pending, effort);
         let limits = self.limits();
         let (arc, whole) = (great_circle(&block), block.whole());
         let axis = axis_deviation(&block, &whole, &arc, limits.axis_tolerance_rad);

@@ -8,7 +8,7 @@ use super::contact::Cutting;
 use super::figures::Limits;
 use super::pending::Pending;
 use super::{LeftReason, SingularityParameters};
-use crate::contact::{BlockTime, CutterContact, SourceBlock, Station, feed_word, rotary_rad};
+use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word, rotary_rad};
 use crate::kinematics::TRAVEL_SLACK;
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
 use crate::program::NewWord;
@@ -75,8 +75,8 @@ impl<'a> Planner<'a> {
     }
 
     /// The source block of a motion, by its contacts where both are known.
-    pub(super) fn block(&self, pending: &Pending) -> SourceBlock<'a> {
-        let touch = |k: usize, words| self.cutting.touch(&pending.ends[k], pending.mode, words);
+    pub(super) fn block(&self, pending: &Pending, effort: &mut Effort<'_>) -> SourceBlock<'a> {
+        let mut touch = |k: usize, words| self.cutting.touch(&pending.ends[k], pending.mode, words, effort);
         let contacts = [touch(0, pending.start_contact), touch(1, pending.motion.contact)];
         self.cutting.block(pending.mode, pending.ends, contacts)
     }

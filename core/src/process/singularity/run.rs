@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
     fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting.clone();
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
-        let effort = || Effort::new(stop, cutting.parameters.budget.max_evaluations);
+        let effort = || cutting.parameters.budget.effort(stop);
         let zone = cutting.kinematics.singular_zone(sine);
         Self {
             emitter: Emitter::new(planner.survey.numbering),
@@ -199,8 +199,7 @@ impl<'a> Run<'a> {
         let mut each = Vec::with_capacity(region.len());
         let mut nearest: Option<crate::kinematics::Singularity> = None;
         for pending in &region {
-            self.effort.pass(2 * planner.cutting.look_evaluations());
-            let block = planner.block(pending);
+            let block = planner.block(pending, &mut self.effort);
             let time = time_s(&block, &pending.motion);
             let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
             go_on(&self.effort)?;

@@ -160,7 +160,7 @@ impl Planner<'_> {
         let mut from = first.ends[0].words;
         let mut found = Vec::with_capacity(region.len());
         for (index, pending) in region.iter().enumerate() {
-            effort.pass(self.cutting.look_evaluations());
+            effort.pass(1);
             if effort.is_over() {
                 return Err(LeftReason::NothingToGain);
             }
@@ -182,7 +182,7 @@ impl Planner<'_> {
             if !is_last && angle_between(axis, source.pose.axis) > self.singularity.axis_tolerance.rad() {
                 return Err(LeftReason::DecimalsTooCoarse);
             }
-            let touch = self.cutting.touch(source, pending.mode, pending.motion.contact);
+            let touch = self.cutting.touch(source, pending.mode, pending.motion.contact, effort);
             let tip_mm = self.cutting.kept_tip_mm(&source.pose, touch.as_ref(), axis);
             let mut target = *source;
             if !is_last {

@@ -1,6 +1,5 @@
 //! The course of a verification.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::super::arc_path::ArcModes;
@@ -10,7 +9,7 @@ use super::super::simulate::LeftOuts;
 use super::super::stream::Passages;
 use super::super::tools::Need;
 use super::super::warnings::Warnings;
-use super::super::{Fault, LeftOutReason, ProgramReading, ProgramSource, WarningKind};
+use super::super::{Fault, LeftOutReason, ProgramReading, ProgramSource, Stop, WarningKind};
 use super::course::Course;
 use super::{Convergence, Effort, MotionCounts, ResidualSummary, Verification, VerificationParameters};
 use crate::contact::CutterBody;
@@ -19,7 +18,7 @@ use crate::motion::{Motion, MotionKind};
 use crate::program::{Batch, Dialect};
 use crate::surface::SurfacePoint;
 use crate::units::Length;
-use crate::wear::{NeedleBed, Residual, SideBySide, SweepBatch};
+use crate::wear::{CutLeave, NeedleBed, Residual, SideBySide, SweepBatch};
 
 /// Pieces of the first batch.
 const FIRST_BATCH: usize = 64;
@@ -48,7 +47,7 @@ pub fn verify_part(
     samples: &[SurfacePoint],
     source: &dyn ProgramSource,
     parts: &dyn SideBySide,
-    stop: &dyn Fn() -> ControlFlow<()>,
+    stop: &Stop<'_>,
 ) -> Result<Verification, Fault> {
     let faults = parameters.faults(samples);
     if !faults.is_empty() {
@@ -95,7 +94,7 @@ struct Workshop<'a> {
     parameters: &'a VerificationParameters,
     source: &'a dyn ProgramSource,
     parts: &'a dyn SideBySide,
-    stop: &'a dyn Fn() -> ControlFlow<()>,
+    stop: &'a Stop<'a>,
 }
 
 /// What became of a program.
@@ -114,6 +113,7 @@ impl Workshop<'_> {
     /// The whole program over these samples.
     fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
+        let bed = NeedleBed::new(samples, parameters.stock, self.stop).ok_or(Fault::Cancelled)?;
         let mut passages = Passages::open(self.source, machine, &parameters.program)?;
         let mut faults = LineFaults::default();
         let mut mill = Mill {
@@ -122,7 +122,7 @@ impl Workshop<'_> {
             body: None,
             resolution_mm: resolution.mm(),
             max_pieces,
-            bed: NeedleBed::new(samples, parameters.stock),
+            bed,
             batch: SweepBatch::new(),
             modes: ArcModes::default(),
             full: FIRST_BATCH,
@@ -288,13 +288,18 @@ impl Mill<'_> {
         }
         let Some((_, body)) = &self.body else { return Ok(()) };
         let before = self.bed.counts().work();
-        self.bed.cut(body, &self.batch, self.workshop.parts);
+        let max_pairs = self.workshop.parameters.max_pairs;
+        // One more than may be: what is broken off for its work has too much of it.
+        let leave = CutLeave::new(max_pairs.saturating_sub(before).saturating_add(1), self.workshop.stop);
+        let done = self.bed.cut(body, &self.batch, &leave, self.workshop.parts);
         self.batch.clear();
         let pairs = self.bed.counts().work();
-        let max_pairs = self.workshop.parameters.max_pairs;
         if pairs > max_pairs {
             let what = "comparisons of samples with straight pieces of motion";
             return Err(Fault::TooCostly { what, limit: max_pairs });
+        }
+        if done.is_break() {
+            return Err(Fault::Cancelled);
         }
         // Many samples in one place: fewer pieces at once, so that a stop is heard.
         let share = PAIRS_AT_ONCE as f64 / (pairs - before).max(1) as f64;

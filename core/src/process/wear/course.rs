@@ -12,7 +12,7 @@ use super::report::CurvatureAcross;
 use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution};
 use crate::contact::{
-    SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
+    Effort, SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
 };
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{InverseError, NearWords, ToolPose};
@@ -92,6 +92,8 @@ pub(super) struct Pilot<'a> {
     pub(super) curvature: CurvatureAcross,
     /// What the feed lets assume.
     pub(super) assumption: Assumption,
+    /// Of the search for contacts on the part.
+    pub(super) effort: Effort<'a>,
 }
 
 impl Pilot<'_> {
@@ -318,8 +320,9 @@ impl Pilot<'_> {
     }
 
     /// Where the nominal cutter touches the part.
-    fn on_surface(&self, pose: &ToolPose) -> Option<SurfaceContact> {
-        contact_on_surface(self.parameters.part.as_ref()?, &self.tool.nominal, pose)
+    fn on_surface(&mut self, pose: &ToolPose) -> Option<SurfaceContact> {
+        let part = self.parameters.part.as_ref()?;
+        contact_on_surface(part, &self.tool.nominal, pose, &mut self.effort)
     }
 
     /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid hands over to one. Nothing is
@@ -458,7 +461,7 @@ impl Pilot<'_> {
         }
         let across = touched
             .or_else(|| self.on_surface(pose))
-            .and_then(|touched| touched.curvature_across_per_mm(&part.mesh, feed_mm));
+            .and_then(|touched| touched.curvature_across_per_mm(&part.mesh, feed_mm, &mut self.effort));
         if let Some(curvature_per_mm) = across {
             self.curvature.note(curvature_per_mm, motion.line);
         }

@@ -100,7 +100,7 @@ pub(in crate::process) fn move_program(
     let mut passages = Passages::open(source, machine, &moves.source_program)?.with_lines(lines);
     let (mut present, mut next) = (Stretch::default(), Stretch::default());
     passages.fill(&mut present, stop)?;
-    let mut run = Run::new(machine, moves, survey, contact);
+    let mut run = Run::new(machine, moves, survey, contact, stop);
     let mut verifier = WearVerifier::new(machine, moves, passages.dialect());
     let mut written = Outgoing::default();
     while !present.passages.is_empty() || !written.text.is_empty() {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::super::set_ups::SetUps;
 use super::super::tools::{Need, ToolCalls, ToolUsed};
-use super::super::{CcParameters, ContactSource, Fault, ProgramSetup, ProgramSource};
+use super::super::{Budget, CcParameters, ContactSource, Fault, ProgramSetup, ProgramSource};
 use super::worn_tool::WornTool;
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
@@ -71,6 +71,8 @@ pub struct WearParameters {
     pub pass_break: Angle,
     /// What the text does not say, with the nominal tool length.
     pub program: ProgramSetup,
+    /// What the search for contacts may cost.
+    pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
@@ -198,6 +200,7 @@ impl WearParameters {
             contact: ContactSource::Auto,
             pass_break: Angle::from_deg(CcParameters::PASS_BREAK_DEG),
             program,
+            budget: Budget::default(),
             part: None,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::super::compensation::{LineMap, line_ends};
 use super::super::emit::{Emitter, letter};
-use super::super::fault::{LineFaultKind, LineFaults};
+use super::super::fault::{LineFaultKind, LineFaults, go_on};
 use super::super::inventory::Inventory;
 use super::super::reading::ProgramReading;
 use super::super::stream::{Passage, Stretch};
@@ -74,6 +74,7 @@ impl<'a> Run<'a> {
         moves: &Moves<'a>,
         survey: Survey,
         contact: ContactSource,
+        stop: &'a Stop<'a>,
     ) -> Self {
         let [source, written] = moves.set_ups(machine);
         let parameters = moves.parameters;
@@ -94,6 +95,7 @@ impl<'a> Run<'a> {
             warnings: Warnings::default(),
             curvature: CurvatureAcross::default(),
             assumption: Assumption::default(),
+            effort: parameters.budget.effort(stop),
         };
         pilot.take_tool();
         Self {
@@ -148,6 +150,7 @@ impl<'a> Run<'a> {
             self.scan(batch, motion.block as usize);
             let resolutions = self.resolutions(motion);
             let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
+            go_on(&self.pilot.effort)?;
             let done = match course {
                 Ok(Course::Leave) => Ok(self.leave(batch, motion, &mut copied)?),
                 Ok(Course::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {

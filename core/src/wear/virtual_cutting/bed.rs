@@ -1,6 +1,9 @@
 //! All needles of a surface, sorted by place, and what is left of them.
 
+use std::ops::ControlFlow;
+
 use super::boxes::AxisBox;
+use super::leave::{CutLeave, Share};
 use super::tile::Tile;
 use super::{Residual, SideBySide, SweepBatch};
 use crate::contact::CutterBody;
@@ -27,53 +30,69 @@ pub struct CutCounts {
     pub pairs: u64,
     /// Pieces compared with clumps of needles.
     pub looks: u64,
+    /// Boxes around pieces compared with the box around a clump of needles.
+    pub boxes: u64,
     /// Pairs that shortened the needle.
     pub cuts: u64,
 }
+
+/// So many boxes are compared while one pair is looked at.
+const BOXES_PER_PAIR: u64 = 16;
 
 impl CutCounts {
     /// Everything that took time.
     #[must_use]
     pub fn work(&self) -> u64 {
-        self.pairs + self.looks
+        self.pairs + self.looks + self.boxes / BOXES_PER_PAIR
     }
 }
 
 impl NeedleBed {
     /// Needles up to the height `stock` over finite samples with unit normals.
+    ///
+    /// `None` where `stop` broke.
     #[must_use]
-    pub fn new(samples: &[SurfacePoint], stock: Length) -> Self {
+    pub fn new(samples: &[SurfacePoint], stock: Length, stop: &dyn Fn() -> ControlFlow<()>) -> Option<Self> {
         let mut order: Vec<usize> = (0..samples.len()).collect();
         let mut tiles = Vec::new();
-        divide(samples, &mut order, TILE, &mut |part| {
+        let made = divide(samples, &mut order, TILE, stop, &mut |part| {
             tiles.push(Tile::new(samples, part, stock.mm()));
         });
-        Self { tiles, samples: samples.len() }
+        made.is_continue().then_some(Self { tiles, samples: samples.len() })
     }
 
-    /// Cuts the needles with a batch of pieces, in as many parts as `parts` wants.
-    pub fn cut(&mut self, body: &CutterBody, batch: &SweepBatch, parts: &dyn SideBySide) {
+    /// Cuts the needles with a batch of pieces, in as many parts as `parts` wants. It breaks off where `leave` is over: the
+    /// needles then mean nothing, and the counts say whether it was the work.
+    pub fn cut(
+        &mut self,
+        body: &CutterBody,
+        batch: &SweepBatch,
+        leave: &CutLeave<'_>,
+        parts: &dyn SideBySide,
+    ) -> ControlFlow<()> {
         if batch.is_empty() {
-            return;
+            return ControlFlow::Continue(());
         }
         let count = parts.parts().clamp(1, self.tiles.len().max(1));
         let mut shares: Vec<Vec<&mut Tile>> = (0..count).map(|_| Vec::new()).collect();
         for (index, tile) in self.tiles.iter_mut().enumerate() {
             shares[index % count].push(tile);
         }
+        let mut flows = vec![ControlFlow::Continue(()); count];
         parts.run(
             shares
                 .into_iter()
-                .map(|share| {
+                .zip(&mut flows)
+                .map(|(share, flow)| {
                     let work = move || {
-                        for tile in share {
-                            tile.cut(body, batch);
-                        }
+                        let mut leave = Share::new(leave);
+                        *flow = share.into_iter().try_for_each(|tile| tile.cut(body, batch, &mut leave));
                     };
                     Box::new(work) as Box<dyn FnOnce() + Send + '_>
                 })
                 .collect(),
         );
+        flows.into_iter().find(ControlFlow::is_break).unwrap_or(ControlFlow::Continue(()))
     }
 
     /// What is left at every sample, in their order; `None` is uncut.
@@ -94,24 +113,32 @@ impl NeedleBed {
         self.tiles.iter().fold(CutCounts::default(), |sum, tile| CutCounts {
             pairs: sum.pairs + tile.counts.pairs,
             looks: sum.looks + tile.counts.looks,
+            boxes: sum.boxes + tile.counts.boxes,
             cuts: sum.cuts + tile.counts.cuts,
         })
     }
 }
+
+/// Whether to go on is asked before so many samples are divided: a millisecond or two.
+const ASKED_FROM: usize = 4096;
 
 /// Divides samples at the median of their longest side until no part holds more than `most`, and hands the parts out.
 pub(super) fn divide(
     samples: &[SurfacePoint],
     order: &mut [usize],
     most: usize,
+    stop: &dyn Fn() -> ControlFlow<()>,
     take: &mut dyn FnMut(&[usize]),
-) {
+) -> ControlFlow<()> {
+    if order.len() >= ASKED_FROM {
+        stop()?;
+    }
     if order.len() <= most {
         if !order.is_empty() {
             order.sort_unstable();
             take(order);
         }
-        return;
+        return ControlFlow::Continue(());
     }
     let mut around = AxisBox::NOTHING;
     for &index in order.iter() {
@@ -124,6 +151,6 @@ pub(super) fn divide(
         samples[a].point_mm[side].total_cmp(&samples[b].point_mm[side]).then(a.cmp(&b))
     });
     let (left, right) = order.split_at_mut(middle);
-    divide(samples, left, most, take);
-    divide(samples, right, most, take);
+    divide(samples, left, most, stop, take)?;
+    divide(samples, right, most, stop, take)
 }

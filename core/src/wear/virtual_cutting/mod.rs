@@ -8,6 +8,7 @@
 
 mod bed;
 mod boxes;
+mod leave;
 mod residual;
 mod section;
 mod side_by_side;
@@ -15,6 +16,7 @@ mod sweep;
 mod tile;
 
 pub use bed::{CutCounts, NeedleBed};
+pub use leave::CutLeave;
 pub use residual::Residual;
 pub use side_by_side::{OneAfterAnother, SideBySide};
 pub use sweep::SweepBatch;

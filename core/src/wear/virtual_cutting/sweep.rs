@@ -188,10 +188,17 @@ impl SweepBatch {
         self.groups.clear();
     }
 
-    /// The groups that meet a box.
-    pub(super) fn groups_at(&self, around: &AxisBox, found: &mut Vec<usize>) {
+    /// The groups that meet a box, and how many boxes that took.
+    pub(super) fn groups_at(&self, around: &AxisBox, found: &mut Vec<usize>) -> u64 {
         found.clear();
         found.extend((0..self.groups.len()).filter(|&index| self.groups[index].meets(around)));
+        self.groups.len() as u64
+    }
+
+    /// How many boxes [`Self::pieces_at`] looks at.
+    pub(super) fn boxes_looked_at(&self, groups: &[usize], around: &AxisBox) -> u64 {
+        let met = groups.iter().filter(|&&group| self.groups[group].meets(around)).count();
+        (groups.len() + met * GROUP) as u64
     }
 
     /// The pieces of some groups that meet a box.

@@ -1,7 +1,10 @@
 //! A few hundred neighbouring needles, and how a batch of pieces cuts them.
 
+use std::ops::ControlFlow;
+
 use super::bed::{CutCounts, divide};
 use super::boxes::AxisBox;
+use super::leave::Share;
 use super::section::Section;
 use super::{Residual, SweepBatch};
 use crate::contact::CutterBody;
@@ -109,7 +112,9 @@ impl Tile {
         let mut order = indices.to_vec();
         let mut sorted: Vec<Needle> = Vec::with_capacity(order.len());
         let mut clumps = Vec::new();
-        divide(samples, &mut order, CLUMP, &mut |part| {
+        let to_the_end = || ControlFlow::Continue(());
+        // A few hundred samples: nobody asks so soon.
+        let _ = divide(samples, &mut order, CLUMP, &to_the_end, &mut |part| {
             let first = sorted.len();
             sorted.extend(part.iter().map(|&index| Needle::new(index, &samples[index], stock_mm)));
             clumps.push(Clump::new(first, &sorted[first..]));
@@ -134,15 +139,24 @@ impl Tile {
 
     /// Cuts with every piece of a batch. In each clump the piece that comes nearest goes first, so that most of the
     /// others are too far away by then.
-    pub(super) fn cut(&mut self, body: &CutterBody, batch: &SweepBatch) {
+    pub(super) fn cut(
+        &mut self,
+        body: &CutterBody,
+        batch: &SweepBatch,
+        leave: &mut Share<'_, '_>,
+    ) -> ControlFlow<()> {
         let mut groups = Vec::new();
-        batch.groups_at(&self.around, &mut groups);
+        let boxes = batch.groups_at(&self.around, &mut groups);
+        self.counts.boxes += boxes;
+        leave.after(boxes / 16)?;
         if groups.is_empty() {
-            return;
+            return ControlFlow::Continue(());
         }
         let mut near: Vec<(f64, usize)> = Vec::new();
         for clump in &mut self.clumps {
             near.clear();
+            let before = self.counts.work();
+            self.counts.boxes += batch.boxes_looked_at(&groups, &clump.around);
             for index in batch.pieces_at(&groups, &clump.around) {
                 self.counts.looks += 1;
                 if let Some(nearness_mm) =
@@ -180,7 +194,9 @@ impl Tile {
                     clump.measure(needles);
                 }
             }
+            leave.after(self.counts.work() - before)?;
         }
         self.measure();
+        ControlFlow::Continue(())
     }
 }
