@@ -35,6 +35,7 @@ mod router;
 mod service;
 mod servo;
 mod state;
+mod stored;
 mod streams;
 mod tools;
 mod wear;
