@@ -124,6 +124,10 @@ settings! {
     idempotency_retention_s: f64 = 604_800.0, "TRUNNION_IDEMPOTENCY_RETENTION_S";
     /// Database connections for reading
     store_readers: u32 = 4, "TRUNNION_STORE_READERS";
+    /// Time between two readings of everything that is stored, in search of damage; 0 for none (s)
+    scrub_interval_s: f64 = 604_800.0, "TRUNNION_SCRUB_INTERVAL_S";
+    /// How much of it is read in a second (bytes)
+    scrub_bytes_per_s: u64 = 20 << 20, "TRUNNION_SCRUB_BYTES_PER_S";
     /// What is logged: a level, or `target=level`, several parted by commas
     log: String = "info".to_owned(), "TRUNNION_LOG";
     /// Form of the log lines
@@ -330,6 +334,8 @@ impl Settings {
         in_range("answer_pause_timeout_s", self.answer_pause_timeout_s, 0.001, 3600.0)?;
         in_range("drain_timeout_s", self.drain_timeout_s, 0.0, 3600.0)?;
         in_range("idempotency_retention_s", self.idempotency_retention_s, 1.0, 1e9)?;
+        in_range("scrub_interval_s", self.scrub_interval_s, 0.0, 1e9)?;
+        in_range("scrub_bytes_per_s", self.scrub_bytes_per_s as f64, 1024.0, 1e12)?;
         in_range("store_readers", f64::from(self.store_readers), 1.0, 256.0)
     }
 }

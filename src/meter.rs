@@ -145,6 +145,8 @@ pub static COMPUTING: Level = Level::new();
 pub static WAITING: Level = Level::new();
 /// Attempts to deliver webhooks, by outcome.
 pub static WEBHOOK_ATTEMPTS: [Counter; 7] = [const { Counter::new() }; 7];
+/// Reads of something stored that was found damaged.
+pub static DAMAGED_FILES_MET: Counter = Counter::new();
 /// Reads of the database.
 pub static STORE_READS: Times = Times::new();
 /// Write transactions, with their wait for the one connection that writes.

@@ -9,6 +9,7 @@ use super::{
     health, keys, migrate, serve, settings, webhooks,
 };
 use crate::config::{Flags, Settings};
+use crate::store::{AuditHead, Depth};
 
 /// One HTTP service for five-axis machine tools.
 #[derive(Debug, Parser)]
@@ -53,8 +54,14 @@ pub enum Command {
     /// Look at settings, data directory, database and files, and say what is wrong
     Doctor {
         /// Do not read every file through
-        #[arg(long)]
+        #[arg(long, conflicts_with_all = ["deep", "audit_head"])]
         quick: bool,
+        /// Read every row too: digests, schema, audit log, keys
+        #[arg(long)]
+        deep: bool,
+        /// The head of the audit log as it was written down elsewhere; implies --deep
+        #[arg(long, value_name = "SEQ:DIGEST")]
+        audit_head: Option<AuditHead>,
     },
     /// Say what the settings are
     #[command(subcommand)]
@@ -72,14 +79,17 @@ pub enum Command {
 pub fn run(cli: &Cli) -> Result<(), StartFault> {
     let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
     match &cli.command {
-        None | Some(Command::Serve) => serve::until_stopped(settings),
+        None | Some(Command::Serve) => serve::until_stopped(settings, cli.config.as_deref()),
         Some(Command::Healthcheck) => health::check(&settings),
         Some(Command::Keys(command)) => keys::run(&settings, command),
         Some(Command::Webhooks(command)) => webhooks::run(&settings, *command),
         Some(Command::Migrate) => Ok(migrate::run(&settings)?),
         Some(Command::Backup { target }) => Ok(backup::back_up(&settings, target)?),
         Some(Command::Restore { backup }) => Ok(backup::restore(&settings, backup)?),
-        Some(Command::Doctor { quick }) => Ok(doctor::run(&settings, cli.config.as_deref(), *quick)?),
+        Some(Command::Doctor { quick, deep, audit_head }) => {
+            let depth = Depth { files: !quick, rows: *deep, known_head: audit_head.clone() };
+            Ok(doctor::run(&settings, cli.config.as_deref(), &depth)?)
+        }
         Some(Command::Config(ConfigCommand::Show)) => Ok(settings::show(&cli.flags, cli.config.as_ref())?),
         Some(Command::Openapi) => Ok(settings::describe_interface()?),
         Some(Command::Compensate(arguments)) => Ok(compensate::run(&settings, arguments)?),

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use super::StartFault;
+use super::rights::keep_private;
 use super::serve::on_a_local_disk;
 use crate::jobs::OpenFault;
 use crate::store::{DATABASE_NAME, DirectoryLock, LockFault, Store};
@@ -16,7 +17,10 @@ pub(super) async fn open(directory: &Path) -> Result<(Store, Option<DirectoryLoc
     on_a_local_disk(directory)?;
     let file = directory.join(DATABASE_NAME);
     let (store, lock) = match DirectoryLock::take(directory) {
-        Ok(lock) => (Store::open(&file, 1).await, Some(lock)),
+        Ok(lock) => {
+            keep_private(directory);
+            (Store::open(&file, 1).await, Some(lock))
+        }
         Err(LockFault::Taken(_)) => (Store::open_beside(&file).await, None),
         Err(fault) => return Err(fault.into()),
     };

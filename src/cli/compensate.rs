@@ -109,7 +109,8 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         max_cost_s: settings.max_cost_s,
     };
     let finished = block_on(async {
-        let (program, surface) = (InputFile::from(&program), surface.as_ref().map(InputFile::from));
+        let opened = || Ok((InputFile::of(&program)?, surface.as_ref().map(InputFile::of).transpose()?));
+        let (program, surface) = opened().map_err(at("reading", &arguments.input))?;
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(at("reading", &arguments.input))?;
         let work =
             ProgramWork::read(operation, &parameters, on, sizes, &means).map_err(CommandFault::Work)?;

@@ -4,12 +4,14 @@ use std::path::Path;
 
 use super::CommandFault;
 use super::migrate::block_on;
+use super::rights::{Rights, believed};
 use super::settings::say;
 use super::tls;
 use crate::config::Settings;
 use crate::jobs::trusted_certificates;
 use crate::store::{
-    DATABASE_NAME, DirectoryLock, Examination, examine, mount_kind, network_mount, own_schema, stored_files,
+    DATABASE_NAME, Deep, Depth, DirectoryLock, Examination, examine_to, mount_kind, network_mount,
+    own_schema, stored_files,
 };
 
 /// Below this a disk counts as nearly full \[bytes\].
@@ -43,8 +45,8 @@ impl Findings {
     }
 }
 
-/// Examines and prints what was found; files are read through unless `quick`.
-pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Result<(), CommandFault> {
+/// Examines and prints what was found; so deep.
+pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> Result<(), CommandFault> {
     let mut findings = Findings::default();
     let from = config.map_or_else(|| "no settings file".to_owned(), |path| path.display().to_string());
     findings.add(Verdict::Sound, "settings", from);
@@ -54,12 +56,15 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, quick: bool) -> Re
         format!("{}, schema {}", env!("CARGO_PKG_VERSION"), own_schema()),
     );
     certificates(settings, &mut findings);
+    for warning in believed(settings, config) {
+        findings.add(Verdict::Note, "rights", warning);
+    }
     let data_dir = &settings.data_dir;
     if directory(data_dir, &mut findings) {
         let files = stored_files(data_dir);
         if data_dir.join(DATABASE_NAME).is_file() {
-            match block_on(async { Ok(examine(data_dir, !quick).await?) }) {
-                Ok(examination) => database(&examination, quick, &mut findings),
+            match block_on(async { Ok(examine_to(data_dir, depth).await?) }) {
+                Ok(examination) => database(&examination, depth, &mut findings),
                 Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
             }
         } else if files > 0 {
@@ -130,6 +135,14 @@ fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
             findings.add(Verdict::Fault, "data directory", detail);
         }
     }
+    for path in [whole.clone(), whole.join(DATABASE_NAME)] {
+        if let Some(Rights { mode }) = Rights::of(&path).filter(|rights| rights.mode & 0o077 != 0) {
+            let path = path.display();
+            let detail =
+                format!("{path} has the mode {mode:03o}, open to others; the next start takes it from them");
+            findings.add(Verdict::Note, "rights", detail);
+        }
+    }
     let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
     let kind = mount_kind(&mounts, &whole).map_or("unknown", |(_, kind)| kind);
     if network_mount(&mounts, &whole).is_some() {
@@ -158,7 +171,21 @@ fn lost(files: usize) -> String {
     )
 }
 
-fn database(found: &Examination, quick: bool, findings: &mut Findings) {
+/// What reading every row has found.
+fn deep(found: &Deep, depth: &Depth, findings: &mut Findings) {
+    let sound = format!("{} read, digests and schema as they were made", found.rows);
+    findings.none_of("rows", sound, &found.findings);
+    let Some(chain) = &found.audit else { return };
+    let head = chain.head.as_ref().map_or_else(|| "no entry yet".to_owned(), |head| format!("head {head}"));
+    let compared = match &depth.known_head {
+        Some(known) => format!(", entry {} as it is known", known.seq),
+        None => String::new(),
+    };
+    let faults: Vec<String> = chain.faults.iter().map(ToString::to_string).collect();
+    findings.none_of("audit log", format!("a chain of {} entries, {head}{compared}", chain.length), &faults);
+}
+
+fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
     findings.add(Verdict::Sound, "SQLite", found.sqlite_version.clone());
     let ours = own_schema();
     match found.schema {
@@ -180,11 +207,14 @@ fn database(found: &Examination, quick: bool, findings: &mut Findings) {
         rows => vec![format!("{rows} rows refer to rows that are not there")],
     };
     findings.none_of("references", "every one leads to a row".to_owned(), &broken);
+    if let Some(found) = &found.deep {
+        deep(found, depth, findings);
+    }
     let files = &found.files;
     let mut wrong: Vec<String> =
         files.missing.iter().map(|sha256| format!("{sha256} is not there")).collect();
     wrong.extend(files.changed.iter().map(|path| format!("{} has other bytes", path.display())));
-    let how = if quick { "there, not read" } else { "there with the bytes of their digests" };
+    let how = if depth.files { "there with the bytes of their digests" } else { "there, not read" };
     findings.none_of("files", format!("{} named, all {how}", files.named), &wrong);
     if let Some((waiting, given_up)) = found.deliveries {
         let verdict = if given_up > 0 { Verdict::Note } else { Verdict::Sound };

@@ -1,6 +1,7 @@
 //! Brings the database of a data directory to the newest schema.
 
 use super::CommandFault;
+use super::rights::keep_private;
 use super::settings::say;
 use crate::config::Settings;
 use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, own_schema};
@@ -11,6 +12,7 @@ pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     let unusable = |source| CommandFault::File { doing: "making", path: data_dir.clone(), source };
     std::fs::create_dir_all(data_dir).map_err(unusable)?;
     let lock = DirectoryLock::take(data_dir)?;
+    keep_private(data_dir);
     let database = data_dir.join(DATABASE_NAME);
     let before = block_on(async {
         let mut before = None;

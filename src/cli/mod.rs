@@ -12,6 +12,7 @@ mod logs;
 mod migrate;
 #[cfg(feature = "otlp")]
 mod otlp;
+mod rights;
 mod serve;
 mod settings;
 mod tls;

@@ -13,6 +13,7 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
+use super::rights::{believed, keep_private};
 use super::{CommandFault, KeysFault, TlsFault, WebhooksFault, logs, tls};
 use crate::config::{ConfigFault, Settings};
 use crate::http::connections::Cap;
@@ -176,6 +177,7 @@ pub async fn start(
         _ => None,
     };
     let lock = DirectoryLock::take(&path)?;
+    keep_private(&path);
     let address = settings.listen;
     let listener = TcpListener::bind(address).map_err(|source| StartFault::Listen { address, source })?;
     listener.set_nonblocking(true).map_err(StartFault::Process)?;
@@ -288,6 +290,7 @@ impl Running {
             // It waits for a collector on a thread of its own, for a moment.
             drop(tokio::task::spawn_blocking(move || exporter.close()).await);
         }
+        self.state.keeper.stop().await;
         self.state.store.close().await;
         drop(self.lock);
         served?
@@ -298,8 +301,11 @@ impl Running {
 ///
 /// # Errors
 /// The service could not start, or ended by a fault.
-pub(super) fn until_stopped(settings: Settings) -> Result<(), StartFault> {
+pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result<(), StartFault> {
     logs::open(&settings);
+    for warning in believed(&settings, config) {
+        tracing::warn!("{warning}");
+    }
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
     let runtime =
         tokio::runtime::Builder::new_multi_thread().enable_all().build().map_err(StartFault::Process)?;

@@ -10,6 +10,8 @@ use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
 use rustls::{ClientConfig, DigitallySignedStruct, DistinguishedName, Error, ServerConfig, SignatureScheme};
 use thiserror::Error as ThisError;
 
+use super::rights::Rights;
+
 /// Why the service cannot speak TLS.
 #[derive(Debug, ThisError)]
 pub enum TlsFault {
@@ -35,6 +37,17 @@ pub enum TlsFault {
         /// Why.
         source: PemFault,
     },
+    /// The key is not its owner's alone.
+    #[error(
+        "the private key {} has the mode {mode:03o}, so others can read or change it: chmod 600 {}",
+        path.display(), path.display()
+    )]
+    KeyOpen {
+        /// The file.
+        path: PathBuf,
+        /// Its mode.
+        mode: u32,
+    },
     /// The two do not fit, or are of a kind that is not taken.
     #[error("certificate {} and key {} cannot be used: {source}", certificate.display(), key.display())]
     Refused {
@@ -50,9 +63,12 @@ pub enum TlsFault {
 /// What the service answers a handshake with.
 ///
 /// # Errors
-/// Files that cannot be read, or that do not belong together.
+/// Files that cannot be read, that do not belong together, or a key that anybody may read or that others may change.
 pub(super) fn server(certificate: &Path, key: &Path) -> Result<Arc<ServerConfig>, TlsFault> {
     let chain = chain(certificate)?;
+    if let Some(rights) = Rights::of(key).filter(|rights| rights.all_read() || rights.others_write()) {
+        return Err(TlsFault::KeyOpen { path: key.to_owned(), mode: rights.mode });
+    }
     let secret =
         PrivateKeyDer::from_pem_file(key).map_err(|source| TlsFault::Key { path: key.to_owned(), source })?;
     let refused =

@@ -38,6 +38,7 @@ mod security_log;
 mod service;
 mod servo;
 mod state;
+mod stored;
 mod streams;
 mod tools;
 mod wear;

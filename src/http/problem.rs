@@ -13,7 +13,7 @@ use crate::jobs::{
 };
 use crate::plot::PlotFault;
 use crate::servo::ServoFault;
-use crate::store::{BlobFault, StorageFault, StoreError};
+use crate::store::{BlobFault, DamagedFile, StorageFault, StoreError};
 use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
 
 /// Media type of a problem document.
@@ -228,8 +228,18 @@ impl From<PlotFault> for Problem {
     }
 }
 
+impl From<DamagedFile> for Problem {
+    fn from(fault: DamagedFile) -> Self {
+        Self::new(ProblemType::StoredFileDamaged, fault.to_string())
+    }
+}
+
 impl From<BlobFault> for Problem {
     fn from(fault: BlobFault) -> Self {
+        let fault = match fault {
+            BlobFault::Damaged(damaged) => return damaged.into(),
+            other => other,
+        };
         match fault.storage() {
             Some(storage) => Self::storage(storage, &fault),
             None => Self::internal(&fault),

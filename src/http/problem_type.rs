@@ -122,6 +122,8 @@ catalogue! {
         "What the request makes is longer than the limit that the detail names. Nothing was stored. Split the request, or raise the limit.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
         "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
+    StoredFileDamaged = INTERNAL_SERVER_ERROR, "stored-file-damaged", "Something stored is not what was stored",
+        "A program, a surface, a table or a report has other bytes than its SHA-256 stands for, or is missing. It is neither sent nor computed with. The detail gives the digest expected, and length and digest found. Restore it from a backup, and run trunnion doctor, which names everything that is damaged. A program can also be posted again: the same bytes take the place of the damaged ones.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
         "The process ended unexpectedly twice while it computed this job, so the job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",

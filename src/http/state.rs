@@ -16,8 +16,8 @@ use super::rates::Rates;
 use super::security_log::SecurityLog;
 use crate::config::Settings;
 use crate::jobs::{
-    Compensator, Compute, Courier, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool,
-    open_data_directory,
+    Compensator, Compute, Courier, Keeper, Limits, Means, OpenFault, Queue, QueueLimits, ScrubLimits,
+    Sources, Spool, open_data_directory,
 };
 use crate::meter::Counter;
 use crate::store::Store;
@@ -52,6 +52,8 @@ pub struct Shared {
     pub queue: Queue,
     /// What tells the ends of jobs.
     pub courier: Courier,
+    /// What looks after everything stored.
+    pub keeper: Keeper,
     /// Room for those who follow events of jobs.
     pub(super) followers: Arc<Semaphore>,
     /// The API keys.
@@ -113,8 +115,15 @@ impl AppState {
         )
         .await?;
         let courier = Courier::open(store.clone(), sources.clone(), queue.clone(), &settings)?;
+        let scrub = ScrubLimits {
+            interval_s: settings.scrub_interval_s,
+            bytes_per_s: settings.scrub_bytes_per_s as f64,
+        };
+        let blobs = spool.blobs().clone();
+        let keeper = Keeper::open(store.clone(), blobs, sources.clone(), &settings.data_dir, scrub);
         Ok(Self(Arc::new(Shared {
             courier,
+            keeper,
             store,
             compute,
             spool,

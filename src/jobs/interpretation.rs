@@ -44,7 +44,7 @@ pub async fn interpret(
     Cost::of_program_reading(program.length()).within(means.max_cost_s)?;
     let spool = spool.clone();
     let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
-        let source = InputFile::from(&program);
+        let source = InputFile::of(&program).map_err(CompensatorFault::Io)?;
         let answer = Answering { on: &on, parameters: &parameters, set_up: &set_up, spool: &spool };
         match form {
             InterpretationForm::Json => answer.json(&source, stop),

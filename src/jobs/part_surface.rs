@@ -1,15 +1,14 @@
 //! The part's surface from an uploaded file, within the memory that surfaces may take.
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 
 use thiserror::Error;
 
 use super::{CompensatorFault, InputFile};
 use crate::contact::PartSurface;
+use crate::process::ProgramSource;
 use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, StlFault, stl_facets_at_most};
 use crate::wire::SurfaceReading;
 
@@ -51,10 +50,10 @@ impl PartSurfaceFault {
 
 /// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
 /// more is not read beyond them.
-pub(super) fn facets_of(path: &Path, length: u64) -> io::Result<u64> {
+pub(super) fn facets_of(surface: &InputFile) -> io::Result<u64> {
     let mut start = Vec::new();
-    File::open(path)?.take(STL_HEADER_BYTES as u64).read_to_end(&mut start)?;
-    Ok(stl_facets_at_most(&start, length))
+    surface.open()?.take(STL_HEADER_BYTES as u64).read_to_end(&mut start)?;
+    Ok(stl_facets_at_most(&start, surface.length))
 }
 
 /// The part that an uploaded surface is of, if one was.
@@ -76,7 +75,7 @@ pub(super) fn read_part(
     settings: &MeshSettings,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Mesh, super::JobFault> {
-    let open = || Ok((File::open(&surface.path)?, facets_of(&surface.path, surface.length)?));
+    let open = || Ok((surface.open()?, facets_of(surface)?));
     let (file, max_facets) = open().map_err(CompensatorFault::Io)?;
     let settings = MeshSettings { max_facets, ..*settings };
     Mesh::read_stl(file, &settings, stop).map_err(|fault| match fault {

@@ -2,18 +2,21 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::PathBuf;
+use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::process::ProgramSource;
-use crate::store::{BlobFault, Blobs, Draft, Sha256Hex};
+use crate::store::{
+    BlobFault, Blobs, Damage, DamagedFile, Draft, FileState, Sha256Hex, SoundFile, StoredThing,
+};
 
-/// A file that came in, complete.
+/// A file that came in, complete and open: whatever becomes of its name, its bytes are read from what was opened.
 #[derive(Debug, Clone)]
 pub struct InputFile {
-    /// Where it stands.
-    pub path: PathBuf,
+    file: Arc<File>,
+    /// How it stood when its bytes were known to be those of its digest.
+    state: FileState,
     /// Its length \[bytes\].
     pub length: u64,
     /// Its digest.
@@ -23,47 +26,64 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// A file of this length and digest.
-    #[must_use]
-    pub fn new(path: PathBuf, length: u64, sha256: Sha256Hex) -> Self {
-        Self { path, length, sha256, read: Arc::default() }
-    }
-
-    /// A file that was kept.
+    /// A file that was kept, read once to its end and found to be what was kept. Blocks.
     ///
     /// # Errors
-    /// There is none, or it cannot be opened.
+    /// It is missing, has other bytes, or cannot be read.
     pub fn kept(blobs: &Blobs, sha256: &str) -> Result<Self, BlobFault> {
-        Ok(Self::new(blobs.path(sha256), blobs.length(sha256)?, sha256.to_owned()))
+        let SoundFile { file, state, length } = blobs.read_sound(sha256)?;
+        Ok(Self { file: Arc::new(file), state, length, sha256: sha256.to_owned(), read: Arc::default() })
+    }
+
+    /// A file that was just written.
+    ///
+    /// # Errors
+    /// As many files are open as may be, or the system does not tell how it stands.
+    pub fn of(draft: &Draft) -> io::Result<Self> {
+        let file = draft.file()?;
+        let state = FileState::of(&file)?;
+        let (length, sha256) = (draft.length(), draft.sha256());
+        Ok(Self { file: Arc::new(file), state, length, sha256, read: Arc::default() })
     }
 
     /// Bytes read of it so far, over all passes: goes on counting.
     pub(super) fn counted(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.read)
     }
-}
 
-impl From<&Draft> for InputFile {
-    fn from(draft: &Draft) -> Self {
-        Self::new(draft.path().to_owned(), draft.length(), draft.sha256())
+    /// Whether the file is still as it was when its bytes were known: then everything that was read of it is what was stored.
+    ///
+    /// # Errors
+    /// Somebody has written to it.
+    pub(super) fn is_unchanged(&self) -> Result<(), DamagedFile> {
+        match FileState::of(&self.file) {
+            Ok(now) if now == self.state => Ok(()),
+            _ => Err(DamagedFile {
+                what: StoredThing::File,
+                sha256: self.sha256.clone(),
+                damage: Damage::WrittenTo,
+            }),
+        }
     }
 }
 
 impl ProgramSource for InputFile {
     fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
-        Ok(Box::new(Counted { file: File::open(&self.path)?, read: &self.read }))
+        Ok(Box::new(Counted { file: &self.file, at: 0, read: &self.read }))
     }
 }
 
-/// Counts what is read.
+/// Reads from a place of its own in a file that others read too, and counts what is read.
 struct Counted<'a> {
-    file: File,
+    file: &'a File,
+    at: u64,
     read: &'a AtomicU64,
 }
 
 impl Read for Counted<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read(buffer)?;
+        let read = self.file.read_at(buffer, self.at)?;
+        self.at += read as u64;
         // Nothing else is ordered by this number.
         self.read.fetch_add(read as u64, Ordering::Relaxed);
         Ok(read)

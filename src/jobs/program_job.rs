@@ -166,7 +166,8 @@ pub async fn run_program_job(
     let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
-            let facets = facets_of(surface.path(), surface.length()).map_err(CompensatorFault::Io)?;
+            let facets = InputFile::of(surface).and_then(|surface| facets_of(&surface));
+            let facets = facets.map_err(CompensatorFault::Io)?;
             Some(compute.surface_memory(facets)?)
         }
         None => None,
@@ -176,7 +177,8 @@ pub async fn run_program_job(
         let _memory = memory;
         let started_at = sources.timestamp();
         let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
-        let (program, surface) = (InputFile::from(&job.program), job.surface.as_ref().map(InputFile::from));
+        let surface = job.surface.as_ref().map(InputFile::of).transpose().map_err(CompensatorFault::Io)?;
+        let program = InputFile::of(&job.program).map_err(CompensatorFault::Io)?;
         let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
         let Finished { report, output, changes, steps, motions_checked } = job.work.run(place)?;
         if stop().is_break() {

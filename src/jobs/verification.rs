@@ -114,7 +114,7 @@ pub fn verification_figure(
     blobs: &Blobs,
     residuals_sha256: &str,
 ) -> Result<String, ResidualFault> {
-    let table = BufReader::new(blobs.read(residuals_sha256)?);
+    let table = BufReader::new(blobs.read_sound(residuals_sha256)?.file);
     let rows = ResidualRow::read_all(table)?;
     let samples: Vec<_> = rows.into_iter().map(Into::into).collect();
     let title = format!(

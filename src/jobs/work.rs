@@ -135,8 +135,16 @@ impl Sizes {
     /// # Errors
     /// The beginning of the surface cannot be read.
     pub fn of(program: &InputFile, surface: Option<&InputFile>) -> io::Result<Self> {
-        let surface_facets = surface.map(|surface| facets_of(&surface.path, surface.length)).transpose()?;
+        let surface_facets = surface.map(facets_of).transpose()?;
         Ok(Self { program_length: program.length, surface_facets })
+    }
+
+    /// Of the files that a request brought.
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub fn of_drafts(program: &Draft, surface: Option<&Draft>) -> io::Result<Self> {
+        Self::of(&InputFile::of(program)?, surface.map(InputFile::of).transpose()?.as_ref())
     }
 
     /// Whether the part's surface came with the program.

@@ -2,8 +2,9 @@
 
 use sqlx::sqlite::SqliteConnection;
 
+use super::audit_chain::{BEFORE_THE_FIRST, ChainedEntry, last_entry};
 use super::error::Doing;
-use super::{Cursor, Page, Store, StoreError};
+use super::{AuditHead, Cursor, Page, Store, StoreError};
 use crate::wire::{AuditAction, AuditEntry, AuditOrigin};
 
 /// Who changes something, and by what.
@@ -55,7 +56,7 @@ pub struct AuditFilter {
     pub action: Option<AuditAction>,
 }
 
-/// Writes a change into the log, inside the transaction that makes it.
+/// Writes a change into the log, inside the transaction that makes it, and chains it to the entry before it.
 pub(super) async fn audit(
     connection: &mut SqliteConnection,
     actor: &Actor,
@@ -64,10 +65,31 @@ pub(super) async fn audit(
     let Actor { origin, key_id, method, route, request_id } = actor;
     let Change { at, action, machine_id, resource, revisions: (before, after) } = change;
     let (origin, action) = (origin.as_str(), action.as_str());
+    let last = last_entry(connection).await?;
+    // Entries never go, so the number after the last one is free.
+    let seq = last.as_ref().map_or(0, |(seq, _)| *seq) + 1;
+    let previous = last.and_then(|(_, sha256)| sha256).unwrap_or_else(|| BEFORE_THE_FIRST.to_owned());
+    let entry = ChainedEntry {
+        seq,
+        at: at.to_owned(),
+        origin: origin.to_owned(),
+        key_id: key_id.clone(),
+        action: action.to_owned(),
+        method: method.clone(),
+        route: route.clone(),
+        request_id: request_id.clone(),
+        machine_id: machine_id.map(str::to_owned),
+        resource: resource.clone(),
+        revision_before: before,
+        revision_after: after,
+        sha256: None,
+    };
+    let sha256 = entry.digest(&previous);
     sqlx::query!(
-        "INSERT INTO audit (at, origin, key_id, action, method, route, request_id, machine_id, resource,
-             revision_before, revision_after)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO audit (seq, at, origin, key_id, action, method, route, request_id, machine_id, resource,
+             revision_before, revision_after, sha256)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        seq,
         at,
         origin,
         key_id,
@@ -78,7 +100,8 @@ pub(super) async fn audit(
         machine_id,
         resource,
         before,
-        after
+        after,
+        sha256
     )
     .execute(&mut *connection)
     .await?;
@@ -86,6 +109,18 @@ pub(super) async fn audit(
 }
 
 impl Store {
+    /// The last entry of the audit log.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn audit_head(&self) -> Result<Option<AuditHead>, StoreError> {
+        let row = sqlx::query!("SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1")
+            .fetch_optional(&self.readers)
+            .await
+            .doing("reading the head of the audit log")?;
+        Ok(row.map(|row| AuditHead { seq: row.seq, sha256: row.sha256.unwrap_or_default() }))
+    }
+
     /// A page of the audit log, newest first.
     ///
     /// # Errors
@@ -132,6 +167,7 @@ impl Store {
                 resource: row.resource,
                 revision_before: row.revision_before,
                 revision_after: row.revision_after,
+                sha256: row.sha256.unwrap_or_default(),
             };
             Ok((row.seq, entry))
         });

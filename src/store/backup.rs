@@ -4,14 +4,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
+use rustix::fs::OFlags;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::blobs::hex;
-use super::{DatabaseFile, Sha256Hex, StoreError, own_schema};
+use super::{AuditHead, DatabaseFile, Pace, Sha256Hex, StoreError, own_schema};
 
 /// Name of the database in a data directory and in a backup.
 pub const DATABASE_NAME: &str = "trunnion.sqlite";
@@ -96,6 +98,14 @@ pub enum BackupFault {
         /// Rows expected.
         expected: u64,
     },
+    /// The audit log ends otherwise than the manifest says.
+    #[error("the backup's audit log ends at {}, the manifest says {}", end_of(found.as_ref()), end_of(expected.as_ref()))]
+    AuditHead {
+        /// Its last entry.
+        found: Option<AuditHead>,
+        /// The manifest's.
+        expected: Option<AuditHead>,
+    },
     /// The database names a file that the backup does not have.
     #[error("the backup has no file {0}, which a job names")]
     Missing(Sha256Hex),
@@ -136,6 +146,10 @@ pub struct Manifest {
     pub created_at: String,
     /// Schema of its database.
     pub schema: i64,
+    /// The last entry of the audit log, by which a log that was rewritten later is told; none in schemas that do not chain it, and
+    /// where there is no entry.
+    #[serde(default)]
+    pub audit_head: Option<AuditHead>,
     /// Rows of every table.
     pub rows: BTreeMap<String, u64>,
     /// Every file, by its path within the backup.
@@ -165,7 +179,7 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
         let copied = file.copy_to(&copy).await;
         file.close().await;
         copied?;
-        let (rows, schema, named) = examined(&copy).await?;
+        let Examined { rows, schema, named, audit_head } = examined(&copy).await?;
         let mut files = BTreeMap::new();
         files.insert(DATABASE_NAME.to_owned(), digested(&copy)?);
         File::open(&copy).and_then(|file| file.sync_all()).map_err(at("synchronising", &copy))?;
@@ -173,7 +187,8 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
             vanished.push(gone);
         } else {
             let software_version = env!("CARGO_PKG_VERSION").to_owned();
-            let manifest = Manifest { format: FORMAT, software_version, created_at, schema, rows, files };
+            let manifest =
+                Manifest { format: FORMAT, software_version, created_at, schema, audit_head, rows, files };
             let text = serde_json::to_vec_pretty(&manifest).unwrap_or_default();
             write_whole(&staging.path().join(MANIFEST_NAME), &text)?;
             settle(staging, target)?;
@@ -232,12 +247,16 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
             return Err(BackupFault::Digest { path: from, found: found.sha256, expected });
         }
     }
-    let (rows, schema, named) = examined(&staging.path().join(DATABASE_NAME)).await?;
+    let Examined { rows, schema, named, audit_head } = examined(&staging.path().join(DATABASE_NAME)).await?;
     if schema > own_schema() {
         return Err(BackupFault::Newer { found: schema, ours: own_schema() });
     }
     if schema != manifest.schema {
         return Err(BackupFault::Schema { found: schema, expected: manifest.schema });
+    }
+    // Backups of earlier versions say nothing of it.
+    if manifest.audit_head.is_some() && manifest.audit_head != audit_head {
+        return Err(BackupFault::AuditHead { found: audit_head, expected: manifest.audit_head });
     }
     for table in rows.keys().chain(manifest.rows.keys()) {
         let [found, expected] = [&rows, &manifest.rows].map(|rows| rows.get(table).copied().unwrap_or(0));
@@ -252,9 +271,19 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     Ok(manifest)
 }
 
-type Examined = (BTreeMap<String, u64>, i64, BTreeSet<Sha256Hex>);
+/// Rows, schema, named files and end of the audit log of a sound database.
+struct Examined {
+    rows: BTreeMap<String, u64>,
+    schema: i64,
+    named: BTreeSet<Sha256Hex>,
+    audit_head: Option<AuditHead>,
+}
 
-/// Rows, schema and named files of a sound database.
+fn end_of(head: Option<&AuditHead>) -> String {
+    head.map_or_else(|| "no entry".to_owned(), ToString::to_string)
+}
+
+/// Every row read: a database with a finding is not sound.
 async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     let mut file = DatabaseFile::open(database).await?;
     if let Some(fault) = file.structural_faults().await?.into_iter().next() {
@@ -264,10 +293,18 @@ async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     if broken > 0 {
         return Err(BackupFault::Damaged(format!("{broken} rows refer to rows that are not there")));
     }
-    let found =
-        (file.row_counts().await?, file.schema().await?.unwrap_or_default(), file.named_blobs().await?);
+    let deep = file.deep(&Pace::unbounded(), None).await?;
+    if let Some(first) = deep.faults().into_iter().next() {
+        return Err(BackupFault::Damaged(format!("{first} (trunnion doctor --deep names everything)")));
+    }
+    let examined = Examined {
+        rows: file.row_counts().await?,
+        schema: file.schema().await?.unwrap_or_default(),
+        named: file.named_blobs().await?,
+        audit_head: deep.audit.and_then(|chain| chain.head),
+    };
     file.close().await;
-    Ok(found)
+    Ok(examined)
 }
 
 /// Copies every file named; gives the one that was not there, if one was not.
@@ -354,19 +391,19 @@ fn copy_whole(from: &Path, to: &Path) -> Result<BackupFile, BackupFault> {
     Ok(copied)
 }
 
-/// A file to be read; to open a pipe would be to wait for who writes to it.
+/// A file to be read. A link is not followed, and to open a pipe would be to wait for who writes to it.
 fn opened(path: &Path) -> Result<File, BackupFault> {
-    let found = fs::metadata(path).map_err(at("opening", path))?;
+    let found = fs::symlink_metadata(path).map_err(at("opening", path))?;
     if !found.is_file() {
         return Err(at("opening", path)(io::Error::other("this is no regular file")));
     }
-    File::open(path).map_err(at("opening", path))
+    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
+    File::options().read(true).custom_flags(flags).open(path).map_err(at("opening", path))
 }
 
 /// Length and digest of a file.
 pub(super) fn digested(path: &Path) -> Result<BackupFile, BackupFault> {
-    let mut file = File::open(path).map_err(at("opening", path))?;
-    through(&mut file, |_| Ok(())).map_err(at("reading", path))
+    through(&mut opened(path)?, |_| Ok(())).map_err(at("reading", path))
 }
 
 fn through(source: &mut File, mut each: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<BackupFile> {

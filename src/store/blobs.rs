@@ -13,30 +13,46 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
-use super::StorageFault;
+use super::stored_file::{is_folder, is_no_plain_file, open_below, verify};
 use super::writable::Writable;
+use super::{Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoredThing};
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
 
 /// A file could not be written, kept or opened.
 #[derive(Debug, Error)]
-#[error("while {doing} {path}: {source}")]
-pub struct BlobFault {
-    doing: &'static str,
-    path: PathBuf,
-    source: io::Error,
+pub enum BlobFault {
+    /// The system did not do what it was asked.
+    #[error("while {doing} {path}: {source}")]
+    File {
+        /// What was being done.
+        doing: &'static str,
+        /// With which file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A folder of the data directory is a link.
+    #[error("{0} is a link or no folder, and links are not followed: put the folder itself in its place")]
+    NoFolder(PathBuf),
+    /// A kept file is not what was kept.
+    #[error(transparent)]
+    Damaged(#[from] DamagedFile),
 }
 
 impl BlobFault {
     pub(super) fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> Self + 'a {
-        move |source| Self { doing, path: path.to_owned(), source }
+        move |source| Self::File { doing, path: path.to_owned(), source }
     }
 
     /// What ails the disk, where it is the disk.
     #[must_use]
     pub fn storage(&self) -> Option<StorageFault> {
-        StorageFault::of(&self.source)
+        match self {
+            Self::File { source, .. } => StorageFault::of(source),
+            Self::NoFolder(_) | Self::Damaged(_) => None,
+        }
     }
 }
 
@@ -48,6 +64,18 @@ pub struct Blobs {
     /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
     naming: Arc<RwLock<()>>,
     writable: Arc<Writable>,
+    soundness: Arc<Soundness>,
+}
+
+/// A kept file, open and found to be what was kept.
+#[derive(Debug)]
+pub struct SoundFile {
+    /// The file, at its first byte.
+    pub file: File,
+    /// How it stood before it was verified.
+    pub state: FileState,
+    /// Its length \[bytes\].
+    pub length: u64,
 }
 
 /// A file being written; it vanishes unless it is kept.
@@ -76,12 +104,15 @@ impl Blobs {
         let (kept, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
         for directory in [&kept, &spool] {
             fs::create_dir_all(directory).map_err(BlobFault::at("making", directory))?;
+            if !is_folder(directory) {
+                return Err(BlobFault::NoFolder(directory.clone()));
+            }
         }
         for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { kept, spool, naming: Arc::default(), writable: Arc::default() })
+        Ok(Self { kept, spool, naming: Arc::default(), writable: Arc::default(), soundness: Arc::default() })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -98,6 +129,10 @@ impl Blobs {
                 .collect()
         };
         for folder in entries(&self.kept)? {
+            // What a link leads to is not ours to remove from.
+            if !is_folder(&folder) {
+                return Err(BlobFault::NoFolder(folder));
+            }
             for path in entries(&folder)? {
                 let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
                 if !named.contains(name) {
@@ -145,22 +180,91 @@ impl Blobs {
         let path = self.path(&sha256);
         let folder = path.parent().unwrap_or(&self.kept).to_owned();
         draft.file.as_file().sync_all().map_err(BlobFault::at("synchronising", draft.file.path()))?;
-        if !folder.is_dir() {
+        if !is_folder(&folder) {
+            if folder.symlink_metadata().is_ok() {
+                return Err(BlobFault::NoFolder(folder));
+            }
             fs::create_dir_all(&folder).map_err(BlobFault::at("making", &folder))?;
             sync_directory(&self.kept)?;
         }
         draft.file.persist(&path).map_err(|fault| BlobFault::at("keeping", &path)(fault.error))?;
         sync_directory(&folder)?;
+        self.soundness.sound(&sha256);
         Ok(sha256)
     }
 
-    /// Opens a kept file.
+    /// What is known to be damaged.
+    #[must_use]
+    pub fn soundness(&self) -> &Soundness {
+        &self.soundness
+    }
+
+    /// Opens a kept file, of which nothing is verified yet.
     ///
     /// # Errors
-    /// There is none, or it cannot be opened.
+    /// It is missing, no plain file, or cannot be opened.
     pub fn read(&self, sha256: &str) -> Result<File, BlobFault> {
-        let path = self.path(sha256);
-        File::open(&path).map_err(BlobFault::at("opening", &path))
+        self.opened(sha256).map_err(|fault| self.note(fault))
+    }
+
+    fn opened(&self, sha256: &str) -> Result<File, BlobFault> {
+        open_below(&self.kept, &[folder_of(sha256)], sha256).map_err(|fault| {
+            let damage = match fault.kind() {
+                io::ErrorKind::NotFound => Damage::Missing,
+                _ if is_no_plain_file(&fault) => Damage::NoPlainFile,
+                _ => return BlobFault::at("opening", &self.path(sha256))(fault),
+            };
+            DamagedFile { what: StoredThing::File, sha256: sha256.to_owned(), damage }.into()
+        })
+    }
+
+    /// Opens a kept file and reads it to its end: what is given is what was kept. Blocks.
+    ///
+    /// # Errors
+    /// It is missing, no plain file, has other bytes, or cannot be read.
+    pub fn read_sound(&self, sha256: &str) -> Result<SoundFile, BlobFault> {
+        let found = self.verified(sha256, |_| Ok(())).map_err(|fault| self.note(fault))?;
+        self.soundness.sound(sha256);
+        Ok(found)
+    }
+
+    /// Reads a kept file to its end at a pace, or until the pace is over, which is a fault too. What is found is not noted: the file may
+    /// have been given up meanwhile. Blocks.
+    ///
+    /// # Errors
+    /// As for [`Self::read_sound`].
+    pub fn look(&self, sha256: &str, pace: &Pace) -> Result<(), BlobFault> {
+        let each = |bytes| {
+            pace.spend_blocking(bytes);
+            if pace.is_over() { Err(io::Error::other("told to stop")) } else { Ok(()) }
+        };
+        self.verified(sha256, each).map(drop)
+    }
+
+    fn verified(
+        &self,
+        sha256: &str,
+        each: impl FnMut(u64) -> io::Result<()>,
+    ) -> Result<SoundFile, BlobFault> {
+        let mut file = self.opened(sha256)?;
+        let verified = verify(&mut file, sha256, each);
+        let state = verified.map_err(BlobFault::at("reading", &self.path(sha256)))??;
+        let length = file.metadata().map_err(BlobFault::at("asking for", &self.path(sha256)))?.len();
+        Ok(SoundFile { file, state, length })
+    }
+
+    fn note(&self, fault: BlobFault) -> BlobFault {
+        if let BlobFault::Damaged(damaged) = &fault {
+            self.soundness.damaged(damaged);
+        }
+        fault
+    }
+
+    /// The same damage, counted and logged.
+    #[must_use]
+    pub fn noted(&self, damaged: DamagedFile) -> DamagedFile {
+        self.soundness.damaged(&damaged);
+        damaged
     }
 
     /// Held from keeping files until a row names them: nothing is removed meanwhile.
@@ -192,19 +296,10 @@ impl Blobs {
         }
     }
 
-    /// Length of a kept file \[bytes\].
-    ///
-    /// # Errors
-    /// There is none, or it cannot be asked.
-    pub fn length(&self, sha256: &str) -> Result<u64, BlobFault> {
-        let path = self.path(sha256);
-        fs::metadata(&path).map(|found| found.len()).map_err(BlobFault::at("asking for", &path))
-    }
-
     /// Where a kept file stands.
     #[must_use]
     pub fn path(&self, sha256: &str) -> PathBuf {
-        self.kept.join(sha256.get(..2).unwrap_or("00")).join(sha256)
+        self.kept.join(folder_of(sha256)).join(sha256)
     }
 }
 
@@ -225,6 +320,14 @@ impl Draft {
     #[must_use]
     pub fn length(&self) -> u64 {
         self.length
+    }
+
+    /// The file itself, whatever becomes of its name.
+    ///
+    /// # Errors
+    /// As many files are open as may be.
+    pub fn file(&self) -> io::Result<File> {
+        self.file.as_file().try_clone()
     }
 
     /// SHA-256 of the bytes written so far.
@@ -249,6 +352,11 @@ impl Write for Draft {
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }
+}
+
+/// The folder among the kept files in which a file stands.
+pub(super) fn folder_of(sha256: &str) -> &str {
+    sha256.get(..2).unwrap_or("00")
 }
 
 fn sync_directory(path: &Path) -> Result<(), BlobFault> {

@@ -13,6 +13,7 @@ use sqlx::sqlite::{
     SqliteSynchronous,
 };
 
+use super::audit_chain::chain_old_entries;
 use super::database_file::newest_migration;
 use super::error::Doing;
 use super::examination::stored_files;
@@ -46,6 +47,14 @@ impl Store {
             no_files_beside(file)?;
         }
         let store = Self::opened(file, readers, true).await?;
+        let chained = store
+            .write("chaining the audit log", |connection| {
+                Box::pin(async move { chain_old_entries(connection).await })
+            })
+            .await?;
+        if chained > 0 {
+            tracing::info!(entries = chained, "the audit log of an earlier version is a chain from now on");
+        }
         // Every database that was served from holds a machine, whatever was deleted since.
         if store.has_no_machine_yet().await?
             && let Err(fault) = no_files_beside(file)

@@ -30,6 +30,8 @@ impl DatabaseFile {
     pub async fn open(file: &Path) -> Result<Self, StoreError> {
         let options =
             SqliteConnectOptions::new().filename(file).read_only(true).busy_timeout(Duration::from_secs(5));
+        // A report may be long: few rows wait to be looked at.
+        let options = options.row_buffer_size(1);
         let mut connection = options.connect().await.doing("opening the database")?;
         // The header is read only now.
         let _tables: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM sqlite_schema")
@@ -37,6 +39,29 @@ impl DatabaseFile {
             .await
             .doing("reading the database")?;
         Ok(Self { connection })
+    }
+
+    /// From now on it is seen as it is at this moment.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn hold(&mut self) -> Result<(), StoreError> {
+        sqlx::query("BEGIN").execute(&mut self.connection).await.doing("reading the database")?;
+        Ok(())
+    }
+
+    /// From now on it is seen as it is then.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn let_go(&mut self) -> Result<(), StoreError> {
+        sqlx::query("COMMIT").execute(&mut self.connection).await.doing("reading the database")?;
+        Ok(())
+    }
+
+    /// The connection, for further questions.
+    pub(super) fn connection(&mut self) -> &mut SqliteConnection {
+        &mut self.connection
     }
 
     /// The newest schema that a migration brought it to; none where no migration ever ran.

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::backup::digested;
-use super::{DATABASE_NAME, DatabaseFile, Sha256Hex, StoreError};
+use super::stored_file::{is_folder, is_plain_file};
+use super::{AuditHead, DATABASE_NAME, DatabaseFile, Deep, Pace, Sha256Hex, StoreError};
 
 /// What was found in a database.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +27,19 @@ pub struct Examination {
     pub files: Files,
     /// Ends of jobs that are still to be told, and those that were given up; none in schemas without them.
     pub deliveries: Option<(u64, u64)>,
+    /// What reading every row has found; none where that was not asked.
+    pub deep: Option<Deep>,
+}
+
+/// How much is looked at.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Depth {
+    /// Every file is read through.
+    pub files: bool,
+    /// Every row is.
+    pub rows: bool,
+    /// An entry of the audit log that is known from elsewhere.
+    pub known_head: Option<AuditHead>,
 }
 
 /// What was found of the files beside a database.
@@ -48,6 +62,14 @@ pub struct Files {
 /// # Errors
 /// The database cannot be opened or read.
 pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, StoreError> {
+    examine_to(data_dir, &Depth { files: digests, ..Depth::default() }).await
+}
+
+/// Examines a data directory, so deep.
+///
+/// # Errors
+/// The database cannot be opened or read.
+pub async fn examine_to(data_dir: &Path, depth: &Depth) -> Result<Examination, StoreError> {
     let mut file = DatabaseFile::open(&data_dir.join(DATABASE_NAME)).await?;
     let sqlite_version = file.sqlite_version().await?;
     let schema = file.schema().await?;
@@ -55,12 +77,20 @@ pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, Stor
     let broken_references = file.broken_references().await?;
     let counts = file.row_counts().await?;
     let (rows, was_served) = (counts.values().sum(), counts.get("machines").is_some_and(|rows| *rows > 0));
+    let deep = if depth.rows || depth.known_head.is_some() {
+        file.hold().await?;
+        let deep = file.deep(&Pace::unbounded(), depth.known_head.as_ref()).await?;
+        file.let_go().await?;
+        Some(deep)
+    } else {
+        None
+    };
     // Files first: what is named afterwards may have come meanwhile, and is not missed.
     let there = files_below(&data_dir.join("blobs"));
     let named = file.named_blobs().await?;
     let deliveries = file.deliveries().await?;
     file.close().await;
-    let files = compared(data_dir, &named, &there, digests);
+    let files = compared(data_dir, &named, &there, depth.files);
     Ok(Examination {
         sqlite_version,
         schema,
@@ -70,6 +100,7 @@ pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, Stor
         was_served,
         files,
         deliveries,
+        deep,
     })
 }
 
@@ -89,7 +120,7 @@ fn compared(data_dir: &Path, named: &BTreeSet<Sha256Hex>, there: &[PathBuf], dig
     files.orphans = there.iter().filter(|path| !named.contains(&name(path))).count();
     for sha256 in named {
         let path = data_dir.join("blobs").join(sha256.get(..2).unwrap_or("00")).join(sha256);
-        if !path.is_file() {
+        if !is_plain_file(&path) {
             files.missing.push(sha256.clone());
         } else if digests && !digested(&path).is_ok_and(|found| found.sha256 == *sha256) {
             files.changed.push(path);
@@ -103,7 +134,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
     entries
         .flat_map(|entry| {
             let path = entry.path();
-            if path.is_dir() { files_below(&path) } else { vec![path] }
+            if is_folder(&path) { files_below(&path) } else { vec![path] }
         })
         .collect()
 }

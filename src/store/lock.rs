@@ -21,18 +21,21 @@ pub enum LockFault {
     },
 }
 
-/// Held as long as the process uses the directory; the system frees it when the process ends in any way.
+/// Held as long as the process uses the directory; the system frees it when the process ends in any way. Two locks: of a file, as
+/// earlier versions take it, and of the directory itself, which stays locked when somebody removes the file.
 #[derive(Debug)]
 pub struct DirectoryLock {
     _file: File,
+    _directory: File,
 }
 
 impl DirectoryLock {
-    /// Whether another process has the directory; the lock file is only looked at.
+    /// Whether another process has the directory; the locks are only looked at.
     #[must_use]
     pub fn is_taken(directory: &Path) -> bool {
-        File::open(directory.join("trunnion.lock"))
-            .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+        [directory.join(FILE), directory.to_owned()].iter().any(|path| {
+            File::open(path).is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+        })
     }
 
     /// Takes the directory.
@@ -40,13 +43,51 @@ impl DirectoryLock {
     /// # Errors
     /// Another process has it, or the lock file cannot be used.
     pub fn take(directory: &Path) -> Result<Self, LockFault> {
-        let path = directory.join("trunnion.lock");
-        let unusable = |source| LockFault::Unusable { path: path.clone(), source };
-        let file = File::options().create(true).write(true).truncate(false).open(&path).map_err(unusable)?;
-        match file.try_lock() {
-            Ok(()) => Ok(Self { _file: file }),
+        let locked = |file: File, path: &Path| match file.try_lock() {
+            Ok(()) => Ok(file),
             Err(TryLockError::WouldBlock) => Err(LockFault::Taken(directory.to_owned())),
-            Err(TryLockError::Error(source)) => Err(LockFault::Unusable { path, source }),
-        }
+            Err(TryLockError::Error(source)) => Err(LockFault::Unusable { path: path.to_owned(), source }),
+        };
+        let unusable = |path: &Path| {
+            let path = path.to_owned();
+            move |source| LockFault::Unusable { path, source }
+        };
+        // The directory first: whoever meets a service whose file was removed leaves no new file behind.
+        let opened = File::open(directory).map_err(unusable(directory))?;
+        let opened = locked(opened, directory)?;
+        let path = directory.join(FILE);
+        let file = File::options().create(true).write(true).truncate(false).open(&path);
+        let file = locked(file.map_err(unusable(&path))?, &path)?;
+        Ok(Self { _file: file, _directory: opened })
+    }
+}
+
+/// Name of the lock file.
+const FILE: &str = "trunnion.lock";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_removed_lock_file_lets_nobody_in() {
+        let folder = tempfile::TempDir::new().expect("a directory");
+        let held = DirectoryLock::take(folder.path()).expect("free");
+        std::fs::remove_file(folder.path().join(FILE)).expect("removed");
+        assert!(matches!(DirectoryLock::take(folder.path()), Err(LockFault::Taken(_))));
+        assert!(DirectoryLock::is_taken(folder.path()));
+        assert!(!folder.path().join(FILE).exists(), "who was refused left a file");
+        drop(held);
+        assert!(!DirectoryLock::is_taken(folder.path()));
+        assert!(DirectoryLock::take(folder.path()).is_ok());
+    }
+
+    #[test]
+    fn the_file_alone_keeps_others_out_as_earlier_versions_hold_it() {
+        let folder = tempfile::TempDir::new().expect("a directory");
+        let earlier = File::create(folder.path().join(FILE)).expect("a file");
+        earlier.try_lock().expect("free");
+        assert!(matches!(DirectoryLock::take(folder.path()), Err(LockFault::Taken(_))));
+        assert!(DirectoryLock::is_taken(folder.path()));
     }
 }

@@ -110,4 +110,7 @@ pub struct AuditEntry {
     /// Revision of the machine, or of the tool, after.
     #[schema(example = 4)]
     pub revision_after: Option<i64>,
+    /// SHA-256 of this entry and of the one before it (`docs/security.md`): the entries are a chain.
+    #[schema(example = "8f434346648f6b96df89dda901c5176b10a6d83961dd3c1ac88b59b2dc327aa4")]
+    pub sha256: String,
 }

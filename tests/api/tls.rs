@@ -1,5 +1,7 @@
 //! TLS by certificate files.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -32,6 +34,7 @@ fn files() -> Files {
     let (certificate, key) = (folder.path().join("chain.pem"), folder.path().join("key.pem"));
     std::fs::write(&certificate, cert.pem()).unwrap();
     std::fs::write(&key, signing_key.serialize_pem()).unwrap();
+    std::fs::set_permissions(&key, Permissions::from_mode(0o600)).unwrap();
     Files { certificate, key, der: cert.der().clone(), _folder: folder }
 }
 

@@ -22,7 +22,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::EXAMPLE_PROGRAM;
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{Besides, InputFile, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear};
+use crate::jobs::{Besides, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
     CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
@@ -157,7 +157,7 @@ pub(super) async fn create_job(
     let machine_revision = on.revision;
     let machines = caller.machines.as_deref();
     let repeats = repeated_step(&app.store, &program.sha256(), order.steps, machines).await?;
-    let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
+    let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
     let work = order.work(on, sizes, &app.means())?;
     // What never has room is refused now; what has none at the moment waits.
     if let Some(facets) = sizes.surface_facets

@@ -14,7 +14,7 @@ use crate::http::programs::answer;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy, StoredFileDamaged);
 
 /// Draw the plot of a job
 ///

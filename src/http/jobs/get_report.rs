@@ -18,7 +18,7 @@ use crate::wire::{
     CcReport, CompensationReport, NoParameters, PostingReport, ServoReport, VerificationReport, WearReport,
 };
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest, StoredFileDamaged);
 
 /// The report of any operation.
 #[derive(Debug, Serialize, ToSchema)]
@@ -74,6 +74,6 @@ pub(super) async fn get_job_report(
         let plot = answer::plot(&app, &job).await?;
         return unless_known(&headers, &tag, || plot);
     }
-    let report = job.report.clone().ok_or_else(|| answer::without_result(&job, "report"))?;
+    let report = answer::report(&app, &job)?.to_owned();
     unless_known(&headers, &tag, || part_of_json(&headers, &tag, report))
 }

@@ -6,6 +6,7 @@ use super::operations::{Operations, STATUSES};
 use crate::http::security_log::SecurityLog;
 use crate::jobs::{DeliveriesReading, QueueReading};
 use crate::meter::{self, CLASSES_S, Counter, Times};
+use crate::store::SoundnessReading;
 use crate::wire::DeliveryOutcome;
 
 /// What is asked of others at the moment of reading.
@@ -21,6 +22,8 @@ pub(in crate::http) struct Readings {
     pub(in crate::http) queue: Option<QueueReading>,
     /// What waits of webhooks, where the store tells.
     pub(in crate::http) deliveries: Option<DeliveriesReading>,
+    /// What is known of damage to what is stored.
+    pub(in crate::http) soundness: SoundnessReading,
 }
 
 /// The whole text. Series that never counted are left out.
@@ -62,6 +65,14 @@ pub(in crate::http) fn metrics_text(
     }
     let help = "Refusals that the security log does not have.";
     text.single("trunnion_refusals_unwritten_total", "counter", help, unwritten);
+    let help = "Stored files and reports that are known to be damaged.";
+    text.single("trunnion_stored_files_damaged", "gauge", help, readings.soundness.damaged);
+    let help = "What the last scrub found in the database.";
+    text.single("trunnion_scrub_findings", "gauge", help, readings.soundness.findings);
+    if let Some(at_s) = readings.soundness.scrubbed_at_s {
+        let help = "When everything stored was last read through.";
+        text.single("trunnion_scrub_last_timestamp_seconds", "gauge", help, at_s);
+    }
     for (name, kind, help, value) in [
         (
             "trunnion_http_requests_in_flight",
@@ -94,6 +105,12 @@ pub(in crate::http) fn metrics_text(
             "gauge",
             "Computations that wait for their turn.",
             meter::WAITING.get(),
+        ),
+        (
+            "trunnion_damaged_reads_total",
+            "counter",
+            "Reads of something stored that was found damaged.",
+            signed(meter::DAMAGED_FILES_MET.get()),
         ),
         (
             "trunnion_poses_total",

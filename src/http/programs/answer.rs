@@ -1,12 +1,9 @@
 //! The faces of a finished job: its program or its table of residuals, its report, its plot.
 
-use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, LOCATION};
 use http::{HeaderMap, HeaderValue};
-use tokio::io::{AsyncReadExt, AsyncSeekExt, SeekFrom};
-use tokio_util::io::ReaderStream;
 
 use crate::http::AppState;
 use crate::http::conditional::tagged;
@@ -14,8 +11,9 @@ use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::range::{Asked, asked, dressed};
 use crate::http::servo::program_contour_error;
-use crate::jobs::{one_pass_figure, verification_figure, wear_figure};
-use crate::store::JobRow;
+use crate::http::stored::{StoredBody, stored_body};
+use crate::jobs::{ResidualFault, one_pass_figure, verification_figure, wear_figure};
+use crate::store::{JobRow, verify_report};
 use crate::wire::{
     CcParameters, CcReport, CompensationReport, JobOperation, JobState, ServoReport, VerificationReport,
     WearReport,
@@ -117,18 +115,7 @@ async fn streamed(
     name: &str,
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
-    let (digest, blobs) = (sha256.to_owned(), app.spool.blobs().clone());
-    let file = tokio::task::spawn_blocking(move || blobs.read(&digest)).await;
-    let mut file = tokio::fs::File::from_std(file.map_err(|fault| Problem::internal(&fault))??);
-    let length = file.metadata().await?.len();
-    let asked = asked(headers, length, sha256);
-    let body = match &asked {
-        Asked::Part(part) => {
-            file.seek(SeekFrom::Start(part.start)).await?;
-            Body::from_stream(ReaderStream::with_capacity(file.take(part.end - part.start), CHUNK))
-        }
-        Asked::Whole | Asked::Outside => Body::from_stream(ReaderStream::with_capacity(file, CHUNK)),
-    };
+    let StoredBody { body, asked, length } = stored_body(app.spool.blobs(), sha256, headers).await?;
     let mut response = body.into_response();
     let given = response.headers_mut();
     given.insert(CONTENT_TYPE, HeaderValue::from_str(kind).unwrap_or(HeaderValue::from_static("text/plain")));
@@ -155,9 +142,19 @@ pub(in crate::http) fn part_of_json(headers: &HeaderMap, tag: &str, text: String
     dressed(&asked, length, json_response(part))
 }
 
+/// The report of a job, verified against its digest.
+pub(in crate::http) fn report<'a>(app: &AppState, job: &'a JobRow) -> Result<&'a str, Problem> {
+    let text = job.report.as_deref().ok_or_else(|| without_result(job, "report"))?;
+    // No report is stored without its digest.
+    let sha256 = job.report_sha256.as_deref().unwrap_or_default();
+    verify_report(text, sha256).map_err(|damaged| app.spool.blobs().noted(damaged))?;
+    app.spool.blobs().soundness().sound(sha256);
+    Ok(text)
+}
+
 /// The plot, drawn from the stored report.
 pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Response, Problem> {
-    let report = job.report.as_deref().ok_or_else(|| without_result(job, "report"))?;
+    let report = report(app, job)?;
     let figure = match job.document.operation {
         JobOperation::CcCompensation => {
             let report: CcReport = read(report)?;
@@ -184,7 +181,10 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let report: VerificationReport = read(report)?;
             let (sha256, blobs) = (residuals_sha256(job)?.to_owned(), app.spool.blobs().clone());
             let drawn = app.compute.run(move |_stop| verification_figure(&report, &blobs, &sha256)).await?;
-            drawn.map_err(|fault| Problem::internal(&fault))?
+            drawn.map_err(|fault| match fault {
+                ResidualFault::Blob(fault) => fault.into(),
+                other => Problem::internal(&other),
+            })?
         }
         JobOperation::Posting => return Err(without_result(job, "plot")),
     };
@@ -198,7 +198,7 @@ fn read<T: serde::de::DeserializeOwned>(report: &str) -> Result<T, Problem> {
 /// A job that is just done, in the form the client takes: its program, its report, or its plot.
 pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
     let (tag, response) = match kind {
-        "application/json" => (report_tag(job, kind), json_response(job.report.clone().unwrap_or_default())),
+        "application/json" => (report_tag(job, kind), json_response(report(app, job)?.to_owned())),
         SVG => (report_tag(job, kind), plot(app, job).await?),
         CSV if job.document.operation == JobOperation::Verification => {
             (program_tag(job), table(app, job, Table::Residuals, &HeaderMap::new()).await?)

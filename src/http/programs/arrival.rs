@@ -14,8 +14,8 @@ use crate::http::idempotency::{key, remembered, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::jobs::{
-    InputFile, ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, repeated_step,
-    run_program_job, with_wear,
+    ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, repeated_step, run_program_job,
+    with_wear,
 };
 use crate::store::{Draft, JobRow};
 
@@ -61,7 +61,7 @@ async fn job<P: ProgramParameters>(
     }
     let on = with_wear(&app.store, &app.sources, on, parameters.cutter_id()).await?;
     let machine_revision = on.revision;
-    let sizes = Sizes::of(&InputFile::from(&program), surface.as_ref().map(InputFile::from).as_ref())?;
+    let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
     let job = ProgramJob {
         machine_id,

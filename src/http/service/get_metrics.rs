@@ -40,6 +40,7 @@ pub(super) async fn get_metrics(
         // A store that does not answer shows by what is missing.
         queue: app.queue.reading().await.ok(),
         deliveries: app.courier.reading().await.ok(),
+        soundness: app.spool.blobs().soundness().reading(),
     };
     let text = metrics_text(app.operations(), &readings, &app.security);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())

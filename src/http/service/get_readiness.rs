@@ -10,27 +10,31 @@ use crate::http::extract::Json;
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
+use crate::store::SoundnessReading;
 
 refusals!(Refusals: NotAcceptable, ShuttingDown);
 
 /// Whether the service can work.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Readiness {
-    /// `ready`.
+    /// `ready`, or `degraded` where it works and something stored is damaged.
     #[schema(example = "ready")]
     status: &'static str,
+    /// What is damaged, in words; empty where nothing is known to be.
+    reasons: Vec<String>,
 }
 
 /// Can the service work
 ///
 /// 200 when the database answers and the disk takes a file (asked at most once a second); 503 while one of them does not,
-/// and while the service is stopping.
+/// and while the service is stopping. Where something stored is known to be damaged the answer is 200 with `degraded` and the
+/// reasons: everything else works, and a restart or another instance would cure nothing.
 #[utoipa::path(
     get,
     path = "/readyz",
     tag = "service",
     operation_id = "get_readiness",
-    responses((status = 200, description = "It can", body = Readiness, example = json!({"status": "ready"})), Refusals)
+    responses((status = 200, description = "It can", body = Readiness, example = json!({"status": "ready", "reasons": []})), Refusals)
 )]
 pub(super) async fn get_readiness(
     State(app): State<AppState>,
@@ -51,5 +55,19 @@ pub(super) async fn get_readiness(
         let detail = fault.storage().map(|storage| storage.to_string());
         unusable(&fault, detail.as_deref().unwrap_or("no file can be written"))
     })?;
-    Ok(Json(Readiness { status: "ready" }))
+    Ok(Json(readiness(app.spool.blobs().soundness().reading())))
+}
+
+/// Whoever asks needs no key, so it is not told which jobs or files are meant.
+fn readiness(known: SoundnessReading) -> Readiness {
+    let SoundnessReading { damaged, findings, .. } = known;
+    let cure = "restore from a backup; trunnion doctor --deep names each";
+    let mut reasons = Vec::new();
+    if damaged > 0 {
+        reasons.push(format!("damaged stored files or reports that were met: {damaged}; {cure}"));
+    }
+    if findings > 0 {
+        reasons.push(format!("findings of the last scrub: {findings}; {cure}"));
+    }
+    Readiness { status: if reasons.is_empty() { "ready" } else { "degraded" }, reasons }
 }

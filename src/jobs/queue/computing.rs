@@ -16,7 +16,10 @@ use crate::jobs::{
     PartSurfaceFault, ProgramWork, Sizes, ToolShelf, Workplace, already_done,
 };
 use crate::process::Stop;
-use crate::store::{Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError, sha256_hex};
+use crate::store::{
+    BlobFault, Blobs, Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError, sha256_hex,
+};
+use crate::wire::JobDocument;
 
 impl Shared {
     /// Computes a job that was taken, and settles it.
@@ -53,9 +56,7 @@ impl Shared {
             return Err(already_done(step));
         }
         let on = self.machine(row, &accepted.shelf).await?;
-        let program = InputFile::kept(blobs, &document.input_sha256)?;
-        let surface = document.surface_sha256.as_deref();
-        let surface = surface.map(|sha256| InputFile::kept(blobs, sha256)).transpose()?;
+        let (program, surface) = inputs(blobs, document).await?;
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
@@ -66,7 +67,12 @@ impl Shared {
             let _memory = memory;
             let place =
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
-            work.run(place)
+            let finished = work.run(place);
+            // Whatever came of it: bytes that changed under the work are the reason.
+            for input in [Some(&program), surface.as_ref()].into_iter().flatten() {
+                input.is_unchanged().map_err(|damaged| BlobFault::from(spool.blobs().noted(damaged)))?;
+            }
+            finished
         };
         let Finished { report, output, changes, steps, motions_checked } =
             self.compute.run_at(place, job.stop.clone(), worked).await??;
@@ -175,6 +181,17 @@ impl Shared {
             }
         }
     }
+}
+
+/// The files of a job, each read to its end and found to be what was accepted.
+async fn inputs(blobs: &Blobs, document: &JobDocument) -> Result<(InputFile, Option<InputFile>), JobFault> {
+    let (blobs, program) = (blobs.clone(), document.input_sha256.clone());
+    let surface = document.surface_sha256.clone();
+    let read = move || -> Result<_, BlobFault> {
+        let program = InputFile::kept(&blobs, &program)?;
+        Ok((program, surface.map(|sha256| InputFile::kept(&blobs, &sha256)).transpose()?))
+    };
+    Ok(tokio::task::spawn_blocking(read).await.map_err(|_panicked| ComputeFault::Panicked)??)
 }
 
 /// What a job was accepted with; one of an older version was with nothing.

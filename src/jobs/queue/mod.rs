@@ -19,7 +19,7 @@ use tokio_util::task::TaskTracker;
 pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
-use super::{Accepted, Compute, InputFile, JobFault, Means, ProgramJob, Sources, Spool};
+use super::{Accepted, Compute, JobFault, Means, ProgramJob, Sources, Spool};
 use crate::store::{
     Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Sha256Hex, Store, StoreError,
 };
@@ -186,8 +186,8 @@ impl Queue {
             parameters: work.parameters,
             state: JobState::Queued,
             progress: 0.0,
-            input_sha256: InputFile::from(&program).sha256,
-            surface_sha256: surface.as_ref().map(|surface| InputFile::from(surface).sha256),
+            input_sha256: program.sha256(),
+            surface_sha256: surface.as_ref().map(Draft::sha256),
             output_sha256: None,
             changes_sha256: None,
             external_id,

@@ -1,0 +1,189 @@
+//! What is stored, looked after while the service runs: everything is read through now and then, and the head of the audit log is written
+//! to the log, so that a copy of the log tells later whether the audit log was rewritten.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use jiff::{SignedDuration, Timestamp};
+use thiserror::Error;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+use super::Sources;
+use crate::store::{BlobFault, Blobs, DATABASE_NAME, DamagedFile, DatabaseFile, Pace, Store, StoreError};
+
+/// Time between two heads in the log.
+const BETWEEN_HEADS: Duration = Duration::from_hours(24);
+/// How long after a start everything is read, where nobody knows when it was read last: not while others wait for the start.
+const AFTER_A_START: Duration = Duration::from_secs(600);
+/// How long the end of a service waits for what is being read.
+const GRACE: Duration = Duration::from_secs(1);
+/// The file that says when everything was last read.
+const LAST: &str = "scrub.last";
+
+/// How often everything is read, and how fast.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScrubLimits {
+    /// Time between two scrubs \[s\]; 0 for none.
+    pub interval_s: f64,
+    /// Bytes read in a second.
+    pub bytes_per_s: f64,
+}
+
+/// Why not everything could be read.
+#[derive(Debug, Error)]
+enum ScrubFault {
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// Looks after what is stored, until it is told to stop.
+#[derive(Debug, Clone)]
+pub struct Keeper {
+    keeping: Keeping,
+    tasks: TaskTracker,
+}
+
+#[derive(Debug, Clone)]
+struct Keeping {
+    store: Store,
+    blobs: Blobs,
+    sources: Sources,
+    data_dir: PathBuf,
+    limits: ScrubLimits,
+    stop: CancellationToken,
+}
+
+impl Keeper {
+    /// Begins.
+    #[must_use]
+    pub fn open(store: Store, blobs: Blobs, sources: Sources, data_dir: &Path, limits: ScrubLimits) -> Self {
+        let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
+        let keeping = Keeping { store, blobs, sources, data_dir: data_dir.to_owned(), limits, stop };
+        tasks.spawn(keeping.clone().tell_heads());
+        if limits.interval_s > 0.0 {
+            tasks.spawn(keeping.clone().scrub_again_and_again());
+        }
+        Self { keeping, tasks }
+    }
+
+    /// Stops reading, and tells the head of the audit log once more.
+    pub async fn stop(&self) {
+        self.keeping.stop.cancel();
+        self.tasks.close();
+        if tokio::time::timeout(GRACE, self.tasks.wait()).await.is_err() {
+            tracing::warn!("a scrub does not stop in time");
+        }
+        self.keeping.tell_head("stop").await;
+    }
+}
+
+impl Keeping {
+    async fn tell_heads(self) {
+        let mut when = "start";
+        loop {
+            self.tell_head(when).await;
+            when = "day";
+            tokio::select! {
+                () = self.stop.cancelled() => return,
+                () = tokio::time::sleep(BETWEEN_HEADS) => {}
+            }
+        }
+    }
+
+    async fn tell_head(&self, when: &str) {
+        match self.store.audit_head().await {
+            Ok(Some(head)) => tracing::info!(%head, when, "head of the audit log"),
+            Ok(None) => tracing::info!(when, "the audit log is empty"),
+            Err(fault) => tracing::error!(error = %fault, "the head of the audit log cannot be read"),
+        }
+    }
+
+    async fn scrub_again_and_again(self) {
+        loop {
+            tokio::select! {
+                () = self.stop.cancelled() => return,
+                () = tokio::time::sleep(self.due_in()) => {}
+            }
+            let began = std::time::Instant::now();
+            match self.scrub().await {
+                Ok(Some(findings)) => {
+                    let elapsed_s = began.elapsed().as_secs_f64();
+                    tracing::info!(findings, elapsed_s, "everything stored was read through");
+                }
+                Ok(None) => return,
+                Err(fault) => tracing::error!(error = %fault, "not everything stored could be read through"),
+            }
+            // Also after a fault: the next try is due as if this one had ended well.
+            if let Err(fault) = self.note_time() {
+                tracing::warn!(error = %fault, "the time of the scrub cannot be kept");
+                tokio::select! {
+                    () = self.stop.cancelled() => return,
+                    () = tokio::time::sleep(AFTER_A_START) => {}
+                }
+            }
+        }
+    }
+
+    /// Time until the next scrub: its interval after the last one, in whatever process that was.
+    fn due_in(&self) -> Duration {
+        let interval = Duration::from_secs_f64(self.limits.interval_s);
+        let last = std::fs::read_to_string(self.data_dir.join(LAST)).ok();
+        let Some(last) = last.and_then(|last| last.trim().parse::<Timestamp>().ok()) else {
+            return interval.min(AFTER_A_START);
+        };
+        let passed = self.sources.clock.now().duration_since(last);
+        // A time of the future was that of a clock that was ahead.
+        let passed = passed.max(SignedDuration::ZERO).unsigned_abs();
+        interval.saturating_sub(passed).max(interval.min(Duration::from_millis(10)))
+    }
+
+    fn note_time(&self) -> io::Result<()> {
+        let mut file = tempfile::NamedTempFile::new_in(&self.data_dir)?;
+        writeln!(file, "{}", self.sources.timestamp())?;
+        file.persist(self.data_dir.join(LAST)).map_err(|fault| fault.error).map(drop)
+    }
+
+    /// Reads every row and every file that a row names, and tells what was found; nothing where it was told to stop.
+    async fn scrub(&self) -> Result<Option<usize>, ScrubFault> {
+        let pace = Pace::within(self.limits.bytes_per_s, self.stop.clone());
+        let mut file = DatabaseFile::open(&self.data_dir.join(DATABASE_NAME)).await?;
+        let deep = file.deep(&pace, None).await;
+        file.close().await;
+        let mut findings = deep?.faults();
+        let named = self.store.named_blobs().await?;
+        let (blobs, at_pace) = (self.blobs.clone(), pace.clone());
+        let looked = tokio::task::spawn_blocking(move || {
+            let mut found = (Vec::<DamagedFile>::new(), Vec::new());
+            for sha256 in named {
+                match blobs.look(&sha256, &at_pace) {
+                    Err(BlobFault::Damaged(damaged)) => found.0.push(damaged),
+                    Err(fault) if !at_pace.is_over() => found.1.push(fault.to_string()),
+                    _ => {}
+                }
+                if at_pace.is_over() {
+                    break;
+                }
+            }
+            found
+        });
+        let (mut damaged, unreadable) = looked.await.map_err(io::Error::other)?;
+        if pace.is_over() {
+            return Ok(None);
+        }
+        // Jobs may have given files up meanwhile.
+        let named = self.store.named_blobs().await?;
+        damaged.retain(|damaged| named.contains(&damaged.sha256));
+        findings.extend(unreadable);
+        for finding in &findings {
+            tracing::error!("found by reading everything through: {finding}");
+        }
+        let count = findings.len() + damaged.len();
+        let at_s = self.sources.clock.now().as_second();
+        self.blobs.soundness().scrubbed(damaged, findings, at_s);
+        Ok(Some(count))
+    }
+}

@@ -1,0 +1,285 @@
+//! The audit log as a chain: every entry has the digest of its content and of the entry before it, so that none can be changed,
+//! taken out or put in between without every digest after it being another.
+//!
+//! The digest of an entry is the SHA-256 of a JSON array without blanks, in UTF-8: the word `trunnion-audit-1`, the digest of the entry
+//! before it (64 zeros for the first), `seq`, `at`, `origin`, `key_id`, `action`, `method`, `route`, `request_id`, `machine_id`,
+//! `resource`, `revision_before`, `revision_after`; what is missing is `null`. Of characters only `"`, `\` and those below U+0020 are
+//! escaped, by their short form where JSON has one, else as `\u00xx` in lower case.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteConnection;
+use thiserror::Error;
+
+use super::{Sha256Hex, sha256_hex};
+
+/// Names the form of what is digested.
+const FORM: &str = "trunnion-audit-1";
+/// What stands for the digest before the first entry.
+pub(super) const BEFORE_THE_FIRST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+/// Entries read at a time.
+const AT_ONCE: i64 = 1000;
+/// Breaks that are told one by one.
+const MAX_TOLD: usize = 20;
+
+/// The last entry of the audit log: who keeps it elsewhere can tell later whether anything before it was changed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AuditHead {
+    /// Its number.
+    pub seq: i64,
+    /// Its digest.
+    pub sha256: Sha256Hex,
+}
+
+impl fmt::Display for AuditHead {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.seq, self.sha256)
+    }
+}
+
+/// A text that is no head of an audit log.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("not SEQ:DIGEST, a number and 64 hexadecimal digits such as 42:0a1b…")]
+pub struct NoHead;
+
+impl FromStr for AuditHead {
+    type Err = NoHead;
+
+    fn from_str(text: &str) -> Result<Self, NoHead> {
+        let (seq, sha256) = text.trim().split_once(':').ok_or(NoHead)?;
+        let is_digest = sha256.len() == 64 && sha256.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let seq = seq.parse().ok().filter(|seq| *seq > 0 && is_digest).ok_or(NoHead)?;
+        Ok(Self { seq, sha256: sha256.to_ascii_lowercase() })
+    }
+}
+
+/// What is wrong with a chain.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ChainFault {
+    /// An entry has no digest.
+    #[error("entry {seq} of the audit log has no digest")]
+    NoDigest {
+        /// Its number.
+        seq: i64,
+    },
+    /// An entry's digest is another than that of its content and of the entry before it.
+    #[error("entry {seq} of the audit log is not what was written, or an entry before it was taken out")]
+    Broken {
+        /// Its number.
+        seq: i64,
+    },
+    /// More entries were written than there are.
+    #[error("the audit log ends at entry {found}, and the database has counted up to {counted}")]
+    Cut {
+        /// The last entry.
+        found: i64,
+        /// The number given last.
+        counted: i64,
+    },
+    /// The entry that is known from elsewhere is not there.
+    #[error("the audit log has no entry {seq}, which is known from elsewhere")]
+    HeadMissing {
+        /// Its number.
+        seq: i64,
+    },
+    /// It is there with another digest.
+    #[error(
+        "entry {seq} of the audit log has the digest {found}, and {expected} is known from elsewhere: what stands up to it was rewritten"
+    )]
+    HeadOther {
+        /// Its number.
+        seq: i64,
+        /// Its digest here.
+        found: Sha256Hex,
+        /// Its digest as it is known.
+        expected: Sha256Hex,
+    },
+}
+
+/// What was found of a chain.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct AuditChain {
+    /// Its last entry; none where there is no entry.
+    pub head: Option<AuditHead>,
+    /// How many entries it has.
+    pub length: u64,
+    /// What is wrong, the first of it.
+    pub faults: Vec<ChainFault>,
+}
+
+/// An entry as it is digested.
+#[derive(Debug, Clone, sqlx::FromRow)]
+pub(super) struct ChainedEntry {
+    pub(super) seq: i64,
+    pub(super) at: String,
+    pub(super) origin: String,
+    pub(super) key_id: Option<String>,
+    pub(super) action: String,
+    pub(super) method: Option<String>,
+    pub(super) route: Option<String>,
+    pub(super) request_id: Option<String>,
+    pub(super) machine_id: Option<String>,
+    pub(super) resource: String,
+    pub(super) revision_before: Option<i64>,
+    pub(super) revision_after: Option<i64>,
+    /// As it is stored.
+    pub(super) sha256: Option<Sha256Hex>,
+}
+
+impl ChainedEntry {
+    /// Its digest after an entry of this digest.
+    pub(super) fn digest(&self, previous: &str) -> Sha256Hex {
+        let content = (
+            FORM,
+            previous,
+            self.seq,
+            &self.at,
+            &self.origin,
+            &self.key_id,
+            &self.action,
+            &self.method,
+            &self.route,
+            &self.request_id,
+            &self.machine_id,
+            &self.resource,
+            self.revision_before,
+            self.revision_after,
+        );
+        // Strings and whole numbers always print.
+        sha256_hex(&serde_json::to_vec(&content).unwrap_or_default())
+    }
+}
+
+/// Number and digest of the last entry.
+pub(super) async fn last_entry(
+    connection: &mut SqliteConnection,
+) -> Result<Option<(i64, Option<Sha256Hex>)>, sqlx::Error> {
+    sqlx::query_as("SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1").fetch_optional(connection).await
+}
+
+/// Gives every entry its digest, where none has one yet: they were written by a version that made none.
+pub(super) async fn chain_old_entries(connection: &mut SqliteConnection) -> Result<u64, sqlx::Error> {
+    let chained: i64 = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE sha256 IS NOT NULL)")
+        .fetch_one(&mut *connection)
+        .await?;
+    if chained != 0 {
+        return Ok(0);
+    }
+    let (mut previous, mut seq, mut count) = (BEFORE_THE_FIRST.to_owned(), 0, 0);
+    loop {
+        let entries = page(connection, seq).await?;
+        let Some(last) = entries.last() else { return Ok(count) };
+        seq = last.seq;
+        for entry in &entries {
+            previous = entry.digest(&previous);
+            sqlx::query("UPDATE audit SET sha256 = ? WHERE seq = ?")
+                .bind(&previous)
+                .bind(entry.seq)
+                .execute(&mut *connection)
+                .await?;
+            count += 1;
+        }
+    }
+}
+
+async fn page(connection: &mut SqliteConnection, after: i64) -> Result<Vec<ChainedEntry>, sqlx::Error> {
+    sqlx::query_as(
+        "SELECT seq, at, origin, key_id, action, method, route, request_id, machine_id, resource, revision_before,
+             revision_after, sha256
+         FROM audit WHERE seq > ? ORDER BY seq LIMIT ?",
+    )
+    .bind(after)
+    .bind(AT_ONCE)
+    .fetch_all(connection)
+    .await
+}
+
+/// Computes every digest anew; and compares with what is known of one entry from elsewhere, where something is.
+pub(super) async fn examine_chain(
+    connection: &mut SqliteConnection,
+    known: Option<&AuditHead>,
+) -> Result<AuditChain, sqlx::Error> {
+    let mut chain = AuditChain::default();
+    let (mut previous, mut seq, mut of_known) = (BEFORE_THE_FIRST.to_owned(), i64::MIN, None);
+    // Before the entries: what is written meanwhile is no fault.
+    let counted: Option<i64> = sqlx::query_scalar("SELECT seq FROM sqlite_sequence WHERE name = 'audit'")
+        .fetch_optional(&mut *connection)
+        .await?;
+    loop {
+        let entries = page(connection, seq).await?;
+        let Some(last) = entries.last() else { break };
+        seq = last.seq;
+        for entry in entries {
+            let digest = entry.digest(&previous);
+            if known.is_some_and(|known| known.seq == entry.seq) {
+                of_known = Some(digest.clone());
+            }
+            let fault = match entry.sha256 {
+                None => Some(ChainFault::NoDigest { seq: entry.seq }),
+                Some(ref stored) if *stored != digest => Some(ChainFault::Broken { seq: entry.seq }),
+                Some(_) => None,
+            };
+            chain.faults.extend(fault.filter(|_| chain.faults.len() < MAX_TOLD));
+            // The entries after a break are looked at by what is stored: each break is told once.
+            previous = entry.sha256.unwrap_or(digest);
+            chain.length += 1;
+            chain.head = Some(AuditHead { seq: entry.seq, sha256: previous.clone() });
+        }
+    }
+    let found = chain.head.as_ref().map_or(0, |head| head.seq);
+    if let Some(counted) = counted.filter(|counted| *counted > found) {
+        chain.faults.push(ChainFault::Cut { found, counted });
+    }
+    if let Some(AuditHead { seq, sha256 }) = known.cloned() {
+        match of_known {
+            None => chain.faults.push(ChainFault::HeadMissing { seq }),
+            Some(found) if found != sha256 => {
+                chain.faults.push(ChainFault::HeadOther { seq, found, expected: sha256 });
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(chain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_that_of_the_documented_text() {
+        let entry = ChainedEntry {
+            seq: 7,
+            at: "2026-03-14T09:26:53.589Z".to_owned(),
+            origin: "http".to_owned(),
+            key_id: None,
+            action: "machine-replaced".to_owned(),
+            method: Some("PUT".to_owned()),
+            route: Some("/v1/machines/{machine_id}".to_owned()),
+            request_id: Some("a \"quoted\" ü\u{1f}\n".to_owned()),
+            machine_id: Some("shop".to_owned()),
+            resource: "/v1/machines/shop".to_owned(),
+            revision_before: Some(1),
+            revision_after: Some(2),
+            sha256: None,
+        };
+        let text = format!(
+            "[\"trunnion-audit-1\",\"{BEFORE_THE_FIRST}\",7,\"2026-03-14T09:26:53.589Z\",\"http\",null,\"machine-replaced\",\
+             \"PUT\",\"/v1/machines/{{machine_id}}\",\"a \\\"quoted\\\" ü\\u001f\\n\",\"shop\",\"/v1/machines/shop\",1,2]"
+        );
+        assert_eq!(entry.digest(BEFORE_THE_FIRST), sha256_hex(text.as_bytes()));
+        assert_ne!(entry.digest(&"1".repeat(64)), entry.digest(BEFORE_THE_FIRST));
+    }
+
+    #[test]
+    fn a_head_is_read_as_it_is_written() {
+        let head = AuditHead { seq: 42, sha256: sha256_hex(b"x") };
+        assert_eq!(head.to_string().parse(), Ok(head));
+        for text in ["", "42", "42:", "x:00", "0:00", &format!("42:{}", "g".repeat(64))] {
+            assert_eq!(text.parse::<AuditHead>(), Err(NoHead), "{text}");
+        }
+    }
+}

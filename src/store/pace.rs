@@ -1,0 +1,66 @@
+//! How fast what is stored is read through.
+
+use std::time::Duration;
+
+use tokio_util::sync::CancellationToken;
+
+use crate::meter;
+
+/// Time between two looks whether computations wait.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How fast to read, and until when.
+#[derive(Debug, Clone)]
+pub struct Pace {
+    /// Bytes a second; none where nobody is in the way.
+    bytes_per_s: Option<f64>,
+    stop: CancellationToken,
+}
+
+impl Pace {
+    /// As fast as the disk, to the end: for a command.
+    #[must_use]
+    pub fn unbounded() -> Self {
+        Self { bytes_per_s: None, stop: CancellationToken::new() }
+    }
+
+    /// No faster than this, not while computations wait, and no longer than `stop` lets it.
+    #[must_use]
+    pub fn within(bytes_per_s: f64, stop: CancellationToken) -> Self {
+        Self { bytes_per_s: Some(bytes_per_s.max(1.0)), stop }
+    }
+
+    /// Whether to stop.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.stop.is_cancelled()
+    }
+
+    /// So many bytes were read: returns when more may be.
+    pub(super) async fn spend(&self, bytes: u64) {
+        let Some(pause) = self.pause(bytes) else { return };
+        tokio::select! {
+            () = self.stop.cancelled() => {}
+            () = async {
+                tokio::time::sleep(pause).await;
+                while meter::WAITING.get() > 0 {
+                    tokio::time::sleep(LOOK).await;
+                }
+            } => {}
+        }
+    }
+
+    /// The same, on a thread that may block.
+    pub fn spend_blocking(&self, bytes: u64) {
+        let Some(mut pause) = self.pause(bytes) else { return };
+        while !self.is_over() && (!pause.is_zero() || meter::WAITING.get() > 0) {
+            let now = if pause.is_zero() { LOOK } else { pause.min(LOOK) };
+            std::thread::sleep(now);
+            pause = pause.saturating_sub(now);
+        }
+    }
+
+    fn pause(&self, bytes: u64) -> Option<Duration> {
+        self.bytes_per_s.map(|rate| Duration::from_secs_f64((bytes as f64 / rate).min(3600.0)))
+    }
+}

@@ -1,0 +1,77 @@
+//! What is known to be damaged, for readiness and metrics: found when something was read, or by a scrub.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::{DamagedFile, Sha256Hex};
+use crate::meter;
+
+/// Damaged things that are kept by name; further ones are only counted and logged.
+const KEPT: usize = 1000;
+
+/// What was found and is not known to be well again.
+#[derive(Debug, Default)]
+pub struct Soundness(Mutex<Known>);
+
+#[derive(Debug, Default)]
+struct Known {
+    damaged: BTreeMap<Sha256Hex, DamagedFile>,
+    /// Findings of the last scrub, in words.
+    findings: Vec<String>,
+    /// When it ended \[s since 1970\].
+    scrubbed_at_s: Option<i64>,
+}
+
+/// What is known, in numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SoundnessReading {
+    /// Files and reports that are known to be damaged.
+    pub damaged: usize,
+    /// What the last scrub found besides.
+    pub findings: usize,
+    /// When it ended \[s since 1970\]; none where none has ended in this process.
+    pub scrubbed_at_s: Option<i64>,
+}
+
+impl Soundness {
+    /// Something stored was found damaged.
+    pub fn damaged(&self, found: &DamagedFile) {
+        meter::DAMAGED_FILES_MET.add(1);
+        let mut known = self.known();
+        if known.damaged.len() < KEPT {
+            let before = known.damaged.insert(found.sha256.clone(), found.clone());
+            if before.as_ref() == Some(found) {
+                return;
+            }
+        }
+        drop(known);
+        tracing::error!(sha256 = found.sha256, "{found}");
+    }
+
+    /// It was found sound, or is written anew.
+    pub fn sound(&self, sha256: &str) {
+        let mut known = self.known();
+        if !known.damaged.is_empty() && known.damaged.remove(sha256).is_some() {
+            tracing::info!(sha256, "a stored file that was damaged is sound again");
+        }
+    }
+
+    /// A scrub has read everything: what it found stands in place of all that was known before.
+    pub fn scrubbed(&self, damaged: Vec<DamagedFile>, findings: Vec<String>, at_s: i64) {
+        self.known().damaged.clear();
+        damaged.iter().for_each(|found| self.damaged(found));
+        let mut known = self.known();
+        (known.findings, known.scrubbed_at_s) = (findings, Some(at_s));
+    }
+
+    /// What is known.
+    #[must_use]
+    pub fn reading(&self) -> SoundnessReading {
+        let Known { damaged, findings, scrubbed_at_s } = &*self.known();
+        SoundnessReading { damaged: damaged.len(), findings: findings.len(), scrubbed_at_s: *scrubbed_at_s }
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,272 @@
+//! A stored file as it is read back: opened without following links, and looked at before its bytes count.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+
+use rustix::fs::{CWD, Mode, OFlags, openat};
+use rustix::io::Errno;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::Sha256Hex;
+use super::blobs::hex;
+
+/// Bytes read at a time.
+const READ_AT_ONCE: usize = 1 << 18;
+
+/// Something stored is not what was stored.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("the stored {what} {sha256} {damage}; restore it from a backup and run `trunnion doctor`")]
+pub struct DamagedFile {
+    /// What it is.
+    pub what: StoredThing,
+    /// The digest that it was stored under.
+    pub sha256: Sha256Hex,
+    /// What is wrong with it.
+    pub damage: Damage,
+}
+
+/// Kinds of what is stored under a digest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StoredThing {
+    /// A program, a surface or a table, as a file of its own.
+    File,
+    /// A report, in the database.
+    Report,
+}
+
+impl std::fmt::Display for StoredThing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::File => "file",
+            Self::Report => "report",
+        })
+    }
+}
+
+/// What is wrong with something stored.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Damage {
+    /// It is gone.
+    #[error("is missing")]
+    Missing,
+    /// A link, a folder or a device stands in its place.
+    #[error("is no plain file any more, and links are not followed")]
+    NoPlainFile,
+    /// Its bytes are others.
+    #[error("has changed: its {length} bytes have the SHA-256 {sha256}, expected is that of its name")]
+    Other {
+        /// Length found \[bytes\].
+        length: u64,
+        /// Digest found.
+        sha256: Sha256Hex,
+    },
+    /// Somebody wrote to it between its verification and the end of its use.
+    #[error("was written to while it was used")]
+    WrittenTo,
+}
+
+/// How a file stands: whoever writes to it changes this. What becomes of its names does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FileState {
+    inode: (u64, u64),
+    length: u64,
+    modified: (i64, i64),
+}
+
+impl FileState {
+    /// The state of an open file.
+    ///
+    /// # Errors
+    /// The system does not tell.
+    pub fn of(file: &File) -> io::Result<Self> {
+        file.metadata().map(|found| Self::read(&found))
+    }
+
+    fn read(found: &Metadata) -> Self {
+        Self {
+            inode: (found.dev(), found.ino()),
+            length: found.len(),
+            modified: (found.mtime(), found.mtime_nsec()),
+        }
+    }
+}
+
+/// Opens a plain file below `root`, folder by folder, following no link. To open a pipe would be to wait for who writes to it,
+/// so it is not waited.
+///
+/// # Errors
+/// It is not there (`NotFound`), something else stands in its place ([`is_no_plain_file`]), or it cannot be opened.
+pub(super) fn open_below(root: &Path, folders: &[&str], name: &str) -> io::Result<File> {
+    let (directory, plain) = (OFlags::DIRECTORY, OFlags::NONBLOCK);
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let mut folder: OwnedFd = openat(CWD, root, flags | directory, Mode::empty())?;
+    for next in folders {
+        folder = openat(&folder, *next, flags | directory, Mode::empty())?;
+    }
+    let file = File::from(openat(&folder, name, flags | plain, Mode::empty())?);
+    if file.metadata()?.is_file() { Ok(file) } else { Err(Errno::LOOP.into()) }
+}
+
+/// Whether a file could not be opened because a link, a folder or a device stands in its place.
+pub(super) fn is_no_plain_file(fault: &io::Error) -> bool {
+    matches!(Errno::from_io_error(fault), Some(Errno::LOOP | Errno::NOTDIR | Errno::NXIO | Errno::ISDIR))
+}
+
+/// Whether a path leads to a folder and not to a link.
+pub(super) fn is_folder(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|found| found.is_dir())
+}
+
+/// Whether a path leads to a plain file and not to a link.
+pub(super) fn is_plain_file(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|found| found.is_file())
+}
+
+/// The digest of what was stored under `expected`, taken while it is read from its first byte to its last.
+#[derive(Debug, Clone)]
+pub struct Verifying {
+    expected: Sha256Hex,
+    hasher: Sha256,
+    length: u64,
+}
+
+impl Verifying {
+    /// Nothing read yet.
+    #[must_use]
+    pub fn new(expected: &str) -> Self {
+        Self { expected: expected.to_owned(), hasher: Sha256::new(), length: 0 }
+    }
+
+    /// The digest that it was stored under.
+    #[must_use]
+    pub fn expected(&self) -> &str {
+        &self.expected
+    }
+
+    /// The next bytes.
+    pub fn take(&mut self, bytes: &[u8]) {
+        self.hasher.update(bytes);
+        self.length += bytes.len() as u64;
+    }
+
+    /// Whether all bytes were what was stored.
+    ///
+    /// # Errors
+    /// They were others.
+    pub fn finish(self) -> Result<(), DamagedFile> {
+        let Self { expected, hasher, length } = self;
+        let sha256 = hex(&hasher.finalize());
+        if sha256 == expected {
+            return Ok(());
+        }
+        Err(DamagedFile {
+            what: StoredThing::File,
+            sha256: expected,
+            damage: Damage::Other { length, sha256 },
+        })
+    }
+}
+
+/// Reads a file to its end and compares its digest, then stands at its first byte again. Gives the state in which it was
+/// before the first byte was read.
+///
+/// # Errors
+/// It cannot be read, or `each` has said so; or, inside, its bytes are others.
+pub(super) fn verify(
+    file: &mut File,
+    sha256: &str,
+    mut each: impl FnMut(u64) -> io::Result<()>,
+) -> io::Result<Result<FileState, DamagedFile>> {
+    let state = FileState::of(file)?;
+    let (mut verifying, mut buffer) = (Verifying::new(sha256), vec![0; READ_AT_ONCE]);
+    loop {
+        let read = match file.read(&mut buffer) {
+            Err(fault) if fault.kind() == io::ErrorKind::Interrupted => continue,
+            read => read?,
+        };
+        let Some(part) = buffer.get(..read).filter(|part| !part.is_empty()) else { break };
+        verifying.take(part);
+        each(part.len() as u64)?;
+    }
+    file.seek(SeekFrom::Start(0))?;
+    Ok(verifying.finish().map(|()| state))
+}
+
+/// Whether a report is what was stored.
+///
+/// # Errors
+/// Its text has another digest.
+pub fn verify_report(text: &str, sha256: &str) -> Result<(), DamagedFile> {
+    let mut verifying = Verifying::new(sha256);
+    verifying.take(text.as_bytes());
+    verifying.finish().map_err(|damaged| DamagedFile { what: StoredThing::Report, ..damaged })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+    use crate::store::sha256_hex;
+
+    #[test]
+    fn no_link_is_followed_in_any_place_of_the_way() {
+        let root = tempfile::TempDir::new().expect("a directory");
+        let at = |path: &str| root.path().join(path);
+        std::fs::create_dir_all(at("blobs/ab")).expect("folders");
+        std::fs::write(at("blobs/ab/file"), "bytes").expect("a file");
+        std::fs::create_dir(at("blobs/ab/folder")).expect("a folder");
+        symlink(at("blobs/ab/file"), at("blobs/ab/link")).expect("a link");
+        symlink(at("blobs/ab"), at("blobs/cd")).expect("a link");
+        symlink(at("blobs"), at("elsewhere")).expect("a link");
+        let open = |root: &str, folder: &str, name: &str| open_below(&at(root), &[folder], name);
+        assert!(open("blobs", "ab", "file").is_ok());
+        for (root, folder, name) in [
+            ("blobs", "ab", "link"),
+            ("blobs", "ab", "folder"),
+            ("blobs", "cd", "file"),
+            ("elsewhere", "ab", "file"),
+        ] {
+            let fault = open(root, folder, name).expect_err("refused");
+            assert!(is_no_plain_file(&fault), "{root} {folder} {name}: {fault}");
+        }
+        let missing = open("blobs", "ab", "none").expect_err("missing");
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn one_bit_or_one_byte_less_is_told_with_length_and_digest() {
+        let root = tempfile::TempDir::new().expect("a directory");
+        let path = root.path().join("file");
+        let sha256 = sha256_hex(b"G1 X10\n");
+        let look = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).expect("written");
+            let mut file = File::open(&path).expect("opened");
+            verify(&mut file, &sha256, |_| Ok(())).expect("read").map(|_| ())
+        };
+        assert_eq!(look(b"G1 X10\n"), Ok(()));
+        for bytes in [&b"G1 X11\n"[..], b"G1 X10", b""] {
+            let damaged = look(bytes).expect_err("damaged");
+            let found = Damage::Other { length: bytes.len() as u64, sha256: sha256_hex(bytes) };
+            assert_eq!(damaged.damage, found);
+            assert!(damaged.to_string().contains(&sha256), "{damaged}");
+        }
+    }
+
+    #[test]
+    fn who_writes_to_a_file_changes_its_state() {
+        let root = tempfile::TempDir::new().expect("a directory");
+        let path = root.path().join("file");
+        std::fs::write(&path, "G1 X10\n").expect("written");
+        let file = File::open(&path).expect("opened");
+        let before = FileState::of(&file).expect("a state");
+        assert_eq!(FileState::of(&file).expect("a state"), before);
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::fs::write(&path, "G1 X11\n").expect("written");
+        assert_ne!(FileState::of(&file).expect("a state"), before);
+    }
+}

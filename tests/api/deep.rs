@@ -1,0 +1,332 @@
+//! Databases that SQLite calls sound and that are not: the deep doctor, backups, restorations and the scrub name what was changed.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use sqlx::AssertSqlSafe;
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePool, SqlitePoolOptions};
+use tempfile::TempDir;
+use trunnion::store::sha256_hex;
+
+use crate::command_line::{files, path, posted, said, trunnion};
+use crate::support::{App, ac_table, spawn_in};
+
+async fn open(data: &Path) -> SqlitePool {
+    let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite")).foreign_keys(false);
+    SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap()
+}
+
+async fn execute(pool: &SqlitePool, statement: &str) {
+    sqlx::raw_sql(AssertSqlSafe(statement.to_owned())).execute(pool).await.unwrap();
+}
+
+/// Changes a database as somebody does who can write to its file: no trigger is in the way, and all are there again afterwards.
+async fn rewritten(data: &Path, statements: &str) {
+    let pool = open(data).await;
+    let triggers: Vec<(String, String)> =
+        sqlx::query_as("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'")
+            .fetch_all(&pool)
+            .await
+            .unwrap();
+    for (name, _) in &triggers {
+        execute(&pool, &format!("DROP TRIGGER {name}")).await;
+    }
+    execute(&pool, statements).await;
+    for (_, text) in &triggers {
+        execute(&pool, text).await;
+    }
+    pool.close().await;
+}
+
+/// A directory with machines, a job and keys.
+async fn used(data: &Path) {
+    let app = spawn_in(data, |_| {}).await;
+    assert_eq!(app.put_machine("dmu-80", &ac_table()).await.status(), 201);
+    posted(&app).await;
+    app.stop().await;
+    for name in ["office", "hall"] {
+        let made = trunnion(data, &["keys", "create", "--name", name, "--scopes", "read"]);
+        assert!(made.status.success(), "{}", said(&made));
+    }
+}
+
+fn copied(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for file in files(from) {
+        let target = to.join(file.strip_prefix(from).unwrap());
+        std::fs::create_dir_all(target.parent().unwrap()).unwrap();
+        std::fs::copy(&file, target).unwrap();
+    }
+}
+
+fn assert_unsound(data: &Path, told: &[&str]) {
+    let looked = trunnion(data, &["doctor", "--deep"]);
+    assert_eq!(looked.status.code(), Some(1), "{told:?}: {}", said(&looked));
+    for part in told {
+        assert!(said(&looked).contains(part), "{part}: {}", said(&looked));
+    }
+    let target = data.with_extension("backup");
+    let refused = trunnion(data, &["backup", path(&target)]);
+    assert_eq!(refused.status.code(), Some(2), "{told:?}: {}", said(&refused));
+    assert!(said(&refused).contains("the database is damaged"), "{told:?}: {}", said(&refused));
+    assert!(!target.exists());
+}
+
+#[tokio::test]
+async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
+    let folder = TempDir::new().unwrap();
+    let sound = folder.path().join("sound");
+    used(&sound).await;
+    let looked = trunnion(&sound, &["doctor", "--deep"]);
+    assert!(looked.status.success(), "{}", said(&looked));
+    assert!(said(&looked).contains("digests and schema as they were made"), "{}", said(&looked));
+    let edits: [(&str, &str, &[&str]); 9] = [
+        (
+            "limits of a machine",
+            "UPDATE machine_revisions SET profile = replace(profile, '400', '900') WHERE machine_id = 'dmu-80'",
+            &["machine_revisions dmu-80/1: profile has the SHA-256"],
+        ),
+        (
+            "a report",
+            "UPDATE jobs SET report = json_set(report, '$.blocks_out', 1)",
+            &["report has the SHA-256"],
+        ),
+        ("an index", "DROP INDEX jobs_of_machine", &["the index jobs_of_machine is missing from the schema"]),
+        ("a table", "CREATE TABLE more (a)", &["the table more is made by no migration"]),
+        (
+            "half of the audit log and a key",
+            "DELETE FROM audit WHERE seq > (SELECT max(seq) / 2 FROM audit);
+             INSERT INTO api_keys (id, secret_sha256, name, scopes, created_at) VALUES ('intruder00',
+                 '5e884898da28047151d0e56f8dc6292773603d0d6aabbdd62a11ef721d1542d8', 'x', '[\"admin\"]',
+                 '2026-01-01T00:00:00.000Z')",
+            &["the audit log ends at entry", "the API key intruder00 was made by no entry"],
+        ),
+        (
+            "the first entry",
+            "DELETE FROM audit WHERE seq = 1",
+            &["entry 2 of the audit log is not what was written"],
+        ),
+        (
+            "who did it",
+            "UPDATE audit SET key_id = 'somebody' WHERE seq = 2",
+            &["entry 2 of the audit log is not what was written"],
+        ),
+        (
+            "an entry without a digest",
+            "INSERT INTO audit (at, origin, action, resource) VALUES ('2026-01-01T00:00:00.000Z', 'service', 'x', '/x')",
+            &["has no digest"],
+        ),
+        (
+            "a machine's revision",
+            "UPDATE machines SET last_revision = 7 WHERE machine_id = 'dmu-80'",
+            &["its last one is 1"],
+        ),
+    ];
+    for (number, (what, statements, told)) in edits.into_iter().enumerate() {
+        let data = folder.path().join(format!("edited-{number}"));
+        copied(&sound, &data);
+        rewritten(&data, statements).await;
+        eprintln!("{what}");
+        assert_unsound(&data, told);
+        // SQLite itself has nothing to say.
+        assert!(trunnion(&data, &["doctor", "--quick"]).status.success(), "{what}");
+    }
+    let data = folder.path().join("no-trigger");
+    copied(&sound, &data);
+    let pool = open(&data).await;
+    execute(&pool, "DROP TRIGGER audit_never_goes").await;
+    pool.close().await;
+    assert_unsound(&data, &["the trigger audit_never_goes is missing from the schema"]);
+}
+
+#[tokio::test]
+async fn a_zeroed_overflow_page_is_found() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    used(&data).await;
+    let report = json!({"text": "overflowing ".repeat(2000)}).to_string();
+    rewritten(
+        &data,
+        &format!(
+            "UPDATE jobs SET report = '{report}', report_sha256 = '{}'; PRAGMA wal_checkpoint(TRUNCATE)",
+            sha256_hex(report.as_bytes())
+        ),
+    )
+    .await;
+    let looked = trunnion(&data, &["doctor", "--deep"]);
+    assert!(looked.status.success(), "{}", said(&looked));
+    let database = data.join("trunnion.sqlite");
+    let mut bytes = std::fs::read(&database).unwrap();
+    let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
+    let marker = b"overflowing overflowing overflowing";
+    let holds = |page: &[u8]| page.windows(marker.len()).any(|window| window == marker);
+    let last = bytes.chunks(page).rposition(holds).unwrap();
+    bytes[last * page + 4..(last + 1) * page].fill(0);
+    std::fs::write(&database, bytes).unwrap();
+    assert_eq!(trunnion(&data, &["doctor", "--deep"]).status.code(), Some(1));
+    assert_eq!(trunnion(&data, &["backup", path(&folder.path().join("backup"))]).status.code(), Some(2));
+}
+
+/// The head that the doctor tells.
+fn head(data: &Path) -> String {
+    let looked = trunnion(data, &["doctor", "--deep"]);
+    let text = said(&looked);
+    assert!(looked.status.success(), "{text}");
+    let (_, head) = text.split_once("head ").unwrap();
+    head.split_whitespace().next().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn a_head_kept_elsewhere_finds_a_log_that_was_rewritten_without_a_trace() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    used(&data).await;
+    let kept = head(&data);
+    // What came later stands after it.
+    assert!(trunnion(&data, &["keys", "create", "--name", "third", "--scopes", "read"]).status.success());
+    let grown = trunnion(&data, &["doctor", "--audit-head", &kept]);
+    assert!(grown.status.success() && said(&grown).contains("as it is known"), "{}", said(&grown));
+    // The last two entries go with their keys, and the count with them: nothing in the directory tells.
+    rewritten(
+        &data,
+        "DELETE FROM api_keys WHERE name IN ('hall', 'third');
+         DELETE FROM audit WHERE seq > (SELECT max(seq) - 2 FROM audit);
+         UPDATE sqlite_sequence SET seq = (SELECT max(seq) FROM audit) WHERE name = 'audit'",
+    )
+    .await;
+    assert_ne!(head(&data), kept);
+    let found = trunnion(&data, &["doctor", "--audit-head", &kept]);
+    assert_eq!(found.status.code(), Some(1), "{}", said(&found));
+    assert!(said(&found).contains("is known from elsewhere"), "{}", said(&found));
+    // So is another digest under the same number.
+    let (seq, _) = kept.split_once(':').unwrap();
+    let other = format!("{}:{}", seq.parse::<i64>().unwrap() - 1, "ab".repeat(32));
+    let found = trunnion(&data, &["doctor", "--audit-head", &other]);
+    assert_eq!(found.status.code(), Some(1), "{}", said(&found));
+    assert!(said(&found).contains("was rewritten"), "{}", said(&found));
+    let unreadable = trunnion(&data, &["doctor", "--audit-head", "42"]);
+    assert_eq!(unreadable.status.code(), Some(2), "{}", said(&unreadable));
+}
+
+#[tokio::test]
+async fn the_audit_log_as_it_is_answered_is_the_documented_chain() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |_| {}).await;
+    assert_eq!(app.put_machine("dmu-80", &ac_table()).await.status(), 201);
+    posted(&app).await;
+    let list: Value = app.get("/v1/audit").await.json().await.unwrap();
+    let mut previous = "0".repeat(64);
+    let entries: Vec<&Value> = list["items"].as_array().unwrap().iter().rev().collect();
+    assert!(entries.len() >= 4, "{list}");
+    for entry in entries {
+        let mut content = vec![json!("trunnion-audit-1"), json!(previous)];
+        content.extend(
+            [
+                "seq",
+                "at",
+                "origin",
+                "key_id",
+                "action",
+                "method",
+                "route",
+                "request_id",
+                "machine_id",
+                "resource",
+                "revision_before",
+                "revision_after",
+            ]
+            .map(|member| entry[member].clone()),
+        );
+        let digest = Sha256::digest(serde_json::to_vec(&content).unwrap());
+        previous = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(entry["sha256"], previous.as_str(), "{entry}");
+    }
+    app.stop().await;
+    assert!(head(&data).ends_with(&previous));
+}
+
+#[tokio::test]
+async fn entries_of_an_earlier_version_are_chained_at_the_first_start() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    used(&data).await;
+    let before = head(&data);
+    rewritten(&data, "UPDATE audit SET sha256 = NULL").await;
+    assert_eq!(trunnion(&data, &["doctor", "--deep"]).status.code(), Some(1));
+    assert!(trunnion(&data, &["migrate"]).status.success());
+    assert_eq!(head(&data), before);
+}
+
+#[tokio::test]
+async fn a_backup_has_the_head_in_its_manifest_and_is_restored_with_no_other() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    used(&data).await;
+    let backup = folder.path().join("backup");
+    assert!(trunnion(&data, &["backup", path(&backup)]).status.success());
+    let place = backup.join("manifest.json");
+    let mut manifest: Value = serde_json::from_slice(&std::fs::read(&place).unwrap()).unwrap();
+    let told = &manifest["audit_head"];
+    assert_eq!(format!("{}:{}", told["seq"], told["sha256"].as_str().unwrap()), head(&data));
+    let restored = folder.path().join("restored");
+    manifest["audit_head"]["sha256"] = json!("ab".repeat(32));
+    std::fs::write(&place, manifest.to_string()).unwrap();
+    let refused = trunnion(&restored, &["restore", path(&backup)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("audit log ends at"), "{}", said(&refused));
+    // An edit of the database that the manifest was made to agree with is found in the rows.
+    let database = backup.join("trunnion.sqlite");
+    rewritten(
+        &backup,
+        "UPDATE jobs SET report = json_set(report, '$.blocks_out', 1); PRAGMA wal_checkpoint(TRUNCATE)",
+    )
+    .await;
+    let bytes = std::fs::read(&database).unwrap();
+    manifest["audit_head"] = Value::Null;
+    manifest["files"]["trunnion.sqlite"] = json!({"bytes": bytes.len(), "sha256": sha256_hex(&bytes)});
+    std::fs::write(&place, manifest.to_string()).unwrap();
+    let refused = trunnion(&restored, &["restore", path(&backup)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("report has the SHA-256"), "{}", said(&refused));
+    assert!(!restored.exists());
+}
+
+/// Waits until readiness says this.
+async fn until(app: &App, status: &str) -> Value {
+    for _ in 0..600 {
+        let body: Value = app.get("/readyz").await.json().await.unwrap();
+        if body["status"] == status {
+            return body;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    panic!("readiness was never {status}");
+}
+
+#[tokio::test]
+async fn a_scrub_finds_what_nobody_asks_for_and_forgets_what_is_well_again() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |settings| settings.scrub_interval_s = 0.05).await;
+    posted(&app).await;
+    let blob: PathBuf = files(&data.join("blobs")).pop().unwrap();
+    let sound = std::fs::read(&blob).unwrap();
+    std::fs::write(&blob, "rotten").unwrap();
+    let told = until(&app, "degraded").await;
+    assert!(told["reasons"][0].as_str().unwrap().contains("damaged stored files"), "{told}");
+    std::fs::write(&blob, &sound).unwrap();
+    until(&app, "ready").await;
+    let metrics = app.get("/metrics").await.text().await.unwrap();
+    assert!(metrics.contains("\ntrunnion_scrub_last_timestamp_seconds "), "{metrics}");
+    assert!(metrics.contains("\ntrunnion_scrub_findings 0\n"), "{metrics}");
+    let edit = "UPDATE jobs SET report = json_set(report, '$.blocks_out', 1)";
+    let pool = open(&data).await;
+    execute(&pool, edit).await;
+    pool.close().await;
+    let told = until(&app, "degraded").await;
+    assert!(told["reasons"][0].as_str().unwrap().contains("findings of the last scrub: 1"), "{told}");
+    app.stop().await;
+}
