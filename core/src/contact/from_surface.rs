@@ -217,9 +217,9 @@ fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3)
         let middle = 0.5 * (low + high);
         let (_, away) = body.distance_and_gradient(pose, from_mm + side_mm * middle);
         if away.dot(&side_mm) > 0.0 {
-            high = middle
+            high = middle;
         } else {
-            low = middle
+            low = middle;
         }
         halvings += 1;
     }

@@ -146,7 +146,6 @@ pub(super) fn divide_at<T: Copy>(
 const DIGIT_BITS: u32 = 16;
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 mod tests {
     use super::*;
 

@@ -129,7 +129,6 @@ fn hash(key: [u64; 3]) -> usize {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 mod tests {
     use std::ops::ControlFlow;
 
