@@ -6,6 +6,7 @@ mod audit;
 mod body;
 mod calibrations;
 pub mod caller;
+mod coding;
 mod conditional;
 pub mod connections;
 mod current_machine;

@@ -87,7 +87,7 @@ catalogue! {
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
         "Replacing or deleting a machine or a tool needs the If-Match header with the ETag of the revision that was read.";
     BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
-        "The detail names the limit. It counts bytes after decompression.";
+        "The detail names the limit. It counts bytes after decompression. A body that unpacks to far more than a program does is refused too: send it without compression, or in parts.";
     UrlTooLong = URI_TOO_LONG, "url-too-long", "The address is too long",
         "Path and query together are longer than the limit that the detail names. Send long parameters in the body, as the form field parameters.";
     HeaderTooLarge = REQUEST_HEADER_FIELDS_TOO_LARGE, "header-too-large", "The header is too large",

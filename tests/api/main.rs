@@ -6,6 +6,7 @@ mod assume_nothing;
 mod audit;
 mod backups;
 mod calibrations;
+mod codings;
 mod command_line;
 mod compensation;
 mod documents;
