@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use super::coding::CodingFault;
 use super::problem::{Problem, ProblemType};
+use crate::jobs::memory;
 
 /// A body being read.
 pub(super) struct Incoming {
@@ -105,6 +106,9 @@ fn next_of(
 #[error("the header of a field is too long")]
 struct FieldHeaderTooLong;
 
+/// A body pays for so much at a time; up to this it is part of what every request pays \[bytes\].
+const PAID_AT_ONCE: u64 = 64 << 10;
+
 /// How long a refused body is still swallowed, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);
 
@@ -149,6 +153,7 @@ impl Incoming {
         // A small body comes in one chunk, which is the whole as it is.
         let mut first = Bytes::new();
         let mut whole = BytesMut::new();
+        let mut paid = 0;
         while let Some(chunk) = self.next().await? {
             if (first.len().max(whole.len()) + chunk.len()) as u64 > limit {
                 drop((first, whole));
@@ -160,6 +165,17 @@ impl Incoming {
             }
             if whole.is_empty() {
                 whole.extend_from_slice(&first);
+            }
+            // Paid as it arrives, a piece at a time.
+            let needed = (whole.len() + chunk.len()) as u64;
+            if needed > PAID_AT_ONCE && needed > paid {
+                paid += PAID_AT_ONCE;
+                // Twice, as what it is gathered in grows by doubling and is moved.
+                if let Err(fault) = memory::keep(2 * PAID_AT_ONCE) {
+                    drop((first, whole));
+                    self.swallow().await;
+                    return Err(fault.into());
+                }
             }
             whole.extend_from_slice(&chunk);
         }

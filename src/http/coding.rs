@@ -17,6 +17,7 @@ use hyper::body::Frame;
 use thiserror::Error;
 
 use super::problem::{Problem, ProblemType};
+use crate::jobs::memory::{self, Lease, MemoryFault};
 use gzip::Gzip;
 use zstd::Zstd;
 
@@ -77,6 +78,9 @@ pub(super) enum CodingFault {
     /// The decoder could not be made.
     #[error("there is no memory for a decoder; retry later")]
     NoDecoder,
+    /// The decoder's window has no room in the budget.
+    #[error(transparent)]
+    Memory(#[from] MemoryFault),
 }
 
 impl From<CodingFault> for Problem {
@@ -84,6 +88,7 @@ impl From<CodingFault> for Problem {
         let kind = match fault {
             CodingFault::Ratio { .. } => ProblemType::BodyTooLarge,
             CodingFault::NoDecoder => ProblemType::Busy,
+            CodingFault::Memory(fault) => return fault.into(),
             _ => ProblemType::MalformedRequest,
         };
         Self::new(kind, fault.to_string())
@@ -170,6 +175,14 @@ impl Decoder {
         }
     }
 
+    /// What it holds, its window included \[bytes\].
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Gzip(_) => gzip::STATE_BYTES,
+            Self::Zstd(zstd) => zstd.bytes(),
+        }
+    }
+
     /// Whether everything that was begun is whole.
     fn is_between(&self) -> bool {
         match self {
@@ -191,8 +204,8 @@ struct Unpacked {
 }
 
 enum State {
-    /// The decoder, and whether it has more to make of what it has read.
-    Reading { decoder: Decoder, full: bool },
+    /// The decoder, whether it has more to make of what it has read, and what it pays.
+    Reading { decoder: Decoder, full: bool, paid: Option<Lease> },
     /// All is told.
     Ended,
     /// What still arrives is thrown away.
@@ -201,15 +214,20 @@ enum State {
 
 impl Unpacked {
     fn new(packed: Body, decoder: Decoder) -> Self {
-        let state = State::Reading { decoder, full: false };
+        let paid = memory::account().map(|account| account.lease());
+        let state = State::Reading { decoder, full: false, paid };
         Self { packed, input: Bytes::new(), state, room: vec![0; ROOM], given: 0, made: 0 }
     }
 
     /// The next bytes of the content, from what has arrived.
     fn next(&mut self) -> Result<Option<Bytes>, CodingFault> {
-        let State::Reading { decoder, full } = &mut self.state else { return Ok(None) };
+        let State::Reading { decoder, full, paid } = &mut self.state else { return Ok(None) };
         while *full || !self.input.is_empty() {
             let step = decoder.step(&self.input, &mut self.room)?;
+            // A window is taken when the header of its frame is read: no more than one for each thread is not paid yet.
+            if let Some(paid) = paid {
+                paid.grow_to((decoder.bytes() + ROOM) as u64)?;
+            }
             drop(self.input.split_to(step.taken));
             *full = step.full;
             self.given += step.taken as u64;

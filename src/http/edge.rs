@@ -18,11 +18,13 @@ use tower::{Layer, Service};
 use uuid::Uuid;
 
 use super::AppState;
-use super::admission::admit;
+use super::admission::{admit, is_watching, payer};
 use super::coding::{TAKEN, coding, unpacked};
 use super::guard::guard;
 use super::observation::watch;
+use super::printed::settled;
 use super::problem::{Problem, ProblemType};
+use crate::jobs::memory::paid_by;
 
 /// The id of a request, as the header that its answer has.
 #[derive(Debug, Clone)]
@@ -92,10 +94,19 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
         Ok(request) => request,
         Err(refusal) => return *refusal,
     };
-    match admit(app, &request) {
-        Some(refusal) => refusal,
-        None => answered(request, route).await,
+    if let Some(refusal) = admit(app, &request) {
+        return refusal;
     }
+    // What watches the service is answered whatever it holds.
+    if is_watching(request.extensions()) {
+        return answered(request, route).await;
+    }
+    let account = match app.memory.open(payer(request.extensions())) {
+        Ok(account) => account,
+        Err(fault) => return Problem::from(fault).into_response(),
+    };
+    let response = paid_by(account.clone(), answered(request, route)).await;
+    settled(app, account, response).await
 }
 
 /// Hands on a request whose body is what it was before it was compressed.

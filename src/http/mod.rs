@@ -26,6 +26,7 @@ pub mod observation;
 mod openapi;
 mod pages;
 mod paging;
+mod printed;
 pub mod problem;
 mod problem_type;
 mod programs;

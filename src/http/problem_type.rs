@@ -128,6 +128,8 @@ catalogue! {
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
+    MemoryFull = SERVICE_UNAVAILABLE, "memory-full", "There is no memory for the request now",
+        "Requests share a budget of memory (max_memory_bytes), and one caller gets a part of it. The detail says what the request needs, what the caller's other requests hold and what is free. Retry after the time that Retry-After names, ask for less at once, or send fewer requests side by side.";
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
         "The computation was stopped and nothing was stored. Retry later or split the request.";
     StorageUnavailable = SERVICE_UNAVAILABLE, "storage-unavailable", "Nothing can be stored now",

@@ -14,6 +14,7 @@ use super::observation::{Exporter, Operations};
 use super::problem::Problem;
 use super::rates::Rates;
 use crate::config::Settings;
+use crate::jobs::memory::Memory;
 use crate::jobs::{
     Compensator, Compute, Courier, Limits, Means, OpenFault, Queue, QueueLimits, Sources, Spool,
     open_data_directory,
@@ -42,6 +43,8 @@ pub struct Shared {
     operations: OnceLock<Operations>,
     /// Requests whose client left before the answer.
     pub(super) abandoned: Counter,
+    /// The memory that requests share.
+    pub memory: Memory,
     /// How often callers may ask, where that is limited.
     pub(super) rates: Option<Rates>,
     exporter: OnceLock<Arc<dyn Exporter>>,
@@ -86,6 +89,8 @@ impl AppState {
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
+        let memory =
+            Memory::within(settings.max_memory_bytes, settings.max_connections, settings.computations());
         let compute = Compute::new(
             settings.computations(),
             settings.max_waiting_computations,
@@ -123,6 +128,7 @@ impl AppState {
             queue,
             operations: OnceLock::new(),
             abandoned: Counter::new(),
+            memory,
             rates,
             exporter: OnceLock::new(),
             began: Instant::now(),

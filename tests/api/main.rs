@@ -23,6 +23,7 @@ mod limits;
 mod limits_beyond;
 mod lost_database;
 mod machines;
+mod memory;
 mod mutations;
 mod observation;
 mod one_pass;

@@ -6,6 +6,8 @@ use super::{CodingFault, Step};
 
 /// Longest header of a member with all its optional fields \[bytes\]: the extra field alone may have 65 535.
 const MAX_HEADER_BYTES: usize = 128 * 1024;
+/// What one decoder holds: the tables and the window of the inflater, rounded up \[bytes\].
+pub(super) const STATE_BYTES: usize = 64 * 1024;
 
 /// Flags of a header (RFC 1952 §2.3.1); the first says that the content may be text and changes nothing.
 const HEADER_CHECK: u8 = 1 << 1;

@@ -37,6 +37,11 @@ impl Zstd {
         !self.within
     }
 
+    /// What the reader holds now, its window included \[bytes\].
+    pub(super) fn bytes(&self) -> usize {
+        self.context.sizeof()
+    }
+
     /// Reads on.
     pub(super) fn step(&mut self, input: &[u8], room: &mut [u8]) -> Result<Step, CodingFault> {
         let size = room.len();

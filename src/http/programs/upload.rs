@@ -11,8 +11,10 @@ use serde::de::DeserializeOwned;
 
 use crate::http::AppState;
 use crate::http::body::{BetweenFields, Incoming, content_length, media_type, unreadable};
+use crate::http::extract::parsed_bytes;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::Upload as Spooling;
+use crate::jobs::memory;
 use crate::store::Draft;
 use crate::wire::{Fault, read_json, read_query};
 
@@ -206,6 +208,7 @@ async fn fields<D>(
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
+                memory::keep(parsed_bytes(&text))?;
                 document = Some(read(&text)?);
             }
             "program" if program.is_none() => {
