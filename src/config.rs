@@ -66,6 +66,8 @@ settings! {
     max_surface_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_BYTES";
     /// Most memory that uploaded surfaces may take together while they are worked on (bytes)
     max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
+    /// Most memory that the process takes for requests, their answers and itself; surfaces have their own limit (bytes)
+    max_memory_bytes: u64 = 512 << 20, "TRUNNION_MAX_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
     /// Largest document beside a program, the form field `parameters` or `job` (bytes)
@@ -305,6 +307,7 @@ impl Settings {
         in_range("max_body_bytes", self.max_body_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_bytes", self.max_surface_bytes as f64, 1.0, 1e12)?;
         in_range("max_surface_memory_bytes", self.max_surface_memory_bytes as f64, 1.0, 1e12)?;
+        in_range("max_memory_bytes", self.max_memory_bytes as f64, 134_217_728.0, 1e13)?;
         in_range("max_json_bytes", self.max_json_bytes as f64, 1.0, 1e9)?;
         in_range("max_parameters_bytes", self.max_parameters_bytes as f64, 1.0, 1e9)?;
         in_range("max_poses", self.max_poses as f64, 1.0, 1e8)?;

@@ -130,6 +130,10 @@ impl StartFault {
 /// Least room for what has arrived of a connection and was not taken yet \[bytes\].
 const LEAST_BUFFER_BYTES: usize = 64 << 10;
 
+/// What may arrive on a connection of HTTP/2 before it is read, and on one of its streams \[bytes\].
+const CONNECTION_WINDOW_BYTES: u32 = 128 << 10;
+const STREAM_WINDOW_BYTES: u32 = 64 << 10;
+
 /// Who is let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarding {
@@ -260,6 +264,9 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
         .http_builder()
         .http2()
         .max_concurrent_streams(64)
+        .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
+        .initial_stream_window_size(STREAM_WINDOW_BYTES)
+        .max_send_buf_size(STREAM_WINDOW_BYTES as usize)
         .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
     server
 }

@@ -14,6 +14,7 @@ use super::guard::note_refusal;
 use super::problem::{Problem, ProblemType};
 use super::rates::Who;
 use super::security_log::Reason;
+use crate::jobs::memory::Payer;
 
 /// Asked by what watches the service, and never refused for asking often.
 const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
@@ -27,6 +28,26 @@ pub(super) fn admit(app: &AppState, request: &Request) -> Option<Response> {
     turned_away(app, request.method(), request.extensions(), key_id.as_ref())
 }
 
+/// Whether the request is one of those that watch the service.
+pub(super) fn is_watching(extensions: &Extensions) -> bool {
+    extensions.get::<MatchedPath>().is_some_and(|path| WATCHING.contains(&path.as_str()))
+}
+
+/// Who pays for the memory of a request: a key, or an address where none was accepted.
+pub(super) fn payer(extensions: &Extensions) -> Payer {
+    let key_id = extensions.get::<Caller>().and_then(|caller| caller.key_id.clone());
+    match who(extensions, key_id) {
+        Who::Key(id) => Payer::Key(id),
+        Who::Peer(site) => Payer::Site(site),
+        Who::Others => Payer::Others,
+    }
+}
+
+fn who(extensions: &Extensions, key_id: Option<Arc<str>>) -> Who {
+    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
+    key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key)
+}
+
 /// The answer to one who asks too often: by key, or by address where none was accepted.
 pub(super) fn turned_away(
     app: &AppState,
@@ -35,14 +56,10 @@ pub(super) fn turned_away(
     key_id: Option<&Arc<str>>,
 ) -> Option<Response> {
     let rates = app.rates.as_ref()?;
-    let path = extensions.get::<MatchedPath>().map(MatchedPath::as_str);
-    if path.is_some_and(|path| WATCHING.contains(&path)) {
+    if is_watching(extensions) {
         return None;
     }
-    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
-    let at_address = || peer.map_or(Who::Others, |peer| Who::at(peer.0.ip()));
-    let who = key_id.map_or_else(at_address, |id| Who::Key(Arc::clone(id)));
-    let wait = rates.admit(who).err()?;
+    let wait = rates.admit(who(extensions, key_id.cloned())).err()?;
     note_refusal(app, Reason::Rate, key_id.map(|id| &**id), method, extensions);
     let rate = app.settings.max_rate_per_s;
     let detail = format!("more than {rate} requests a second from one caller");

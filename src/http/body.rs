@@ -1,6 +1,7 @@
 //! Bodies, chunk by chunk: bounded in length and in the pauses between chunks.
 
 use std::borrow::Cow;
+use std::error::Error;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,7 +16,9 @@ use http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE};
 use http_body_util::BodyExt;
 use thiserror::Error;
 
+use super::coding::CodingFault;
 use super::problem::{Problem, ProblemType};
+use crate::jobs::memory;
 
 /// A body being read.
 pub(super) struct Incoming {
@@ -45,6 +48,29 @@ impl BetweenFields {
         self.left.store(UNBOUNDED, Ordering::Relaxed);
     }
 
+    /// Reads what follows the form to the body's end: nothing, and what a compressed body has to end with.
+    ///
+    /// # Errors
+    /// There is more, or the end is damaged or missing.
+    pub(super) async fn end(&self, pause: Duration) -> Result<(), Problem> {
+        let mut left = self.header_bytes;
+        loop {
+            let next = std::future::poll_fn(|context| next_of(&self.chunks, context));
+            match next_within(next, pause).await? {
+                None => return Ok(()),
+                Some(Err(fault)) => return Err(broken(&fault)),
+                Some(Ok(chunk)) if chunk.len() <= left => left -= chunk.len(),
+                Some(Ok(_)) => {
+                    let limit = self.header_bytes;
+                    let detail = format!(
+                        "more than {limit} bytes follow the form; end the body with its last boundary"
+                    );
+                    return Err(Problem::new(ProblemType::MalformedRequest, detail));
+                }
+            }
+        }
+    }
+
     /// Reads on as [`Incoming::swallow`] does, once the form's reader has given up.
     pub(super) async fn swallow(&self) {
         swallowed(stream::poll_fn(|context| next_of(&self.chunks, context))).await;
@@ -63,6 +89,11 @@ async fn swallowed<T, E>(mut rest: impl Stream<Item = Result<T, E>> + Unpin) {
     }
 }
 
+/// What comes next, if it comes in time.
+async fn next_within<T>(next: impl Future<Output = T>, pause: Duration) -> Result<T, Problem> {
+    tokio::time::timeout(pause, next).await.map_err(|_elapsed| too_slow(pause))
+}
+
 fn next_of(
     chunks: &Mutex<Fuse<BodyDataStream>>,
     context: &mut Context<'_>,
@@ -74,6 +105,9 @@ fn next_of(
 #[derive(Debug, Clone, Copy, Error)]
 #[error("the header of a field is too long")]
 struct FieldHeaderTooLong;
+
+/// A body pays for so much at a time; up to this it is part of what every request pays \[bytes\].
+const PAID_AT_ONCE: u64 = 64 << 10;
 
 /// How long a refused body is still swallowed, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);
@@ -90,10 +124,15 @@ impl Incoming {
             if self.body.is_end_stream() {
                 return Ok(None);
             }
-            let frame = tokio::time::timeout(self.pause, self.body.frame()).await;
-            match frame.map_err(|_elapsed| too_slow(self.pause))? {
+            match next_within(self.body.frame(), self.pause).await? {
                 None => return Ok(None),
-                Some(Err(fault)) => return Err(broken(&fault)),
+                Some(Err(fault)) => {
+                    let refusal = broken(&fault);
+                    if refusal.kind() == ProblemType::BodyTooLarge {
+                        self.swallow().await;
+                    }
+                    return Err(refusal);
+                }
                 Some(Ok(frame)) => {
                     if let Ok(bytes) = frame.into_data()
                         && !bytes.is_empty()
@@ -114,6 +153,7 @@ impl Incoming {
         // A small body comes in one chunk, which is the whole as it is.
         let mut first = Bytes::new();
         let mut whole = BytesMut::new();
+        let mut paid = 0;
         while let Some(chunk) = self.next().await? {
             if (first.len().max(whole.len()) + chunk.len()) as u64 > limit {
                 drop((first, whole));
@@ -125,6 +165,17 @@ impl Incoming {
             }
             if whole.is_empty() {
                 whole.extend_from_slice(&first);
+            }
+            // Paid as it arrives, a piece at a time.
+            let needed = (whole.len() + chunk.len()) as u64;
+            if needed > PAID_AT_ONCE && needed > paid {
+                paid += PAID_AT_ONCE;
+                // Twice, as what it is gathered in grows by doubling and is moved.
+                if let Err(fault) = memory::keep(2 * PAID_AT_ONCE) {
+                    drop((first, whole));
+                    self.swallow().await;
+                    return Err(fault.into());
+                }
             }
             whole.extend_from_slice(&chunk);
         }
@@ -193,7 +244,13 @@ fn too_slow(pause: Duration) -> Problem {
     Problem::new(ProblemType::RequestTimeout, detail)
 }
 
+/// The refusal of a body that does not come in whole.
 fn broken(fault: &axum::Error) -> Problem {
     tracing::debug!(error = %fault, "a body broke off");
-    Problem::new(ProblemType::MalformedRequest, "the body ends early or cannot be decompressed")
+    unreadable(fault).unwrap_or_else(|| Problem::new(ProblemType::MalformedRequest, "the body ends early"))
+}
+
+/// The refusal of a body that cannot be unpacked, where that made the fault.
+pub(super) fn unreadable(fault: &(dyn Error + 'static)) -> Option<Problem> {
+    CodingFault::within(fault).map(|fault| Problem::from(*fault))
 }

@@ -7,25 +7,26 @@ use std::panic::AssertUnwindSafe;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use axum::body::Body;
 use axum::extract::Request;
 use axum::response::{IntoResponse, Response};
 use axum::routing::Route;
 use futures::FutureExt;
 use futures::future::BoxFuture;
 use http::HeaderValue;
-use http::header::CONTENT_ENCODING;
-use tower::{Layer, Service, ServiceExt};
-use tower_http::decompression::RequestDecompression;
+use http::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
+use tower::{Layer, Service};
 use uuid::Uuid;
 
 use super::AppState;
-use super::admission::admit;
+use super::admission::{admit, is_watching, payer};
+use super::coding::{TAKEN, coding, unpacked};
 use super::guard::{guard, note_refusal};
 use super::host::one_host;
 use super::observation::watch;
+use super::printed::settled;
 use super::problem::{Problem, ProblemType};
 use super::security_log::Reason;
+use crate::jobs::memory::paid_by;
 
 /// The id that we give a request, as the header that its answer has.
 #[derive(Debug, Clone)]
@@ -99,36 +100,46 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
         Ok(request) => request,
         Err(refusal) => return *refusal,
     };
-    match admit(app, &request) {
-        Some(refusal) => refusal,
-        None => answered(request, route).await,
+    if let Some(refusal) = admit(app, &request) {
+        return refusal;
     }
+    // What watches the service is answered whatever it holds.
+    if is_watching(request.extensions()) {
+        return answered(request, route).await;
+    }
+    let account = match app.memory.open(payer(request.extensions())) {
+        Ok(account) => account,
+        Err(fault) => return Problem::from(fault).into_response(),
+    };
+    let response = paid_by(account.clone(), answered(request, route)).await;
+    settled(app, account, response).await
 }
 
-/// Hands on a request whose body is what it says before it was compressed.
-async fn answered(mut request: Request, mut route: Route) -> Response {
-    let answered = if let Some(coding) = request.headers_mut().get_mut(CONTENT_ENCODING) {
-        if let Some(plain) = usual_name(coding) {
-            *coding = HeaderValue::from_static(plain);
+/// Hands on a request whose body is what it was before it was compressed.
+async fn answered(request: Request, mut route: Route) -> Response {
+    let request = if request.headers().contains_key(CONTENT_ENCODING) {
+        match plain(request) {
+            Ok(request) => request,
+            Err(refusal) => return *refusal,
         }
-        // Boxed, as it is rare: its room would be part of every request's.
-        Box::pin(RequestDecompression::new(route).oneshot(request))
-            .await
-            .map(|response| response.map(Body::new))
     } else {
-        route.call(request).await
+        request
     };
-    match answered {
+    match route.call(request).await {
         Ok(response) => response,
         Err(fault) => match fault {},
     }
 }
 
-/// The name of a coding as the decoder knows it: names have no case, and one has two (RFC 9110 §8.4.1).
-fn usual_name(coding: &HeaderValue) -> Option<&'static str> {
-    let given = coding.to_str().ok()?.trim();
-    let known = [("gzip", "gzip"), ("x-gzip", "gzip"), ("zstd", "zstd"), ("identity", "identity")];
-    known.iter().find(|(name, _)| given.eq_ignore_ascii_case(name)).map(|(_, usual)| *usual)
+/// The request before it was compressed.
+fn plain(request: Request) -> Result<Request, Box<Response>> {
+    if let Some(coding) = coding(request.headers()) {
+        return unpacked(request, coding).map_err(|fault| Box::new(Problem::from(fault).into_response()));
+    }
+    let detail = "content codings are gzip and zstd, one of them for a body";
+    let mut refusal = Problem::new(ProblemType::UnsupportedMediaType, detail).into_response();
+    refusal.headers_mut().insert(ACCEPT_ENCODING, HeaderValue::from_static(TAKEN));
+    Err(Box::new(refusal))
 }
 
 // What lies round an answer is put together from futures that are there: an async function would keep each twice, as what

@@ -7,6 +7,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 pub use super::problem_type::ProblemType;
+use crate::jobs::memory::MemoryFault;
 use crate::jobs::{
     CompensatorFault, ComputeFault, JobFault, KinematicsFault, PartSurfaceFault, RefusalClass,
     ServoWorkFault, SpoolFault, TooCostly, WearFault,
@@ -274,9 +275,20 @@ impl From<ComputeFault> for Problem {
     fn from(fault: ComputeFault) -> Self {
         match fault {
             ComputeFault::Busy => Self::new(ProblemType::Busy, fault.to_string()),
+            ComputeFault::Memory(fault) => fault.into(),
             ComputeFault::Panicked => Self::internal(&fault),
             ComputeFault::TooCostly { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
         }
+    }
+}
+
+impl From<MemoryFault> for Problem {
+    fn from(fault: MemoryFault) -> Self {
+        let kind = match fault {
+            MemoryFault::Never { .. } => ProblemType::BodyTooLarge,
+            MemoryFault::Now { .. } => ProblemType::MemoryFull,
+        };
+        Self::new(kind, fault.to_string())
     }
 }
 

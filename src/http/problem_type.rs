@@ -87,7 +87,7 @@ catalogue! {
     PreconditionRequired = PRECONDITION_REQUIRED, "precondition-required", "If-Match is needed",
         "Replacing or deleting a machine or a tool needs the If-Match header with the ETag of the revision that was read.";
     BodyTooLarge = PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large",
-        "The detail names the limit. It counts bytes after decompression.";
+        "The detail names the limit. It counts bytes after decompression. A body that unpacks to far more than a program does is refused too: send it without compression, or in parts.";
     UrlTooLong = URI_TOO_LONG, "url-too-long", "The address is too long",
         "Path and query together are longer than the limit that the detail names. Send long parameters in the body, as the form field parameters.";
     HeaderTooLarge = REQUEST_HEADER_FIELDS_TOO_LARGE, "header-too-large", "The header is too large",
@@ -130,6 +130,8 @@ catalogue! {
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
+    MemoryFull = SERVICE_UNAVAILABLE, "memory-full", "There is no memory for the request now",
+        "Requests share a budget of memory (max_memory_bytes), and one caller gets a part of it. The detail says what the request needs, what the caller's other requests hold and what is free. Retry after the time that Retry-After names, ask for less at once, or send fewer requests side by side.";
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
         "The computation was stopped and nothing was stored. Retry later or split the request.";
     StorageUnavailable = SERVICE_UNAVAILABLE, "storage-unavailable", "Nothing can be stored now",

@@ -60,6 +60,7 @@ macro_rules! refusals {
                     ProblemType::Internal,
                     ProblemType::StorageUnavailable,
                     ProblemType::TimedOut,
+                    ProblemType::MemoryFull,
                 ])
             }
         }

@@ -15,6 +15,7 @@ use super::problem::Problem;
 use super::rates::Rates;
 use super::security_log::SecurityLog;
 use crate::config::Settings;
+use crate::jobs::memory::Memory;
 use crate::jobs::{
     Compensator, Compute, Courier, Keeper, Limits, Means, OpenFault, Queue, QueueLimits, ScrubLimits,
     Sources, Spool, open_data_directory,
@@ -43,6 +44,8 @@ pub struct Shared {
     operations: OnceLock<Operations>,
     /// Requests whose client left before the answer.
     pub(super) abandoned: Counter,
+    /// The memory that requests share.
+    pub memory: Memory,
     /// How often callers may ask, where that is limited.
     pub(super) rates: Option<Rates>,
     exporter: OnceLock<Arc<dyn Exporter>>,
@@ -91,6 +94,8 @@ impl AppState {
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
+        let memory =
+            Memory::within(settings.max_memory_bytes, settings.max_connections, settings.computations());
         let compute = Compute::new(
             settings.computations(),
             settings.max_waiting_computations,
@@ -137,6 +142,7 @@ impl AppState {
             queue,
             operations: OnceLock::new(),
             abandoned: Counter::new(),
+            memory,
             rates,
             exporter: OnceLock::new(),
             began: Instant::now(),

@@ -12,6 +12,7 @@ use tokio_util::sync::CancellationToken;
 use super::PartSurfaceFault;
 use super::compute_threads::ComputeThreads;
 use super::cpu_time::CpuTime;
+use super::memory::{self, MemoryFault};
 use crate::meter;
 use crate::process::Stop;
 use crate::surface::Mesh;
@@ -23,6 +24,9 @@ pub enum ComputeFault {
     /// All places are taken, the waiting ones too.
     #[error("all computations are busy")]
     Busy,
+    /// There is no memory for what it takes.
+    #[error(transparent)]
+    Memory(#[from] MemoryFault),
     /// The computation panicked: a fault of ours.
     #[error("the computation panicked")]
     Panicked,
@@ -242,6 +246,11 @@ impl Compute {
         let waiting = meter::WAITING.enter();
         let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
         drop(waiting);
-        self.run_at((place, turn), CancellationToken::new(), work).await
+        let account = memory::account();
+        if let Some(account) = &account {
+            account.begin_work()?;
+        }
+        // What is paid is held by the thread too: it computes on for a moment once the client has left.
+        self.run_at((place, turn, account), CancellationToken::new(), work).await
     }
 }

@@ -150,43 +150,69 @@ impl InverseTask {
         }
     }
 
+    /// What the joints of so many poses take while they are solved, besides the poses \[bytes\]: for each the joints, how well they
+    /// are conditioned, the way among the states and its words, and, once the poses are gone, the joints in the answer's form.
+    #[must_use]
+    pub fn working_bytes(&self, poses: usize) -> u64 {
+        const SOLVED: usize = 6 * size_of::<f64>();
+        const WAY: usize = 2 * size_of::<f64>() + size_of::<u16>() + 1;
+        let bytes = match self.selection {
+            Selection::Path => {
+                let cells = self.kinematics.path_cells(poses).saturating_mul(size_of::<u16>());
+                let solving = poses.saturating_mul(SOLVED + WAY).saturating_add(cells);
+                solving.max(poses.saturating_mul(SOLVED + size_of::<JointWords>() - 2 * size_of::<Pose>()))
+            }
+            // Their list grows by doubling.
+            Selection::All => {
+                let count = poses.saturating_mul(self.kinematics.max_candidates()).min(MAX_CANDIDATES);
+                count.saturating_mul(3 * size_of::<JointWords>() / 2)
+            }
+        };
+        bytes as u64
+    }
+
     /// The joints of `poses`.
     ///
     /// # Errors
     /// Every bad value, too many poses, a pose out of reach, or the client has left.
     pub fn solve(
         &self,
-        poses: &[Pose],
+        poses: Vec<Pose>,
         limits: Limits,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
         let answers = self.answers();
         limits.check(poses.len(), answers)?;
-        let count = poses.len().saturating_mul(answers);
+        let (solved, count) = (poses.len(), poses.len().saturating_mul(answers));
         if self.selection == Selection::All && count > MAX_CANDIDATES {
             return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
         }
         let answer = match self.selection {
             Selection::Path => self.path(poses, stop),
-            Selection::All => self.all(poses, stop),
+            Selection::All => self.all(&poses, stop),
         }?;
-        meter::POSES.add(poses.len() as u64);
+        meter::POSES.add(solved as u64);
         Ok(answer)
     }
 
     fn path(
         &self,
-        poses: &[Pose],
+        poses: Vec<Pose>,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
         let mut faults = FaultList::default();
-        let wanted: Vec<ToolPose> =
-            poses.iter().enumerate().filter_map(|(index, pose)| pose.to_core(index, &mut faults)).collect();
+        // As large as what it is made from, and made in its place.
+        let wanted: Vec<ToolPose> = poses
+            .into_iter()
+            .enumerate()
+            .filter_map(|(index, pose)| pose.to_core(index, &mut faults))
+            .collect();
         faults.into_result().map_err(KinematicsFault::Values)?;
         let chosen = PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() };
         let solved =
             self.kinematics.path(&wanted, &chosen, stop).map_err(|error| refused(&self.on.machine, error))?;
-        let mut joints = Vec::with_capacity(wanted.len());
+        drop(wanted);
+        let mut joints = Vec::with_capacity(solved.conditioning.len());
         for (pose, conditioning) in solved.conditioning.iter().enumerate() {
             let found = solved.get(pose);
             joints.extend(

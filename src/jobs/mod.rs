@@ -12,6 +12,7 @@ mod cutter_contact;
 mod estimate;
 mod interpretation;
 mod kinematics;
+pub mod memory;
 mod one_pass;
 mod opening;
 mod part_surface;

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
+use super::memory::Account;
 use super::{Compute, ComputeFault, Cost, TooCostly};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
@@ -69,14 +70,32 @@ impl ServoWork {
         Cost::of_servo(samples, matches!(self.task.path, CorePath::Tool { .. })).within(self.max_cost_s)
     }
 
-    /// One path at one feed.
+    /// One path at one feed, its trace paid by `account`.
     ///
     /// # Errors
-    /// The path cannot be run, or costs too much.
-    pub fn simulate(&self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<Simulation, ServoWorkFault> {
+    /// The path cannot be run, or costs too much, or there is no memory for its trace.
+    pub fn simulate(
+        &self,
+        account: Option<&Account>,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Simulation, ServoWorkFault> {
+        /// Every sample of a trace: measured as 30 for two million.
+        const SAMPLE_BYTES: u64 = 32;
+        /// More samples are refused before any is made.
+        const MAX_SAMPLES: f64 = 2e6;
         let ServoTask { drives, run, .. } = &self.task;
         self.with_path(|path| {
-            self.check_cost(run.samples(&path.extent(run)) + path.settling_samples(run, drives))?;
+            let samples = run.samples(&path.extent(run)) + path.settling_samples(run, drives);
+            self.check_cost(samples)?;
+            if let Some(account) = account {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "between 0 and 2e6"
+                )]
+                let samples = samples.clamp(0.0, MAX_SAMPLES) as u64;
+                account.keep(samples * SAMPLE_BYTES).map_err(ComputeFault::from)?;
+            }
             Ok(simulate(path, run, drives, Detail::Trace, stop)?)
         })?
     }

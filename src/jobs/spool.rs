@@ -42,7 +42,7 @@ pub struct Upload {
 }
 
 /// Bytes gathered before they are written.
-const GATHERED: usize = 256 * 1024;
+const GATHERED: usize = 64 * 1024;
 
 impl Spool {
     /// A spool in the directory of `blobs` with a limit on the length of an upload \[bytes\].

@@ -24,6 +24,12 @@ impl ProgramParameters for VerificationParameters {
     const OPERATION: JobOperation = JobOperation::Verification;
     const LOOKS_AT_PART: bool = true;
 
+    fn working_bytes(&self) -> u64 {
+        /// For each sample its place, its needle, what is left of it and its row: measured as 171 for a million.
+        const SAMPLE_BYTES: u64 = 180;
+        self.samples as u64 * SAMPLE_BYTES
+    }
+
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut missing = FaultList::default();
         if self.tool.is_none() && on.shelf.is_empty() {

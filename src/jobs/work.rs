@@ -186,6 +186,11 @@ pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
         None
     }
 
+    /// What the work takes besides what every computation does, where a parameter decides it \[bytes\].
+    fn working_bytes(&self) -> u64 {
+        0
+    }
+
     /// The work, its cost estimated; nothing is read yet.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! The answer of the inverse, printed without a detour: a row of joints is the bulk of what leaves the service.
 
+use std::io::Write;
+
 use serde::{Serialize, Serializer};
 use utoipa::ToSchema;
 
@@ -7,6 +9,8 @@ use super::{JointWords, PoseWarning};
 
 /// Bytes of a printed row of joints, about.
 const ROW_BYTES: usize = 160;
+/// Bytes written at a time, about.
+const PIECE_BYTES: usize = 64 << 10;
 
 /// Axis words of poses.
 #[derive(Debug, Serialize, ToSchema)]
@@ -56,13 +60,14 @@ impl SolvedPoses {
         Self { machine_revision, joints, candidates, warnings }
     }
 
-    /// The document as JSON text: the same bytes as through serde, in a third of the time for one solution each.
+    /// Writes the document as JSON text, a piece at a time: the same bytes as through serde, in a third of the time for one
+    /// solution each.
     ///
     /// # Errors
-    /// As serde's printer.
-    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
-        let Some(joints) = &self.joints else { return serde_json::to_vec(self) };
-        let mut out = Vec::with_capacity(joints.len() * ROW_BYTES + 64);
+    /// As the writer.
+    pub fn write_json(&self, writer: &mut impl Write) -> std::io::Result<()> {
+        let Some(joints) = &self.joints else { return Ok(serde_json::to_writer(writer, self)?) };
+        let mut out = Vec::with_capacity((joints.len() * ROW_BYTES + 64).min(PIECE_BYTES + 2 * ROW_BYTES));
         out.extend_from_slice(b"{\"machine_revision\":");
         serde_json::to_writer(&mut out, &self.machine_revision)?;
         out.extend_from_slice(b",\"joints\":[");
@@ -71,11 +76,15 @@ impl SolvedPoses {
                 out.push(b',');
             }
             words.write_json(&mut out)?;
+            if out.len() >= PIECE_BYTES {
+                writer.write_all(&out)?;
+                out.clear();
+            }
         }
         out.extend_from_slice(b"],\"warnings\":");
         serde_json::to_writer(&mut out, &self.warnings)?;
         out.push(b'}');
-        Ok(out)
+        writer.write_all(&out)
     }
 }
 
@@ -102,7 +111,9 @@ mod tests {
             for ends in [None, Some((1..=joints.len()).collect())] {
                 let document = SolvedPoses::new(7, joints.clone(), ends, warnings.clone());
                 let by_serde = serde_json::to_string(&document).unwrap();
-                assert_eq!(String::from_utf8(document.to_json().unwrap()).unwrap(), by_serde);
+                let mut text = Vec::new();
+                document.write_json(&mut text).unwrap();
+                assert_eq!(String::from_utf8(text).unwrap(), by_serde);
             }
         }
     }

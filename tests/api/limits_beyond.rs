@@ -52,6 +52,14 @@ const HELD_BY: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "max_memory_bytes",
+        &[
+            "memory::what_fits_is_answered_and_what_never_will_is_told_how_much_does",
+            "memory::many_unfinished_bodies_are_refused_for_now_and_leave_everything_behind",
+            "memory::a_body_is_paid_as_it_arrives",
+        ],
+    ),
+    (
         "max_json_bytes",
         &[
             "limits::json_at_the_limit_is_taken_and_one_byte_more_is_not",
@@ -175,6 +183,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("http2", include_str!("http2.rs")),
     ("limits", include_str!("limits.rs")),
     ("limits_beyond", include_str!("limits_beyond.rs")),
+    ("memory", include_str!("memory.rs")),
     ("observation", include_str!("observation.rs")),
     ("queue", include_str!("queue.rs")),
     ("service", include_str!("service.rs")),

@@ -8,10 +8,12 @@ use utoipa::ToSchema;
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
-use crate::http::extract::{Json, Path, json_response};
+use crate::http::extract::{Json, Path};
 use crate::http::negotiate::choose;
+use crate::http::printed::Printed;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
+use crate::jobs::memory::will_take;
 use crate::jobs::{KinematicsFault, forward};
 use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
 
@@ -81,27 +83,25 @@ pub(super) async fn solve_forward_kinematics(
     }
     let limits = app.limits();
     let csv = kind == CSV;
+    let header = Pose::CSV_HEADER.as_bytes();
+    if csv {
+        table::within(app.settings.max_result_bytes, table::most_bytes(header, joints.len()))?;
+    }
+    let mut printed = Printed::new(&app);
+    will_take(joints.len() as u64 * size_of::<Pose>() as u64);
     let answer = app.compute.run(move |stop| {
         let (setup, _) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
         let poses = forward(&on.machine, &setup, &joints, limits, stop)?;
-        Ok::<_, KinematicsFault>(if csv { Err(poses) } else { Ok(print(revision, poses)) })
+        drop(joints);
+        if csv {
+            return Ok(table::print(header, &poses, printed, |text, _, pose| pose.write_row(text)));
+        }
+        let document = ForwardAnswer { machine_revision: revision, poses };
+        let text = serde_json::to_writer(&mut printed, &document);
+        Ok::<_, KinematicsFault>(text.map(|()| printed).map_err(std::io::Error::from))
     });
-    match answer.await?? {
-        Ok(text) => {
-            let text = text.map_err(|fault| Problem::internal(&fault))?;
-            table::within(&app, text.len() as u64)?;
-            Ok(json_response(text))
-        }
-        Err(poses) => {
-            let header = Pose::CSV_HEADER.as_bytes().to_vec();
-            table::within(&app, table::most_bytes(&header, poses.len()))?;
-            Ok(table::rows(revision, header, poses, |text, _, pose| pose.write_row(text)))
-        }
-    }
-}
-
-fn print(machine_revision: i64, poses: Vec<Pose>) -> Result<Vec<u8>, serde_json::Error> {
-    serde_json::to_vec(&ForwardAnswer { machine_revision, poses })
+    let printed = answer.await???;
+    if csv { table::table(revision, printed) } else { table::document(printed) }
 }
 
 async fn read(
@@ -119,6 +119,6 @@ async fn read(
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
     let mut rows = JointRows::new(app.settings.max_poses);
-    feed(app, &parts, body, |chunk| rows.feed(chunk)).await?;
+    feed(app, &parts, body, size_of::<JointWords>(), |chunk| rows.feed(chunk)).await?;
     Ok((rows.finish()?, options))
 }

@@ -9,14 +9,17 @@ use http::{HeaderName, HeaderValue};
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
-use crate::http::extract::{Json, Path, json_response};
+use crate::http::extract::{Json, Path};
 use crate::http::negotiate::choose;
+use crate::http::printed::Printed;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
+use crate::jobs::memory::will_take;
 use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
 use crate::process::Stop;
 use crate::wire::{
-    InverseRequest, JointColumns, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses, read_query,
+    InverseRequest, JointColumns, JointWords, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses,
+    read_query,
 };
 
 refusals!(
@@ -61,14 +64,18 @@ pub(super) async fn solve_inverse_kinematics(
     let (setup, start_words_deg) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
     let task = InverseTask::new(on, &setup, options.selection.unwrap_or_default(), start_words_deg);
     let trifling = task.is_trifling(poses.len());
+    will_take(task.working_bytes(poses.len()));
+    let (mut printed, most) = (Printed::new(&app), app.settings.max_result_bytes);
     let solve = move |stop: &Stop<'_>| {
-        let answer = task.solve(&poses, limits, stop)?;
-        Ok::<_, KinematicsFault>(if csv {
-            let columns = JointColumns::new(task.machine(), answer.ends.is_some());
-            Err((answer, columns))
-        } else {
-            Ok(print(revision, answer))
-        })
+        let answer = task.solve(poses, limits, stop)?;
+        let InverseAnswer { joints, ends, warnings } = answer;
+        if csv {
+            let columns = JointColumns::new(task.machine(), ends.is_some());
+            return Ok((rows(&columns, &joints, ends.as_deref(), most, printed), Some(warnings.len())));
+        }
+        let document = SolvedPoses::new(revision, joints, ends, warnings);
+        let text = document.write_json(&mut printed);
+        Ok::<_, KinematicsFault>((text.map(|()| printed).map_err(Problem::from), None))
     };
     let solved = if trifling {
         solve(&|| ControlFlow::Continue(()))
@@ -76,43 +83,36 @@ pub(super) async fn solve_inverse_kinematics(
         // Boxed: the room it takes would be part of every small request's.
         Box::pin(app.compute.run(solve)).await?
     };
-    match solved? {
-        Ok(text) => {
-            let text = text.map_err(|fault| Problem::internal(&fault))?;
-            table::within(&app, text.len() as u64)?;
-            Ok(json_response(text))
-        }
-        Err((answer, columns)) => rows(&app, revision, answer, columns),
-    }
+    let (printed, warnings) = solved?;
+    let printed = printed?;
+    let Some(warnings) = warnings else { return table::document(printed) };
+    let mut response = table::table(revision, printed)?;
+    let name = HeaderName::from_static("trunnion-warnings");
+    response.headers_mut().insert(name, HeaderValue::from(warnings));
+    Ok(response)
 }
 
-fn print(machine_revision: i64, answer: InverseAnswer) -> Result<Vec<u8>, serde_json::Error> {
-    let InverseAnswer { joints, ends, warnings } = answer;
-    SolvedPoses::new(machine_revision, joints, ends, warnings).to_json()
-}
-
+/// The table, if it fits into as many bytes as a result may have.
 fn rows(
-    app: &AppState,
-    revision: i64,
-    answer: InverseAnswer,
-    columns: JointColumns,
-) -> Result<Response, Problem> {
+    columns: &JointColumns,
+    joints: &[JointWords],
+    ends: Option<&[usize]>,
+    most: u64,
+    printed: Printed,
+) -> Result<Printed, Problem> {
     let mut header = Vec::new();
     columns.write_header(&mut header);
-    let InverseAnswer { joints, ends, warnings } = answer;
-    table::within(app, table::most_bytes(&header, joints.len()))?;
+    table::within(most, table::most_bytes(&header, joints.len()))?;
     let mut pose = 0;
-    let mut response = table::rows(revision, header, joints, move |text, row, words| {
-        if let Some(ends) = &ends {
+    let printed = table::print(&header, joints, printed, |text, row, words| {
+        if let Some(ends) = ends {
             while ends.get(pose).is_some_and(|end| *end <= row) {
                 pose += 1;
             }
         }
         columns.write_row(text, pose, words);
     });
-    let name = HeaderName::from_static("trunnion-warnings");
-    response.headers_mut().insert(name, HeaderValue::from(warnings.len()));
-    Ok(response)
+    Ok(printed?)
 }
 
 async fn read(
@@ -130,6 +130,6 @@ async fn read(
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
     let mut rows = PoseRows::new(app.settings.max_poses);
-    feed(app, &parts, body, |chunk| rows.feed(chunk)).await?;
+    feed(app, &parts, body, size_of::<Pose>(), |chunk| rows.feed(chunk)).await?;
     Ok((rows.finish()?, options))
 }

@@ -1,17 +1,19 @@
 //! What both directions share: a body of JSON or CSV in, rows out.
 
+use std::io::{self, Write};
+
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
-use futures::stream;
-use http::header::CONTENT_TYPE;
+use http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use http::request::Parts;
 use http::{HeaderMap, HeaderName, HeaderValue};
 
 use crate::http::AppState;
 use crate::http::body::{Incoming, media_type};
 use crate::http::extract::is_json;
+use crate::http::printed::Printed;
 use crate::http::problem::{Problem, ProblemType};
+use crate::jobs::memory;
 use crate::wire::RowFault;
 
 /// Media types of an answer.
@@ -21,8 +23,8 @@ pub(super) const CSV: &str = "text/csv";
 /// The revision that was computed on, where the body has no place for it.
 const REVISION: HeaderName = HeaderName::from_static("trunnion-machine-revision");
 
-/// Rows printed at a time.
-const ROWS_AT_ONCE: usize = 2048;
+/// Bytes printed at a time.
+const PRINTED_AT_ONCE: usize = 64 << 10;
 
 /// Whether the body is a table; neither JSON nor CSV is refused.
 pub(super) fn is_table(headers: &HeaderMap) -> Result<bool, Problem> {
@@ -47,6 +49,7 @@ pub(super) async fn feed(
     app: &AppState,
     parts: &Parts,
     body: Body,
+    row_bytes: usize,
     mut take: impl FnMut(&[u8]) -> Result<(), RowFault>,
 ) -> Result<(), Problem> {
     let limit = app.settings.max_body_bytes;
@@ -54,11 +57,21 @@ pub(super) async fn feed(
     if crate::http::body::content_length(&parts.headers).is_some_and(|length| length > limit) {
         return Err(incoming.refuse_length(limit).await);
     }
-    let mut length = 0;
+    let (mut length, mut unpaid) = (0, 0);
     while let Some(chunk) = incoming.next().await? {
         length += chunk.len() as u64;
         if length > limit {
             return Err(incoming.refuse_length(limit).await);
+        }
+        // Rows are paid as they arrive, many at a time.
+        // Twice, as their list grows by doubling and is moved.
+        unpaid += 2 * memchr::memchr_iter(b'\n', &chunk).count() * row_bytes;
+        if unpaid > PAID_AT_ONCE {
+            if let Err(fault) = memory::keep(unpaid as u64) {
+                incoming.swallow().await;
+                return Err(fault.into());
+            }
+            unpaid = 0;
         }
         if let Err(fault) = take(&chunk) {
             incoming.swallow().await;
@@ -68,12 +81,14 @@ pub(super) async fn feed(
     Ok(())
 }
 
+/// Rows pay for so much at a time \[bytes\].
+const PAID_AT_ONCE: usize = 64 << 10;
+
 /// Longest number in a cell with the comma behind it (bytes).
 const CELL: usize = 25;
 
 /// Refuses an answer of so many bytes over the limit.
-pub(super) fn within(app: &AppState, length: u64) -> Result<(), Problem> {
-    let limit = app.settings.max_result_bytes;
+pub(super) fn within(limit: u64, length: u64) -> Result<(), Problem> {
     if length <= limit {
         return Ok(());
     }
@@ -87,28 +102,42 @@ pub(super) fn most_bytes(header: &[u8], rows: usize) -> u64 {
     (rows as u64).saturating_mul((cells * CELL) as u64).saturating_add(header.len() as u64)
 }
 
-/// Rows as a stream, printed when the client takes them.
-pub(super) fn rows<T: Send + 'static>(
-    revision: i64,
-    header: Vec<u8>,
-    rows: Vec<T>,
-    mut print: impl FnMut(&mut Vec<u8>, usize, &T) + Send + 'static,
-) -> Response {
-    let mut first = Some(header);
-    let mut next = 0;
-    let chunks = stream::iter(std::iter::from_fn(move || {
-        let mut text = first.take().unwrap_or_default();
-        let begin = next;
-        next = rows.len().min(begin + ROWS_AT_ONCE);
-        for (offset, row) in rows.get(begin..next).unwrap_or_default().iter().enumerate() {
-            print(&mut text, begin + offset, row);
+/// Prints rows under their header.
+pub(super) fn print<T>(
+    header: &[u8],
+    rows: &[T],
+    mut printed: Printed,
+    mut print: impl FnMut(&mut Vec<u8>, usize, &T),
+) -> io::Result<Printed> {
+    let mut text = header.to_vec();
+    for (index, row) in rows.iter().enumerate() {
+        print(&mut text, index, row);
+        if text.len() >= PRINTED_AT_ONCE {
+            printed.write_all(&text)?;
+            text.clear();
         }
-        (!text.is_empty()).then(|| Ok::<_, std::convert::Infallible>(Bytes::from(text)))
-    }));
-    let mut response = Body::from_stream(chunks).into_response();
-    response
-        .headers_mut()
-        .insert(CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8; header=present"));
+    }
+    printed.write_all(&text)?;
+    Ok(printed)
+}
+
+/// The answer of a table.
+pub(super) fn table(revision: i64, printed: Printed) -> Result<Response, Problem> {
+    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
+    let mut response = answer(kind, printed)?;
     response.headers_mut().insert(REVISION, HeaderValue::from(revision));
-    response
+    Ok(response)
+}
+
+/// The answer of a document.
+pub(super) fn document(printed: Printed) -> Result<Response, Problem> {
+    answer(HeaderValue::from_static("application/json"), printed)
+}
+
+fn answer(kind: HeaderValue, printed: Printed) -> Result<Response, Problem> {
+    let (body, length) = printed.into_body()?;
+    let mut response = body.into_response();
+    response.headers_mut().insert(CONTENT_TYPE, kind);
+    response.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
+    Ok(response)
 }

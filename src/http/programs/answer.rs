@@ -8,6 +8,7 @@ use http::{HeaderMap, HeaderValue};
 use crate::http::AppState;
 use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
+use crate::http::printed::CHUNK;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::range::{Asked, asked, dressed};
 use crate::http::servo::program_contour_error;
@@ -27,9 +28,6 @@ pub(in crate::http) const REPORT_TYPES: &[&str] = &["application/json", SVG];
 pub(in crate::http) const CSV: &str = "text/csv";
 /// Media type of a plot.
 pub(in crate::http) const SVG: &str = "image/svg+xml";
-
-/// Bytes read from a file at a time.
-pub(super) const CHUNK: usize = 128 * 1024;
 
 /// The program, streamed from its file.
 pub(in crate::http) async fn program(

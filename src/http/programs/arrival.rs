@@ -13,6 +13,7 @@ use crate::http::current_machine::current_machine;
 use crate::http::idempotency::{key, remembered, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
+use crate::jobs::memory::will_take;
 use crate::jobs::{
     ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, repeated_step, run_program_job,
     with_wear,
@@ -62,6 +63,7 @@ async fn job<P: ProgramParameters>(
     let on = with_wear(&app.store, &app.sources, on, parameters.cutter_id()).await?;
     let machine_revision = on.revision;
     let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
+    will_take(parameters.working_bytes());
     let work = ProgramWork::new(parameters, on, sizes, &app.means())?;
     let job = ProgramJob {
         machine_id,

@@ -9,12 +9,13 @@ use http::HeaderValue;
 use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use tokio_util::io::ReaderStream;
 
-use super::answer::{CHUNK, CSV, stem};
+use super::answer::{CSV, stem};
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::Path;
 use crate::http::negotiate::choose;
+use crate::http::printed::CHUNK;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::{InterpretationForm, interpret};

@@ -1,5 +1,7 @@
 //! A program with its parameters and the part's surface, taken from a plain or a multipart body onto the disk.
 
+use std::time::Duration;
+
 use axum::body::Body;
 use axum::extract::multipart::Field;
 use axum::extract::{DefaultBodyLimit, FromRequest, Multipart, Request};
@@ -8,9 +10,11 @@ use http::request::Parts;
 use serde::de::DeserializeOwned;
 
 use crate::http::AppState;
-use crate::http::body::{BetweenFields, Incoming, content_length, media_type};
+use crate::http::body::{BetweenFields, Incoming, content_length, media_type, unreadable};
+use crate::http::extract::parsed_bytes;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::Upload as Spooling;
+use crate::jobs::memory;
 use crate::store::Draft;
 use crate::wire::{Fault, read_json, read_query};
 
@@ -204,6 +208,7 @@ async fn fields<D>(
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
+                memory::keep(parsed_bytes(&text))?;
                 document = Some(read(&text)?);
             }
             "program" if program.is_none() => {
@@ -228,6 +233,7 @@ async fn fields<D>(
             }
         }
     }
+    between.end(Duration::from_secs_f64(app.settings.body_pause_timeout_s)).await?;
     let Some((program, file_name, media_type)) = program else {
         let fault = Fault::new("/program", "the file field program is missing");
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
@@ -249,8 +255,11 @@ async fn paused<T>(
     next: impl Future<Output = Result<T, axum::extract::multipart::MultipartError>>,
 ) -> Result<T, Problem> {
     let pause_s = app.settings.body_pause_timeout_s;
-    match tokio::time::timeout(std::time::Duration::from_secs_f64(pause_s), next).await {
-        Ok(read) => read.map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text())),
+    match tokio::time::timeout(Duration::from_secs_f64(pause_s), next).await {
+        Ok(read) => read.map_err(|fault| {
+            unreadable(&fault)
+                .unwrap_or_else(|| Problem::new(ProblemType::MalformedRequest, fault.body_text()))
+        }),
         Err(_elapsed) => {
             let detail = format!("no byte of the body arrived for {pause_s} s");
             Err(Problem::new(ProblemType::RequestTimeout, detail))

@@ -59,6 +59,7 @@ const LIMITS: &[Row] = &[
         "bytes",
         Some(ProblemType::BodyTooLarge),
     ),
+    ("max_memory_bytes", |s| s.max_memory_bytes as f64, "bytes", Some(ProblemType::MemoryFull)),
     ("max_json_bytes", |s| s.max_json_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_parameters_bytes", |s| s.max_parameters_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_result_bytes", |s| s.max_result_bytes as f64, "bytes", Some(ProblemType::ResultTooLarge)),

@@ -20,6 +20,7 @@ use crate::http::problem::Problem;
 use crate::http::programs::answer;
 use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
+use crate::jobs::memory;
 use crate::jobs::{CompensatorFault, JobFault, ProgramJob, ProgramWork, Sizes, run_program_job};
 use crate::wire::{
     Fault, FaultList, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
@@ -97,7 +98,8 @@ pub(super) async fn simulate_servo(
     let (revision, work, ()) =
         work(&app, &caller, request.options(), |task, faults| request.apply(task, faults)).await?;
     let (drives, axes, feed) = (work.task.drives, work.axes(), work.task.run.feed);
-    let simulation = app.compute.run(move |stop| work.simulate(stop)).await??;
+    let account = memory::account();
+    let simulation = app.compute.run(move |stop| work.simulate(account.as_ref(), stop)).await??;
     let answer = SimulationAnswer::of(revision, &simulation, &drives, &axes);
     if kind == SVG {
         return respond(figure.draw(&request.path, feed.mm_per_min(), &answer));

@@ -1,0 +1,173 @@
+//! Answers that are printed in one go and taken slowly: small ones stay in memory, large ones wait in a file without a name, so
+//! that a client that takes nothing holds no memory.
+
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use axum::body::{Body, HttpBody};
+use axum::response::Response;
+use bytes::Bytes;
+use http::HeaderValue;
+use http::header::CONTENT_LENGTH;
+use tokio::sync::Semaphore;
+use tokio_util::io::ReaderStream;
+
+use super::AppState;
+use super::problem::Problem;
+use crate::jobs::memory::{Account, REQUEST_BYTES};
+
+/// Answers up to this length stay in memory where there is room for them \[bytes\].
+const IN_MEMORY: usize = 1 << 20;
+/// Answers up to this length are part of what every request pays \[bytes\].
+const PAID_ALREADY: u64 = 64 << 10;
+/// Answers up to this length pay nothing once they are made \[bytes\].
+const TRIFLE: u64 = 1 << 10;
+/// Bytes read from a file at a time.
+pub(super) const CHUNK: usize = 32 << 10;
+
+/// An answer being printed.
+#[derive(Debug)]
+pub(super) struct Printed {
+    directory: PathBuf,
+    text: Vec<u8>,
+    file: Option<File>,
+    length: u64,
+    limit: u64,
+}
+
+impl Printed {
+    /// An empty one of as many bytes as a result may have.
+    pub(super) fn new(app: &AppState) -> Self {
+        let (directory, limit) = (spool(app), app.settings.max_result_bytes);
+        Self { directory, text: Vec::new(), file: None, length: 0, limit }
+    }
+
+    /// The answer's body, and its length.
+    pub(super) fn into_body(mut self) -> io::Result<(Body, u64)> {
+        if self.file.is_none() {
+            return Ok((Body::from(self.text), self.length));
+        }
+        self.write_out()?;
+        match self.file {
+            Some(file) => Ok((of_file(file)?, self.length)),
+            None => Err(io::Error::other("an answer was lost")),
+        }
+    }
+
+    fn write_out(&mut self) -> io::Result<()> {
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(tempfile::tempfile_in(&self.directory)?),
+        };
+        file.write_all(&self.text)?;
+        self.text.clear();
+        Ok(())
+    }
+}
+
+impl Write for Printed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.length += bytes.len() as u64;
+        if self.length > self.limit {
+            let detail = format!("the answer has more than {} bytes, which are allowed", self.limit);
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, detail));
+        }
+        self.text.extend_from_slice(bytes);
+        if self.text.len() >= IN_MEMORY {
+            self.write_out()?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn spool(app: &AppState) -> PathBuf {
+    app.settings.data_dir.join("spool")
+}
+
+fn of_file(mut file: File) -> io::Result<Body> {
+    file.seek(SeekFrom::Start(0))?;
+    Ok(Body::from_stream(ReaderStream::with_capacity(tokio::fs::File::from_std(file), CHUNK)))
+}
+
+/// The answer, which pays for what it holds until the client has taken it.
+pub(super) async fn settled(app: &AppState, account: Account, response: Response) -> Response {
+    let length = response.body().size_hint().exact();
+    match length {
+        Some(length) if length <= TRIFLE => return response,
+        Some(length) if length <= PAID_ALREADY => account.keep_only(REQUEST_BYTES),
+        Some(length) => {
+            account.keep_only(REQUEST_BYTES);
+            if length > IN_MEMORY as u64 || account.keep(length).is_err() {
+                // What was done may have been stored: the answer is not refused for want of memory, it waits on the disk.
+                return Box::pin(on_disk(app, account, response)).await;
+            }
+        }
+        // A file, or events: nothing of what was computed is in memory any more.
+        None => account.keep_only(REQUEST_BYTES),
+    }
+    held(account, response)
+}
+
+fn held(account: Account, response: Response) -> Response {
+    response.map(|body| Body::new(Taken { body, _account: account }))
+}
+
+/// Moves an answer into a file.
+async fn on_disk(app: &AppState, account: Account, response: Response) -> Response {
+    /// Answers moved at the same time.
+    static MOVING: Semaphore = Semaphore::const_new(4);
+    let (mut parts, body) = response.into_parts();
+    let _turn = MOVING.acquire().await;
+    let Ok(text) = axum::body::to_bytes(body, usize::MAX).await else {
+        return axum::response::IntoResponse::into_response(Problem::internal(&"an answer broke off"));
+    };
+    let (directory, copy) = (spool(app), text.clone());
+    let written = tokio::task::spawn_blocking(move || in_file(&directory, &copy)).await;
+    let length = text.len();
+    let body = match written.unwrap_or_else(|panicked| Err(io::Error::other(panicked))) {
+        Ok(body) => body,
+        Err(fault) => {
+            tracing::warn!(error = %fault, "an answer stays in memory: it cannot be written");
+            Body::from(text)
+        }
+    };
+    parts.headers.insert(CONTENT_LENGTH, HeaderValue::from(length));
+    held(account, Response::from_parts(parts, body))
+}
+
+fn in_file(directory: &Path, text: &Bytes) -> io::Result<Body> {
+    let mut file = tempfile::tempfile_in(directory)?;
+    file.write_all(text)?;
+    of_file(file)
+}
+
+/// A body that pays until it is taken.
+struct Taken {
+    body: Body,
+    _account: Account,
+}
+
+impl HttpBody for Taken {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: std::pin::Pin<&mut Self>,
+        context: &mut std::task::Context<'_>,
+    ) -> std::task::Poll<Option<Result<hyper::body::Frame<Bytes>, axum::Error>>> {
+        std::pin::Pin::new(&mut self.body).poll_frame(context)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> hyper::body::SizeHint {
+        self.body.size_hint()
+    }
+}

@@ -1,0 +1,136 @@
+//! The memory that requests share: what has no room in it is refused, everybody gets a part, and all of it comes back.
+
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures::{StreamExt, stream};
+use reqwest::{Body, StatusCode};
+use serde_json::json;
+use tokio::io::AsyncWriteExt;
+use tokio::net::TcpStream;
+
+use crate::support::{App, problem, spawn_with};
+
+const INVERSE: &str = "/v1/machines/example-ac-table/inverse-kinematics";
+/// The least that the setting may be: a budget of 32 MiB for requests, of which one caller may have four fifths.
+const LEAST_BYTES: u64 = 128 << 20;
+
+async fn spawn_narrow() -> App {
+    spawn_with(|settings| settings.max_memory_bytes = LEAST_BYTES).await
+}
+
+fn poses(count: usize) -> String {
+    let rows = vec![r#"{"x":1,"y":2,"z":3,"i":0,"j":0.1,"k":1}"#; count];
+    format!("{{\"poses\":[{}]}}", rows.join(","))
+}
+
+#[tokio::test]
+async fn what_fits_is_answered_and_what_never_will_is_told_how_much_does() {
+    let app = spawn_narrow().await;
+    let fits = app.post_text(INVERSE, "application/json", poses(50_000)).await;
+    assert_eq!(fits.status(), 200);
+    assert_eq!(fits.json::<serde_json::Value>().await.unwrap()["joints"].as_array().unwrap().len(), 50_000);
+    let refused = app.post_text(INVERSE, "application/json", poses(500_000)).await;
+    let detail = problem(refused, "body-too-large").await["detail"].as_str().unwrap().to_owned();
+    assert!(detail.contains("raise max_memory_bytes"), "{detail}");
+    let rows = format!("x,y,z,i,j,k\n{}", "1,2,3,0,0.1,1\n".repeat(600_000));
+    problem(app.post_text(INVERSE, "text/csv", rows).await, "body-too-large").await;
+    // Nothing is left of them.
+    assert_eq!(app.post_text(INVERSE, "application/json", poses(50_000)).await.status(), 200);
+}
+
+/// Connections that have sent a part of a body each.
+async fn unfinished(app: &App, count: usize, part: &str) -> Vec<TcpStream> {
+    let address = app.base.strip_prefix("http://").unwrap();
+    let head = format!(
+        "POST {INVERSE} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 30000000\r\n\r\n"
+    );
+    let mut connections = Vec::new();
+    for _ in 0..count {
+        let mut connection = TcpStream::connect(address).await.unwrap();
+        connection.write_all(head.as_bytes()).await.unwrap();
+        // The service may have refused it already.
+        let _refused = connection.write_all(part.as_bytes()).await;
+        connections.push(connection);
+    }
+    connections
+}
+
+#[tokio::test]
+async fn many_unfinished_bodies_are_refused_for_now_and_leave_everything_behind() {
+    let app = spawn_narrow().await;
+    let part = poses(60_000);
+    let held = unfinished(&app, 16, part.get(..2_000_000).unwrap()).await;
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    let refused = app.post_text(INVERSE, "application/json", poses(50_000)).await;
+    assert_eq!(refused.headers()["retry-after"], "2");
+    let detail = problem(refused, "memory-full").await["detail"].as_str().unwrap().to_owned();
+    assert!(detail.contains("are free"), "{detail}");
+    for path in ["/readyz", "/healthz", "/metrics", "/v1/machines"] {
+        assert_eq!(app.get(path).await.status(), 200, "{path}");
+    }
+    drop(held);
+    let mut answered = false;
+    for _ in 0..100 {
+        answered |=
+            app.post_text(INVERSE, "application/json", poses(50_000)).await.status() == StatusCode::OK;
+        if answered {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert!(answered, "the memory does not come back");
+}
+
+#[tokio::test]
+async fn a_large_answer_that_nobody_takes_holds_no_memory() {
+    let app = spawn_with(|settings| {
+        settings.max_memory_bytes = LEAST_BYTES;
+        settings.answer_pause_timeout_s = 600.0;
+    })
+    .await;
+    let body = poses(40_000);
+    let mut waiting = Vec::new();
+    // Together they are several times the budget.
+    for _ in 0..24 {
+        let answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        assert_eq!(answer.status(), 200);
+        waiting.push(answer);
+    }
+    let mut texts = Vec::new();
+    for answer in waiting {
+        texts.push(answer.bytes().await.unwrap());
+    }
+    assert!(texts.iter().all(|text| *text == texts[0] && text.len() > 3_000_000));
+    // The files have no names that could stay.
+    assert_eq!(app.files(), (0, 0));
+}
+
+#[tokio::test]
+async fn an_answer_has_the_same_bytes_in_memory_and_from_the_disk() {
+    let app = spawn_narrow().await;
+    let path = "/v1/machines/example-ac-table/forward-kinematics";
+    let row = json!({"X": 1.5, "Y": 2, "Z": 3, "A": 10, "C": 20});
+    let one = app.post_json(path, &json!({"joints": [row]})).await.text().await.unwrap();
+    let pose = one.split_once('[').unwrap().1.trim_end_matches("]}").to_owned();
+    for count in [500, 1000, 20_000] {
+        let answer = app.post_json(path, &json!({"joints": vec![row.clone(); count]})).await;
+        let length = answer.content_length().unwrap();
+        let text = answer.text().await.unwrap();
+        assert_eq!(length, text.len() as u64);
+        assert_eq!(text.matches(&pose).count(), count);
+    }
+}
+
+#[tokio::test]
+async fn a_body_is_paid_as_it_arrives() {
+    let app = spawn_narrow().await;
+    // More than there is room for, announced by nobody, and never ending.
+    let blanks = Bytes::from(vec![b' '; 64 << 10]);
+    let endless = stream::iter((0..480).map(move |_| Ok::<_, std::io::Error>(blanks.clone()))).boxed();
+    let request = app.client.post(app.url(INVERSE)).header("content-type", "application/json");
+    if let Ok(refused) = request.body(Body::wrap_stream(endless)).send().await {
+        problem(refused, "body-too-large").await;
+    }
+    assert_eq!(app.get("/v1/machines").await.status(), 200);
+}
