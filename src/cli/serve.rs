@@ -253,10 +253,13 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
         .http1()
         .timer(TokioTimer::new())
         .header_read_timeout(timeout)
+        // Ours is not afraid of a clock before 1970 (`http::date`).
+        .auto_date_header(false)
         .max_buf_size(buffer_bytes);
     server
         .http_builder()
         .http2()
+        .auto_date_header(false)
         .max_concurrent_streams(64)
         .max_header_list_size(u32::try_from(buffer_bytes).unwrap_or(u32::MAX));
     server

@@ -21,6 +21,7 @@ use uuid::Uuid;
 
 use super::AppState;
 use super::admission::admit;
+use super::date::dated;
 use super::guard::guard;
 use super::observation::watch;
 use super::problem::{Problem, ProblemType};
@@ -78,7 +79,7 @@ impl Service<Request> for Edge {
 
     fn call(&mut self, request: Request) -> Self::Future {
         let Self { app, route } = self.clone();
-        Box::pin(async move { Ok(pass(&app, request, route).await) })
+        Box::pin(async move { Ok(dated(pass(&app, request, route).await)) })
     }
 }
 

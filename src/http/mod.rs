@@ -9,6 +9,7 @@ pub mod caller;
 mod conditional;
 pub mod connections;
 mod current_machine;
+mod date;
 mod edge;
 mod extract;
 pub mod first_bytes;

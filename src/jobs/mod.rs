@@ -33,7 +33,7 @@ mod work;
 pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
-pub use clock::{Clock, IdSource, Sources, timestamp};
+pub use clock::{Clock, IdSource, Sources, TlsTime, system_time, timestamp};
 pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;

@@ -397,6 +397,43 @@ async fn nothing_private_is_taken_however_it_is_written() {
 }
 
 #[tokio::test]
+async fn why_a_receiver_gives_no_answer_is_told_to_keys_with_admin_alone() {
+    let mut app = spawn_with(|settings| {
+        at_once(settings);
+        settings.webhook_pauses_s = Vec::new();
+    })
+    .await;
+    app.close().await;
+    let reader = app.new_key(&["read", "compute"], None).await;
+    let plain = Receiver::saying(&[]).await;
+    let closed = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap().local_addr().unwrap().port();
+    let urls = [
+        "http://mes.invalid/".to_owned(),
+        format!("http://127.0.0.1:{closed}/"),
+        format!("https://127.0.0.1:{}/", plain.port),
+    ];
+    let mut shown = Vec::new();
+    let mut details = std::collections::BTreeSet::new();
+    for url in urls {
+        let place = accepted(&app, &calling(&url), "g1\n").await;
+        let whole = settled(&app, &place).await;
+        details.insert(whole["items"][0]["detail"].as_str().unwrap().to_owned());
+        assert!(whole["items"][0]["duration_ms"].is_i64(), "{whole}");
+        let asked = app.client.get(app.url(&format!("{place}/deliveries")));
+        let asked = asked.header("authorization", format!("Bearer {reader}")).send().await.unwrap();
+        assert_eq!(asked.status(), 200);
+        let mut item = asked.json::<Value>().await.unwrap()["items"][0].clone();
+        item.as_object_mut().unwrap().remove("started_at").unwrap();
+        shown.push(item);
+    }
+    assert_eq!(details.len(), 3, "{details:?}");
+    assert_eq!(shown[0]["outcome"], "unreachable");
+    assert!(shown.iter().all(|item| *item == shown[0]), "{shown:?}");
+    let text = app.get("/metrics").await.text().await.unwrap();
+    assert!(!text.contains("tls-failed") && !text.contains("address-refused"), "{text}");
+}
+
+#[tokio::test]
 async fn a_name_that_leads_nowhere_public_is_not_called() {
     // This computer may be called, but nobody can be found.
     let app = spawn_with(at_once).await;
