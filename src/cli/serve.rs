@@ -20,6 +20,7 @@ use crate::http::first_bytes::{FirstBytes, Patience};
 use crate::http::observation::Exporter;
 use crate::http::{AppState, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
+use crate::shares::Share;
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
 /// Why the service could not start.
@@ -190,7 +191,8 @@ pub async fn start(
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
     let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
     let answer_pause = Duration::from_secs_f64(state.settings.answer_pause_timeout_s);
-    let cap = Cap::new(state.settings.max_connections, answer_pause);
+    let share = Share(state.settings.max_share_per_caller);
+    let cap = Cap::new(state.settings.max_connections, share, answer_pause);
     let patience = Patience { silence: header_timeout, answer_pause };
     // A header within the limits always fits; what is far longer is refused before it is all in memory.
     let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;

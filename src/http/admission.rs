@@ -36,15 +36,25 @@ pub(super) fn turned_away(
     if path.is_some_and(|path| WATCHING.contains(&path)) {
         return None;
     }
-    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
-    let who = key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key);
-    let wait = rates.admit(who).err()?;
+    let wait = rates.admit(asking(extensions, key_id)).err()?;
     let rate = app.settings.max_rate_per_s;
     let detail = format!("more than {rate} requests a second from one caller");
     let mut response = Problem::new(ProblemType::TooManyRequests, detail).into_response();
     let wait_s = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
     response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(wait_s));
     Some(response)
+}
+
+/// Who asks: by key, or by address where there is none.
+fn asking(extensions: &Extensions, key_id: Option<Arc<str>>) -> Who {
+    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
+    key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key)
+}
+
+/// Who asks for a request that passed the guard.
+pub(super) fn asks(request: &Request) -> Who {
+    let extensions = request.extensions();
+    asking(extensions, extensions.get::<Caller>().and_then(|caller| caller.key_id.clone()))
 }
 
 /// Length of the address, and of all header fields together, as they were sent but for the four bytes between them.

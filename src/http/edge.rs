@@ -20,11 +20,12 @@ use tower_http::decompression::RequestDecompression;
 use uuid::Uuid;
 
 use super::AppState;
-use super::admission::admit;
+use super::admission::{admit, asks};
 use super::date::dated;
 use super::guard::guard;
 use super::observation::watch;
 use super::problem::{Problem, ProblemType};
+use crate::jobs::asked_by;
 
 /// The id of a request, as the header that its answer has.
 #[derive(Debug, Clone)]
@@ -96,7 +97,10 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     };
     match admit(app, &request) {
         Some(refusal) => refusal,
-        None => answered(request, route).await,
+        None => {
+            let who = asks(&request);
+            asked_by(who, answered(request, route)).await
+        }
     }
 }
 

@@ -94,6 +94,8 @@ catalogue! {
         "All header fields together are longer than the limit that the detail names.";
     TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
         "The caller, known by key or else by address, asks more often than the service is set to answer. Retry after the time that Retry-After names.";
+    QuotaExceeded = TOO_MANY_REQUESTS, "quota-exceeded", "The caller has its share",
+        "One caller, known by key or else by address, may hold a part of what others leave (max_share_per_caller), so that all find room. The detail names what is shared, how much of it the caller holds, how much it may hold now, and what makes room. Nothing was stored. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types the operation takes. Content codings are gzip and zstd.";
     RangeNotSatisfiable = RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range lies behind the end",
@@ -123,7 +125,7 @@ catalogue! {
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
         "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
-        "The process ended unexpectedly twice while it computed this job, so the job is not tried again. Its program is kept; report the defect with it.";
+        "The process ended unexpectedly twice while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",

@@ -6,8 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Instant;
 
-use tokio::sync::Semaphore;
-
 use super::held_keys::HeldKeys;
 use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
@@ -19,6 +17,7 @@ use crate::jobs::{
     open_data_directory,
 };
 use crate::meter::Counter;
+use crate::shares::{Quota, Share, Shares};
 use crate::store::Store;
 
 /// What the handlers share. A clone is one count: every layer of every request has one.
@@ -52,7 +51,7 @@ pub struct Shared {
     /// What tells the ends of jobs.
     pub courier: Courier,
     /// Room for those who follow events of jobs.
-    pub(super) followers: Arc<Semaphore>,
+    pub(super) followers: Shares,
     /// The API keys.
     pub(super) keys: HeldKeys,
     /// Machines used last.
@@ -86,15 +85,20 @@ impl AppState {
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
+        let share = Share(settings.max_share_per_caller);
         let compute = Compute::new(
             settings.computations(),
             settings.max_waiting_computations,
+            share,
             settings.max_surface_memory_bytes,
         );
-        let spool = Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes);
+        let spool = Spool::new(blobs, settings.max_body_bytes)
+            .with_results_within(settings.max_result_bytes)
+            .shared(Shares::new(Quota::SpoolBytes, settings.max_spool_bytes, share));
         let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
         let limits = QueueLimits {
             max_queued: settings.max_queued_jobs,
+            share,
             job_retention_s: settings.job_retention_s,
             key_retention_s: settings.idempotency_retention_s,
         };
@@ -115,7 +119,7 @@ impl AppState {
             compute,
             spool,
             sources,
-            followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            followers: Shares::new(Quota::EventStreams, settings.max_event_streams as u64, share),
             machines: HeldMachines::default(),
             keys: HeldKeys::new(&settings.data_dir),
             settings: Arc::new(settings),

@@ -39,6 +39,7 @@ mod refusal_texts;
 mod replays;
 mod service;
 mod servo;
+mod shares;
 mod stamps;
 mod support;
 mod tls;
