@@ -102,6 +102,10 @@ settings! {
     max_deliveries_per_receiver: usize = 2, "TRUNNION_MAX_DELIVERIES_PER_RECEIVER";
     /// Most open connections; further ones are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
+    /// Most bytes of uploads and results that are not stored yet, all together (bytes)
+    max_spool_bytes: u64 = 16 << 30, "TRUNNION_MAX_SPOOL_BYTES";
+    /// Part of what others leave that one key, or without keys one address, may hold: of queued jobs, computations, event streams, bytes of uploads and results under way, and, by address, connections
+    max_share_per_caller: f64 = 0.75, "TRUNNION_MAX_SHARE_PER_CALLER";
     /// Largest file or table that one request makes (bytes)
     max_result_bytes: u64 = 4 << 30, "TRUNNION_MAX_RESULT_BYTES";
     /// Longest path and query of a request (bytes)
@@ -326,6 +330,8 @@ impl Settings {
         in_range("max_deliveries", self.max_deliveries as f64, 1.0, 1000.0)?;
         in_range("max_deliveries_per_receiver", self.max_deliveries_per_receiver as f64, 1.0, 1000.0)?;
         in_range("max_connections", self.max_connections as f64, 1.0, 1e6)?;
+        in_range("max_spool_bytes", self.max_spool_bytes as f64, 1.0, 1e15)?;
+        in_range("max_share_per_caller", self.max_share_per_caller, 0.01, 1.0)?;
         in_range("max_result_bytes", self.max_result_bytes as f64, 1.0, 1e13)?;
         in_range("max_url_bytes", self.max_url_bytes as f64, 64.0, 65_000.0)?;
         in_range("max_header_bytes", self.max_header_bytes as f64, 1024.0, 1e6)?;

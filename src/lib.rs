@@ -15,6 +15,8 @@ pub mod config;
 
 pub mod meter;
 
+pub mod shares;
+
 pub mod store;
 
 pub mod jobs;

@@ -123,7 +123,10 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::Compensator(CompensatorFault::Refused(_)) => true,
         JobFault::Compensator(CompensatorFault::Io(fault)) => is_over_its_limit(fault),
         JobFault::Compensator(CompensatorFault::Cancelled | CompensatorFault::VerificationFailed { .. })
-        | JobFault::Compute(ComputeFault::Busy | ComputeFault::Memory(_) | ComputeFault::Panicked)
+        | JobFault::Compute(
+            ComputeFault::Busy | ComputeFault::Memory(_) | ComputeFault::NoShare(_) | ComputeFault::Panicked,
+        )
+        | JobFault::NoShare(_)
         | JobFault::Blob(_)
         | JobFault::Store(_)
         | JobFault::KeyReused

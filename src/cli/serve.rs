@@ -21,6 +21,7 @@ use crate::http::first_bytes::{FirstBytes, Patience};
 use crate::http::observation::Exporter;
 use crate::http::{AppState, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
+use crate::shares::Share;
 use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
 
 /// Why the service could not start.
@@ -196,7 +197,8 @@ pub async fn start(
     let server = axum_server::from_tcp(listener).map_err(StartFault::Process)?.handle(handle.clone());
     let header_timeout = Duration::from_secs_f64(state.settings.header_timeout_s);
     let answer_pause = Duration::from_secs_f64(state.settings.answer_pause_timeout_s);
-    let cap = Cap::new(state.settings.max_connections, answer_pause);
+    let share = Share(state.settings.max_share_per_caller);
+    let cap = Cap::new(state.settings.max_connections, share, answer_pause);
     let patience = Patience { silence: header_timeout, answer_pause };
     // A header within the limits always fits; what is far longer is refused before it is all in memory.
     let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
@@ -259,10 +261,13 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
         .http1()
         .timer(TokioTimer::new())
         .header_read_timeout(timeout)
+        // Ours is not afraid of a clock before 1970 (`http::date`).
+        .auto_date_header(false)
         .max_buf_size(buffer_bytes);
     server
         .http_builder()
         .http2()
+        .auto_date_header(false)
         .max_concurrent_streams(64)
         .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
         .initial_stream_window_size(STREAM_WINDOW_BYTES)

@@ -11,6 +11,7 @@ use rustls::{ClientConfig, DigitallySignedStruct, DistinguishedName, Error, Serv
 use thiserror::Error as ThisError;
 
 use super::rights::Rights;
+use crate::jobs::TlsTime;
 
 /// Why the service cannot speak TLS.
 #[derive(Debug, ThisError)]
@@ -73,12 +74,13 @@ pub(super) fn server(certificate: &Path, key: &Path) -> Result<Arc<ServerConfig>
         PrivateKeyDer::from_pem_file(key).map_err(|source| TlsFault::Key { path: key.to_owned(), source })?;
     let refused =
         |source| TlsFault::Refused { certificate: certificate.to_owned(), key: key.to_owned(), source };
-    let mut config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
-        .with_safe_default_protocol_versions()
-        .map_err(refused)?
-        .with_no_client_auth()
-        .with_single_cert(chain, secret)
-        .map_err(refused)?;
+    let mut config =
+        ServerConfig::builder_with_details(Arc::new(ring::default_provider()), Arc::new(TlsTime))
+            .with_safe_default_protocol_versions()
+            .map_err(refused)?
+            .with_no_client_auth()
+            .with_single_cert(chain, secret)
+            .map_err(refused)?;
     config.alpn_protocols = vec![b"h2".to_vec(), b"http/1.1".to_vec()];
     Ok(Arc::new(config))
 }
@@ -92,7 +94,7 @@ pub(super) fn client(certificate: &Path) -> Result<Arc<ClientConfig>, TlsFault> 
     let provider = Arc::new(ring::default_provider());
     let refused =
         |source| TlsFault::Refused { certificate: certificate.to_owned(), key: PathBuf::new(), source };
-    let config = ClientConfig::builder_with_provider(Arc::clone(&provider))
+    let config = ClientConfig::builder_with_details(Arc::clone(&provider), Arc::new(TlsTime))
         .with_safe_default_protocol_versions()
         .map_err(refused)?
         .dangerous()

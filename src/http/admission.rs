@@ -14,7 +14,6 @@ use super::guard::note_refusal;
 use super::problem::{Problem, ProblemType};
 use super::rates::Who;
 use super::security_log::Reason;
-use crate::jobs::memory::Payer;
 
 /// Asked by what watches the service, and never refused for asking often.
 const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
@@ -33,21 +32,6 @@ pub(super) fn is_watching(extensions: &Extensions) -> bool {
     extensions.get::<MatchedPath>().is_some_and(|path| WATCHING.contains(&path.as_str()))
 }
 
-/// Who pays for the memory of a request: a key, or an address where none was accepted.
-pub(super) fn payer(extensions: &Extensions) -> Payer {
-    let key_id = extensions.get::<Caller>().and_then(|caller| caller.key_id.clone());
-    match who(extensions, key_id) {
-        Who::Key(id) => Payer::Key(id),
-        Who::Peer(site) => Payer::Site(site),
-        Who::Others => Payer::Others,
-    }
-}
-
-fn who(extensions: &Extensions, key_id: Option<Arc<str>>) -> Who {
-    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
-    key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key)
-}
-
 /// The answer to one who asks too often: by key, or by address where none was accepted.
 pub(super) fn turned_away(
     app: &AppState,
@@ -59,7 +43,7 @@ pub(super) fn turned_away(
     if is_watching(extensions) {
         return None;
     }
-    let wait = rates.admit(who(extensions, key_id.cloned())).err()?;
+    let wait = rates.admit(asking(extensions, key_id.cloned())).err()?;
     note_refusal(app, Reason::Rate, key_id.map(|id| &**id), method, extensions);
     let rate = app.settings.max_rate_per_s;
     let detail = format!("more than {rate} requests a second from one caller");
@@ -67,6 +51,18 @@ pub(super) fn turned_away(
     let wait_s = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
     response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(wait_s));
     Some(response)
+}
+
+/// Who asks: by key, or by address where there is none.
+fn asking(extensions: &Extensions, key_id: Option<Arc<str>>) -> Who {
+    let peer = extensions.get::<ConnectInfo<SocketAddr>>();
+    key_id.map_or_else(|| peer.map_or(Who::Others, |peer| Who::at(peer.0.ip())), Who::Key)
+}
+
+/// Who asks for a request that passed the guard.
+pub(super) fn asks(request: &Request) -> Who {
+    let extensions = request.extensions();
+    asking(extensions, extensions.get::<Caller>().and_then(|caller| caller.key_id.clone()))
 }
 
 /// Length of the address, and of all header fields together, as they were sent but for the four bytes between them.

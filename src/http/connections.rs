@@ -3,30 +3,30 @@
 
 use std::io;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum_server::accept::Accept;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Sleep;
 
 use crate::meter::{self, Entered};
+use crate::shares::{Held, Quota, Share, Shares, Who};
 
 /// Accepts connections up to a number.
 #[derive(Debug, Clone)]
 pub struct Cap {
-    places: Arc<Semaphore>,
+    places: Shares,
     pause: Duration,
 }
 
 impl Cap {
-    /// At most `connections` at a time; one whose client takes nothing of its answer for as long as `pause` is closed.
+    /// At most `connections` at a time, of which one address may have a share; one whose client takes nothing of its answer for as
+    /// long as `pause` is closed.
     #[must_use]
-    pub fn new(connections: usize, pause: Duration) -> Self {
-        Self { places: Arc::new(Semaphore::new(connections.min(Semaphore::MAX_PERMITS))), pause }
+    pub fn new(connections: usize, share: Share, pause: Duration) -> Self {
+        Self { places: Shares::new(Quota::Connections, connections as u64, share), pause }
     }
 }
 
@@ -34,7 +34,7 @@ impl Cap {
 #[derive(Debug)]
 pub struct Placed {
     /// Free again before the client can see the end.
-    _place: OwnedSemaphorePermit,
+    _place: Held,
     stream: TcpStream,
     pause: Duration,
     /// Runs while the client takes nothing.
@@ -43,7 +43,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    fn new(stream: TcpStream, pause: Duration, place: OwnedSemaphorePermit) -> Self {
+    fn new(stream: TcpStream, pause: Duration, place: Held) -> Self {
         Self { stream, pause, stalled: None, _place: place, _open: meter::CONNECTIONS.enter() }
     }
 
@@ -68,9 +68,10 @@ impl<S> Accept<TcpStream, S> for Cap {
     type Future = std::future::Ready<io::Result<(Placed, S)>>;
 
     fn accept(&self, stream: TcpStream, service: S) -> Self::Future {
-        let accepted = match Arc::clone(&self.places).try_acquire_owned() {
+        let who = stream.peer_addr().map_or(Who::Others, |peer| Who::at(peer.ip()));
+        let accepted = match self.places.take(&who, 1) {
             Ok(place) => stream.set_nodelay(true).map(|()| (Placed::new(stream, self.pause, place), service)),
-            Err(_) => Err(io::Error::other("too many connections")),
+            Err(refused) => Err(io::Error::other(refused)),
         };
         std::future::ready(accepted)
     }

@@ -18,8 +18,9 @@ use tower::{Layer, Service};
 use uuid::Uuid;
 
 use super::AppState;
-use super::admission::{admit, is_watching, payer};
+use super::admission::{admit, asks, is_watching};
 use super::coding::{TAKEN, coding, unpacked};
+use super::date::dated;
 use super::guard::{guard, note_refusal};
 use super::host::one_host;
 use super::observation::watch;
@@ -27,6 +28,7 @@ use super::printed::settled;
 use super::problem::{Problem, ProblemType};
 use super::security_log::Reason;
 use crate::jobs::memory::paid_by;
+use crate::jobs::asked_by;
 
 /// The id that we give a request, as the header that its answer has.
 #[derive(Debug, Clone)]
@@ -81,7 +83,7 @@ impl Service<Request> for Edge {
 
     fn call(&mut self, request: Request) -> Self::Future {
         let Self { app, route } = self.clone();
-        Box::pin(async move { Ok(pass(&app, request, route).await) })
+        Box::pin(async move { Ok(dated(pass(&app, request, route).await)) })
     }
 }
 
@@ -107,11 +109,12 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     if is_watching(request.extensions()) {
         return answered(request, route).await;
     }
-    let account = match app.memory.open(payer(request.extensions())) {
+    let who = asks(&request);
+    let account = match app.memory.open(who.clone()) {
         Ok(account) => account,
         Err(fault) => return Problem::from(fault).into_response(),
     };
-    let response = paid_by(account.clone(), answered(request, route)).await;
+    let response = paid_by(account.clone(), asked_by(who, answered(request, route))).await;
     settled(app, account, response).await
 }
 

@@ -11,6 +11,7 @@ mod coding;
 mod conditional;
 pub mod connections;
 mod current_machine;
+mod date;
 mod edge;
 mod extract;
 pub mod first_bytes;

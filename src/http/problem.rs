@@ -14,6 +14,7 @@ use crate::jobs::{
 };
 use crate::plot::PlotFault;
 use crate::servo::ServoFault;
+use crate::shares::{NoShare, Quota};
 use crate::store::{BlobFault, DamagedFile, StorageFault, StoreError};
 use crate::wire::{Fault, FaultList, QueryFault, RowFault, Unreadable};
 
@@ -176,7 +177,7 @@ impl IntoResponse for Problem {
         let body = serde_json::to_vec(&document).unwrap_or_default();
         let mut response = (kind.status(), body).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
-        if kind.status() == StatusCode::SERVICE_UNAVAILABLE {
+        if kind.status() == StatusCode::SERVICE_UNAVAILABLE || kind == ProblemType::QuotaExceeded {
             response.headers_mut().insert(RETRY_AFTER, HeaderValue::from_static("2"));
         }
         response
@@ -250,6 +251,9 @@ impl From<BlobFault> for Problem {
 
 impl From<std::io::Error> for Problem {
     fn from(fault: std::io::Error) -> Self {
+        if let Some(share) = fault.get_ref().and_then(|cause| cause.downcast_ref::<NoShare>()) {
+            return (*share).into();
+        }
         if let Some(storage) = StorageFault::of(&fault) {
             return Self::storage(storage, &fault);
         }
@@ -261,10 +265,23 @@ impl From<std::io::Error> for Problem {
     }
 }
 
+impl From<NoShare> for Problem {
+    fn from(fault: NoShare) -> Self {
+        let kind = match fault {
+            NoShare::OverShare { .. } => ProblemType::QuotaExceeded,
+            NoShare::Full { quota: Quota::QueuedJobs, .. } => ProblemType::QueueFull,
+            NoShare::Full { quota: Quota::SpoolBytes, .. } => ProblemType::StorageUnavailable,
+            NoShare::Full { .. } => ProblemType::Busy,
+        };
+        Self::new(kind, fault.to_string())
+    }
+}
+
 impl From<SpoolFault> for Problem {
     fn from(fault: SpoolFault) -> Self {
         match fault {
             SpoolFault::TooLarge { .. } => Self::new(ProblemType::BodyTooLarge, fault.to_string()),
+            SpoolFault::NoShare(fault) => fault.into(),
             SpoolFault::File(fault) => fault.into(),
             SpoolFault::Write(fault) => fault.into(),
         }
@@ -276,6 +293,7 @@ impl From<ComputeFault> for Problem {
         match fault {
             ComputeFault::Busy => Self::new(ProblemType::Busy, fault.to_string()),
             ComputeFault::Memory(fault) => fault.into(),
+            ComputeFault::NoShare(fault) => fault.into(),
             ComputeFault::Panicked => Self::internal(&fault),
             ComputeFault::TooCostly { .. } => Self::new(ProblemType::TooCostly, fault.to_string()),
         }
@@ -390,6 +408,7 @@ impl From<JobFault> for Problem {
                 Self::invalid(ProblemType::InvalidRequest, vec![Fault::new("/surface", detail)])
             }
             JobFault::Store(fault) => fault.into(),
+            JobFault::NoShare(fault) => fault.into(),
             JobFault::QueueFull { .. } => Self::new(ProblemType::QueueFull, fault.to_string()),
             JobFault::ProcessDied => Self::new(ProblemType::ProcessDied, fault.to_string()),
             JobFault::MachineLost => Self::internal(&fault),

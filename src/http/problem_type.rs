@@ -94,6 +94,8 @@ catalogue! {
         "All header fields together are longer than the limit that the detail names.";
     TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
         "The caller, known by key or else by address, asks more often than the service is set to answer. Retry after the time that Retry-After names.";
+    QuotaExceeded = TOO_MANY_REQUESTS, "quota", "The caller has its share",
+        "One caller, known by key or else by address, may hold a part of what others leave (max_share_per_caller), so that all find room. The detail names what is shared, how much of it the caller holds, how much it may hold now, and what makes room. Nothing was stored. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types the operation takes. Content codings are gzip and zstd.";
     RangeNotSatisfiable = RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range lies behind the end",
@@ -125,12 +127,12 @@ catalogue! {
     StoredFileDamaged = INTERNAL_SERVER_ERROR, "stored-file-damaged", "Something stored is not what was stored",
         "A program, a surface, a table or a report has other bytes than its SHA-256 stands for, or is missing. It is neither sent nor computed with. The detail gives the digest expected, and length and digest found. Restore it from a backup, and run trunnion doctor, which names everything that is damaged. A program can also be posted again: the same bytes take the place of the damaged ones.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
-        "The process ended unexpectedly twice while it computed this job, so the job is not tried again. Its program is kept; report the defect with it.";
+        "The process ended unexpectedly twice while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
-    MemoryFull = SERVICE_UNAVAILABLE, "memory-full", "There is no memory for the request now",
+    MemoryFull = SERVICE_UNAVAILABLE, "memory-budget", "There is no memory for the request now",
         "Requests share a budget of memory (max_memory_bytes), and one caller gets a part of it. The detail says what the request needs, what the caller's other requests hold and what is free. Retry after the time that Retry-After names, ask for less at once, or send fewer requests side by side.";
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
         "The computation was stopped and nothing was stored. Retry later or split the request.";

@@ -3,31 +3,10 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
-use std::net::IpAddr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Who is counted together.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) enum Who {
-    /// Everything asked under one key.
-    Key(Arc<str>),
-    /// Everything from one address; of IPv6 the first 64 bits, which one site holds.
-    Peer(u128),
-    /// Callers for whom there was no place in the table.
-    Others,
-}
-
-impl Who {
-    /// Of an address.
-    pub(super) fn at(ip: IpAddr) -> Self {
-        match ip.to_canonical() {
-            IpAddr::V4(ip) => Self::Peer(u128::from(u32::from(ip))),
-            // Below 64 bits nothing is set, so that no address of the one kind is one of the other.
-            IpAddr::V6(ip) => Self::Peer((u128::from(ip) >> 64 << 64) | 1 << 63),
-        }
-    }
-}
+pub(super) use crate::shares::Who;
 
 /// Parts of the table, so that callers seldom wait for each other.
 const SHARDS: usize = 16;
@@ -113,6 +92,8 @@ impl Shard {
 
 #[cfg(test)]
 mod tests {
+    use std::net::IpAddr;
+
     use super::*;
 
     const SECOND_NS: u64 = 1_000_000_000;

@@ -56,6 +56,7 @@ macro_rules! refusals {
                     $(ProblemType::$kind,)+
                     ProblemType::UrlTooLong,
                     ProblemType::TooManyRequests,
+                    ProblemType::QuotaExceeded,
                     ProblemType::HeaderTooLarge,
                     ProblemType::Internal,
                     ProblemType::StorageUnavailable,

@@ -6,8 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Instant;
 
-use tokio::sync::Semaphore;
-
 use super::held_keys::HeldKeys;
 use super::held_machines::HeldMachines;
 use super::observation::{Exporter, Operations};
@@ -21,6 +19,7 @@ use crate::jobs::{
     Sources, Spool, open_data_directory,
 };
 use crate::meter::Counter;
+use crate::shares::{Quota, Share, Shares};
 use crate::store::Store;
 
 /// What the handlers share. A clone is one count: every layer of every request has one.
@@ -58,7 +57,7 @@ pub struct Shared {
     /// What looks after everything stored.
     pub keeper: Keeper,
     /// Room for those who follow events of jobs.
-    pub(super) followers: Arc<Semaphore>,
+    pub(super) followers: Shares,
     /// The API keys.
     pub(super) keys: HeldKeys,
     /// Who was not let in.
@@ -96,16 +95,21 @@ impl AppState {
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
         let memory =
             Memory::within(settings.max_memory_bytes, settings.max_connections, settings.computations());
+        let share = Share(settings.max_share_per_caller);
         let compute = Compute::new(
             settings.computations(),
             settings.max_waiting_computations,
+            share,
             settings.max_surface_memory_bytes,
         )
         .costing_at_most(settings.max_cost_s);
-        let spool = Spool::new(blobs, settings.max_body_bytes).with_results_within(settings.max_result_bytes);
+        let spool = Spool::new(blobs, settings.max_body_bytes)
+            .with_results_within(settings.max_result_bytes)
+            .shared(Shares::new(Quota::SpoolBytes, settings.max_spool_bytes, share));
         let means = Means { compensator: Arc::clone(&compensator), max_cost_s: settings.max_cost_s };
         let limits = QueueLimits {
             max_queued: settings.max_queued_jobs,
+            share,
             job_retention_s: settings.job_retention_s,
             key_retention_s: settings.idempotency_retention_s,
         };
@@ -133,7 +137,7 @@ impl AppState {
             compute,
             spool,
             sources,
-            followers: Arc::new(Semaphore::new(settings.max_event_streams.min(Semaphore::MAX_PERMITS))),
+            followers: Shares::new(Quota::EventStreams, settings.max_event_streams as u64, share),
             machines: HeldMachines::default(),
             keys: HeldKeys::new(&settings.data_dir),
             security: SecurityLog::open(&settings.data_dir).map_err(OpenFault::Thread)?,

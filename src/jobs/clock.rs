@@ -1,11 +1,13 @@
 //! Time and identity come from outside, so that tests can set them.
 
 use std::fmt;
-use std::sync::Arc;
-use std::time::Instant;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use jiff::{SignedDuration, Timestamp};
-use uuid::Uuid;
+use rustls::pki_types::UnixTime;
+use rustls::time_provider::TimeProvider;
+use uuid::{ContextV7, Uuid};
 
 /// Where the time comes from.
 pub trait Clock: Send + Sync + fmt::Debug {
@@ -50,8 +52,22 @@ struct SystemClock {
     began: (Instant, Timestamp),
 }
 
-#[derive(Debug)]
-struct Version7;
+/// Time-ordered ids (RFC 9562 §5.7). Their counter keeps the order within a millisecond.
+#[derive(Debug, Default)]
+struct Version7 {
+    counter: Mutex<ContextV7>,
+}
+
+impl Version7 {
+    /// The next id at this time. Version 7 counts from 1970 on: an earlier time counts as 1970.
+    fn at(&self, now: Timestamp) -> Uuid {
+        let now = now.max(Timestamp::UNIX_EPOCH);
+        let (seconds, nanoseconds) = (now.as_second(), now.subsec_nanosecond());
+        let seconds = u64::try_from(seconds).unwrap_or(0);
+        let nanoseconds = u32::try_from(nanoseconds).unwrap_or(0);
+        Uuid::new_v7(uuid::Timestamp::from_unix(&self.counter, seconds, nanoseconds))
+    }
+}
 
 impl SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
@@ -79,10 +95,31 @@ impl Clock for SystemClock {
     }
 }
 
+/// The system's time, for what tells it to others and rests nothing on it.
+#[expect(clippy::disallowed_methods, reason = "this is the clock")]
+#[must_use]
+pub fn system_time() -> Timestamp {
+    Timestamp::now()
+}
+
+/// The system's time for TLS, which counts from 1970 on: an earlier time counts as 1970, when no certificate is valid yet.
+#[derive(Debug, Clone, Copy)]
+pub struct TlsTime;
+
+impl TimeProvider for TlsTime {
+    fn current_time(&self) -> Option<UnixTime> {
+        Some(tls_time(system_time()))
+    }
+}
+
+fn tls_time(now: Timestamp) -> UnixTime {
+    UnixTime::since_unix_epoch(Duration::try_from(now.as_duration()).unwrap_or(Duration::ZERO))
+}
+
 impl IdSource for Version7 {
-    #[expect(clippy::disallowed_methods, reason = "this is the id source")]
+    #[expect(clippy::disallowed_methods, reason = "ids have the system's time in them")]
     fn next(&self) -> Uuid {
-        Uuid::now_v7()
+        self.at(Timestamp::now())
     }
 }
 
@@ -90,7 +127,7 @@ impl Sources {
     /// The system's clock and time-ordered random ids.
     #[must_use]
     pub fn real() -> Self {
-        Self { clock: Arc::new(SystemClock::new()), ids: Arc::new(Version7) }
+        Self { clock: Arc::new(SystemClock::new()), ids: Arc::new(Version7::default()) }
     }
 
     /// The time now, as it is stored and answered.
@@ -163,12 +200,32 @@ mod tests {
     }
 
     #[test]
+    fn a_clock_before_1970_gives_ids_and_times() {
+        let ids = Version7::default();
+        let early = "1969-12-31T23:59:59.5Z".parse::<Timestamp>().expect("a time");
+        let (first, second) = (ids.at(early), ids.at(Timestamp::MIN));
+        assert_ne!(first, second);
+        assert_eq!((first.get_version_num(), second.get_version_num()), (7, 7));
+        assert_eq!(timestamp(early), "1969-12-31T23:59:59.500Z");
+        assert_eq!(tls_time(early), UnixTime::since_unix_epoch(Duration::ZERO));
+        let later = ids.at("2026-11-21T12:00:00Z".parse().expect("a time"));
+        assert!(later > first && later > second);
+    }
+
+    #[test]
+    fn ids_of_one_moment_are_in_order() {
+        let (ids, now) = (Version7::default(), "2026-11-21T12:00:00Z".parse().expect("a time"));
+        let made: Vec<_> = (0..1000).map(|_| ids.at(now)).collect();
+        assert!(made.is_sorted_by(|one, other| one < other));
+    }
+
+    #[test]
     fn nothing_is_held_to_be_of_the_future_by_a_clock_that_may_be_behind() {
         let at = |text: &str| text.parse::<Timestamp>().expect("a time");
         let (early, late) = (at("1970-01-01T00:00:00Z"), at("2026-11-21T12:00:00Z"));
         let farthest = |now, passed, watched_s| {
             let clock = Arc::new(Told(now, passed, SignedDuration::from_secs(watched_s)));
-            Sources { clock, ids: Arc::new(Version7) }.farthest(60.0)
+            Sources { clock, ids: Arc::new(Version7::default()) }.farthest(60.0)
         };
         assert_eq!(farthest(early, early, 59), "9999-12-30T22:00:00.000Z");
         assert_eq!(farthest(late, late, 60), "2026-11-21T12:01:00.000Z");

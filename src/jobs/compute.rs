@@ -9,12 +9,14 @@ use thiserror::Error;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
-use super::PartSurfaceFault;
 use super::compute_threads::ComputeThreads;
 use super::cpu_time::CpuTime;
 use super::memory::{self, MemoryFault};
+use super::turns::{Place, Turns};
+use super::{PartSurfaceFault, asker};
 use crate::meter;
 use crate::process::Stop;
+use crate::shares::{NoShare, Quota, Share, Shares, Who};
 use crate::surface::Mesh;
 use crate::wear::SideBySide;
 
@@ -27,6 +29,9 @@ pub enum ComputeFault {
     /// There is no memory for what it takes.
     #[error(transparent)]
     Memory(#[from] MemoryFault),
+    /// The caller has its share of the places.
+    #[error(transparent)]
+    NoShare(NoShare),
     /// The computation panicked: a fault of ours.
     #[error("the computation panicked")]
     Panicked,
@@ -46,10 +51,10 @@ pub enum ComputeFault {
 /// The pool.
 #[derive(Debug, Clone)]
 pub struct Compute {
-    /// Places, running and waiting.
-    places: Arc<Semaphore>,
-    /// Places that run.
-    running: Arc<Semaphore>,
+    /// Places of requests, running and waiting.
+    places: Shares,
+    /// Whose turn it is.
+    turns: Turns,
     /// Those of them that jobs from the queue may take.
     queued: Arc<Semaphore>,
     threads: ComputeThreads,
@@ -71,7 +76,8 @@ const MIB: u64 = 1 << 20;
 /// work in parts takes.
 #[derive(Debug, Clone)]
 pub struct Threads {
-    places: Arc<Semaphore>,
+    turns: Turns,
+    who: Who,
     width: usize,
     cpu_time: Arc<CpuTime>,
 }
@@ -94,7 +100,7 @@ impl SideBySide for Threads {
         std::thread::scope(|scope| {
             for _ in 0..helpers {
                 // A place that somebody waits for is not free.
-                let Ok(place) = self.places.try_acquire() else { break };
+                let Some(place) = self.turns.lend(&self.who) else { break };
                 scope.spawn(move || {
                     let counted = self.cpu_time.enter();
                     work();
@@ -113,21 +119,21 @@ pub(super) struct QueueTurn {
     /// One of the places that the queue may take.
     pub(super) share: OwnedSemaphorePermit,
     /// The place that runs.
-    pub(super) place: OwnedSemaphorePermit,
+    pub(super) place: Place,
 }
 
 impl Compute {
     /// A pool that runs `running` computations side by side and lets `waiting` more wait, with so much memory for
-    /// uploaded surfaces.
+    /// uploaded surfaces. Of those that run and wait one caller may have a share.
     #[must_use]
-    pub fn new(running: usize, waiting: usize, surface_bytes: u64) -> Self {
+    pub fn new(running: usize, waiting: usize, share: Share, surface_bytes: u64) -> Self {
         let running = running.max(1);
         let mib = usize::try_from(surface_bytes.div_ceil(MIB)).unwrap_or(usize::MAX);
         Self {
-            places: Arc::new(Semaphore::new(running + waiting)),
-            running: Arc::new(Semaphore::new(running)),
+            places: Shares::new(Quota::Computations, (running + waiting) as u64, share),
+            turns: Turns::new(running),
             queued: Arc::new(Semaphore::new((running - 1).max(1))),
-            threads: ComputeThreads::new(running),
+            threads: ComputeThreads::new(Turns::most_begun(running)),
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
             surface_bytes,
@@ -188,18 +194,18 @@ impl Compute {
         self.run_with(work).await
     }
 
-    /// Waits for a place for a job from the queue. It stands in the same line as requests, which are served in the order
-    /// they come, and leaves one place to them where there are several: neither can keep the other out.
+    /// Waits for a place for a job from the queue, whose caller is not known yet. It leaves one place to requests where there are
+    /// several: neither can keep the other out.
     pub(super) async fn queue_turn(&self) -> Result<QueueTurn, ComputeFault> {
         let share = Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
-        let place = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let place = self.turns.take(&Who::Service).await.ok_or(ComputeFault::Busy)?;
         Ok(QueueTurn { share, place })
     }
 
     /// Runs `work` in a place that was waited for. Its stop breaks once `token` is cancelled or this future is dropped.
     pub(super) async fn run_at<T, F>(
         &self,
-        place: impl Send + 'static,
+        place: Place,
         token: CancellationToken,
         work: F,
     ) -> Result<T, ComputeFault>
@@ -209,17 +215,26 @@ impl Compute {
     {
         let limit = self.cpu_limit;
         let cpu_time = Arc::new(CpuTime::new(limit, self.width));
-        let threads =
-            Threads { places: Arc::clone(&self.running), width: self.width, cpu_time: Arc::clone(&cpu_time) };
+        let threads = Threads {
+            turns: self.turns.clone(),
+            who: place.who().clone(),
+            width: self.width,
+            cpu_time: Arc::clone(&cpu_time),
+        };
         let computing = meter::COMPUTING.enter();
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = self.threads.run(move || {
             // Held by the thread, not by who waits: a place is free when its work has really ended.
-            let _held = (place, computing);
+            let (place, _computing) = (place, computing);
             let _entered = span.entered();
             let counted = threads.cpu_time.enter();
+            let home = std::thread::current().id();
             let done = work(&threads, &|| {
+                // Threads that were lent go on: their parts are short.
+                if place.is_crowded() && !token.is_cancelled() && std::thread::current().id() == home {
+                    place.give_way(|| token.is_cancelled());
+                }
                 if token.is_cancelled() { ControlFlow::Break(()) } else { threads.cpu_time.check() }
             });
             drop(counted);
@@ -242,15 +257,23 @@ impl Compute {
         T: Send + 'static,
         F: FnOnce(&Threads, &Stop<'_>) -> T + Send + 'static,
     {
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_none_free| ComputeFault::Busy)?;
+        let who = asker();
+        let counted = self.places.take(&who, 1).map_err(|refused| match refused {
+            NoShare::Full { .. } => ComputeFault::Busy,
+            over @ NoShare::OverShare { .. } => ComputeFault::NoShare(over),
+        })?;
         let waiting = meter::WAITING.enter();
-        let turn = Arc::clone(&self.running).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
+        let place = self.turns.take(&who).await.ok_or(ComputeFault::Busy)?;
         drop(waiting);
         let account = memory::account();
         if let Some(account) = &account {
             account.begin_work()?;
         }
-        // What is paid is held by the thread too: it computes on for a moment once the client has left.
-        self.run_at((place, turn, account), CancellationToken::new(), work).await
+        let counted_work = move |threads: &Threads, stop: &Stop<'_>| {
+            // Held by the thread as its place is: it computes on for a moment once the client has left.
+            let _held = (counted, account);
+            work(threads, stop)
+        };
+        self.run_at(place, CancellationToken::new(), counted_work).await
     }
 }

@@ -10,6 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
+use crate::shares::Who;
+
 /// How many times what is free one payer may hold.
 const SHARE: u64 = 4;
 /// What every request pays from its arrival until its answer is taken: its header, a small body, a small answer or the part of
@@ -24,17 +26,6 @@ const CONNECTION_BYTES: u64 = 32 << 10;
 const COMPUTATION_BYTES: u64 = 16 << 20;
 /// The least budget, whatever the settings leave \[bytes\].
 const LEAST_BYTES: u64 = 32 << 20;
-
-/// Who pays.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Payer {
-    /// Everything asked under one key.
-    Key(Arc<str>),
-    /// Everything from one site.
-    Site(u128),
-    /// Everybody whose address is not known.
-    Others,
-}
 
 /// Why memory is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -76,7 +67,7 @@ pub struct Memory {
 #[derive(Debug, Default)]
 struct Books {
     held_bytes: u64,
-    payers: HashMap<Payer, u64>,
+    payers: HashMap<Who, u64>,
 }
 
 impl Memory {
@@ -111,7 +102,7 @@ impl Memory {
     ///
     /// # Errors
     /// There is no room for it.
-    pub fn open(&self, payer: Payer) -> Result<Account, MemoryFault> {
+    pub fn open(&self, payer: Who) -> Result<Account, MemoryFault> {
         let (kept, leased, working) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
         let account = Account(Arc::new(Held { memory: self.clone(), payer, kept, leased, working }));
         account.keep(REQUEST_BYTES)?;
@@ -123,7 +114,7 @@ impl Memory {
         self.books.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn pay(&self, payer: &Payer, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
+    fn pay(&self, payer: &Who, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
         let needed_bytes = own_bytes.saturating_add(bytes);
         let most_bytes = self.budget_bytes / (SHARE + 1) * SHARE;
         if needed_bytes > most_bytes {
@@ -145,7 +136,7 @@ impl Memory {
         Ok(())
     }
 
-    fn give_back(&self, payer: &Payer, bytes: u64) {
+    fn give_back(&self, payer: &Who, bytes: u64) {
         let mut books = self.books();
         books.held_bytes = books.held_bytes.saturating_sub(bytes);
         if let Some(held) = books.payers.get_mut(payer) {
@@ -164,7 +155,7 @@ pub struct Account(Arc<Held>);
 #[derive(Debug)]
 struct Held {
     memory: Memory,
-    payer: Payer,
+    payer: Who,
     /// Until the request ends.
     kept: AtomicU64,
     /// By leases.
@@ -293,8 +284,8 @@ mod tests {
 
     const MIB: u64 = 1 << 20;
 
-    fn site(number: u128) -> Payer {
-        Payer::Site(number)
+    fn site(number: u128) -> Who {
+        Who::Peer(number)
     }
 
     #[test]
@@ -331,7 +322,7 @@ mod tests {
     #[test]
     fn a_lease_ends_before_the_request_and_work_is_paid_when_it_begins() {
         let memory = Memory::new(100 * MIB);
-        let account = memory.open(Payer::Key("k".into())).unwrap();
+        let account = memory.open(Who::Key("k".into())).unwrap();
         let mut lease = account.lease();
         assert_eq!(lease.grow_to(10 * MIB), Ok(()));
         assert_eq!(lease.grow_to(5 * MIB), Ok(()));

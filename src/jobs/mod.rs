@@ -2,6 +2,7 @@
 
 mod acceptance;
 mod api_keys;
+mod asking;
 mod calibration;
 mod clock;
 mod compensation;
@@ -27,6 +28,7 @@ mod servo_program;
 mod spool;
 mod stamping;
 mod tool_shelf;
+mod turns;
 mod verification;
 mod wear;
 mod wear_program;
@@ -35,8 +37,9 @@ mod work;
 
 pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
+pub use asking::{asked_by, asker};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
-pub use clock::{Clock, IdSource, Sources, timestamp};
+pub use clock::{Clock, IdSource, Sources, TlsTime, system_time, timestamp};
 pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;

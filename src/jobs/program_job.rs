@@ -12,6 +12,7 @@ use super::{
 };
 use crate::process::Stop;
 use crate::program::Steps;
+use crate::shares::NoShare;
 use crate::store::{
     Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
 };
@@ -129,6 +130,9 @@ pub enum JobFault {
     /// The row could not be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// The caller has its share of what jobs need.
+    #[error(transparent)]
+    NoShare(#[from] NoShare),
     /// As many jobs wait as may.
     #[error("{waiting} jobs wait already")]
     QueueFull {
@@ -140,7 +144,8 @@ pub enum JobFault {
     MachineLost,
     /// The process died while it computed this.
     #[error(
-        "the process ended unexpectedly while it computed this job, and did so again at a second attempt"
+        "the process ended unexpectedly while it computed this job and nothing else, twice; three deaths beside other work \
+         came before"
     )]
     ProcessDied,
     /// The key is taken by another request.
@@ -163,7 +168,7 @@ pub async fn run_program_job(
     job: ProgramJob,
 ) -> Result<JobRow, JobFault> {
     let (created_at, by) = (sources.timestamp(), job.by.clone());
-    let (spool, sources, blobs) = (spool.clone(), sources.clone(), spool.blobs().clone());
+    let (spool, sources, blobs) = (spool.of_asker(), sources.clone(), spool.blobs().clone());
     let memory = match &job.surface {
         Some(surface) => {
             let facets = InputFile::of(surface).and_then(|surface| facets_of(&surface));

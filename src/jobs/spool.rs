@@ -5,6 +5,8 @@ use std::io::Write;
 use bytes::Bytes;
 use thiserror::Error;
 
+use super::asker;
+use crate::shares::{NoShare, Shares, Who};
 use crate::store::{BlobFault, Blobs, Draft};
 
 /// Why an upload could not be taken.
@@ -16,6 +18,9 @@ pub enum SpoolFault {
         /// The limit \[bytes\].
         limit: u64,
     },
+    /// The caller has its share of the spool, or it is full.
+    #[error(transparent)]
+    NoShare(#[from] NoShare),
     /// The file could not be written.
     #[error(transparent)]
     File(#[from] BlobFault),
@@ -30,6 +35,9 @@ pub struct Spool {
     blobs: Blobs,
     limit: u64,
     results_limit: u64,
+    shares: Option<Shares>,
+    /// Whose the results are; nobody's are counted.
+    results_of: Option<Who>,
 }
 
 /// An upload being taken; it vanishes unless it is kept.
@@ -48,7 +56,7 @@ impl Spool {
     /// A spool in the directory of `blobs` with a limit on the length of an upload \[bytes\].
     #[must_use]
     pub fn new(blobs: Blobs, limit: u64) -> Self {
-        Self { blobs, limit, results_limit: u64::MAX }
+        Self { blobs, limit, results_limit: u64::MAX, shares: None, results_of: None }
     }
 
     /// The same with a limit on the length of a result \[bytes\].
@@ -57,12 +65,29 @@ impl Spool {
         Self { results_limit, ..self }
     }
 
+    /// The same with bytes that callers share.
+    #[must_use]
+    pub fn shared(self, shares: Shares) -> Self {
+        Self { shares: Some(shares), ..self }
+    }
+
+    /// The same for the results of whom asks now: they count as its own.
+    #[must_use]
+    pub fn of_asker(&self) -> Self {
+        Self { results_of: Some(asker()), ..self.clone() }
+    }
+
     /// A new result.
     ///
     /// # Errors
     /// The file cannot be made.
     pub fn result(&self) -> Result<Draft, BlobFault> {
-        Ok(self.blobs.draft()?.within(self.results_limit))
+        let draft = self.blobs.draft()?.within(self.results_limit);
+        let room = self.shares.as_ref().zip(self.results_of.as_ref());
+        Ok(match room {
+            Some((shares, who)) => draft.counted(shares.none_of(who)),
+            None => draft,
+        })
     }
 
     /// The files beside the database.
@@ -84,7 +109,11 @@ impl Spool {
     /// # Errors
     /// The file cannot be made.
     pub fn begin_within(&self, limit: u64) -> Result<Upload, SpoolFault> {
-        Ok(Upload { draft: Some(self.blobs.draft()?), pending: Vec::new(), taken: 0, limit })
+        let mut draft = self.blobs.draft()?;
+        if let Some(shares) = &self.shares {
+            draft = draft.counted(shares.none_of(&asker()));
+        }
+        Ok(Upload { draft: Some(draft), pending: Vec::new(), taken: 0, limit })
     }
 }
 
@@ -116,11 +145,20 @@ impl Upload {
         let Some(mut draft) = self.draft.take() else { return Err(lost()) };
         let written =
             tokio::task::spawn_blocking(move || draft.write_all(&pending).map(|()| (draft, pending)));
-        let (draft, mut pending) = written.await.map_err(|_panicked| lost())?.map_err(SpoolFault::Write)?;
+        let written = written.await.map_err(|_panicked| lost())?;
+        let (draft, mut pending) = written.map_err(|fault| match no_share(&fault) {
+            Some(share) => SpoolFault::NoShare(share),
+            None => SpoolFault::Write(fault),
+        })?;
         pending.clear();
         (self.draft, self.pending) = (Some(draft), pending);
         Ok(())
     }
+}
+
+/// Whether a fault of writing is one of shares.
+fn no_share(fault: &std::io::Error) -> Option<NoShare> {
+    fault.get_ref()?.downcast_ref::<NoShare>().copied()
 }
 
 fn lost() -> SpoolFault {

@@ -13,9 +13,11 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
+use super::marks::{Died, Marks};
 use super::stored_file::{is_folder, is_no_plain_file, open_below, verify};
 use super::writable::Writable;
 use super::{Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoredThing};
+use crate::shares::Held;
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -85,6 +87,8 @@ pub struct Draft {
     hasher: Sha256,
     length: u64,
     limit: u64,
+    /// What it holds of the spool, where that is shared.
+    room: Option<Held>,
 }
 
 /// More bytes than a draft may hold; the kind of the fault of writing is then [`io::ErrorKind::FileTooLarge`].
@@ -152,6 +156,14 @@ impl Blobs {
         self.writable.check(&self.spool)
     }
 
+    /// The marks of jobs that are computed, and those that a process left which died. Only for the start.
+    ///
+    /// # Errors
+    /// Their folder cannot be used.
+    pub fn marks(&self) -> Result<(Marks, Died), BlobFault> {
+        Marks::open(self.spool.parent().unwrap_or(&self.spool))
+    }
+
     /// A new, empty draft.
     ///
     /// # Errors
@@ -159,7 +171,7 @@ impl Blobs {
     pub fn draft(&self) -> Result<Draft, BlobFault> {
         let file =
             NamedTempFile::new_in(&self.spool).map_err(BlobFault::at("making a file in", &self.spool))?;
-        Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX })
+        Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX, room: None })
     }
 
     /// A file for what rests between two steps of a computation; it goes with what is returned.
@@ -310,6 +322,12 @@ impl Draft {
         Self { limit, ..self }
     }
 
+    /// The same with its bytes counted as they come, until it is kept or goes.
+    #[must_use]
+    pub fn counted(self, room: Held) -> Self {
+        Self { room: Some(room), ..self }
+    }
+
     /// Where the bytes written so far stand.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -341,6 +359,9 @@ impl Write for Draft {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.length.saturating_add(bytes.len() as u64) > self.limit {
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, DraftTooLong { limit: self.limit }));
+        }
+        if let Some(room) = &mut self.room {
+            room.take_more(bytes.len() as u64).map_err(io::Error::other)?;
         }
         let written = self.file.write(bytes)?;
         let taken = bytes.get(..written).unwrap_or(bytes);

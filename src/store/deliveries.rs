@@ -185,7 +185,7 @@ impl Store {
             let outcome: DeliveryOutcome = serde_json::from_value(row.outcome.into()).map_err(unreadable)?;
             let attempt = DeliveryAttempt {
                 started_at: row.started_at,
-                duration_ms: row.duration_ms,
+                duration_ms: Some(row.duration_ms),
                 status: row.status.and_then(|status| u16::try_from(status).ok()),
                 outcome,
                 detail: row.detail,
@@ -215,12 +215,13 @@ impl Store {
         self.write("writing an attempt down", |connection| {
             Box::pin(async move {
                 let (status, outcome) = (attempt.status.map(i64::from), attempt.outcome.as_str());
+                let duration_ms = attempt.duration_ms.unwrap_or(0);
                 // The job may have been removed meanwhile, and its deliveries with it.
                 sqlx::query!(
                     "INSERT INTO delivery_attempts (job_id, started_at, duration_ms, status, outcome, detail)
                      SELECT job_id, ?, ?, ?, ?, ? FROM deliveries WHERE job_id = ?",
                     attempt.started_at,
-                    attempt.duration_ms,
+                    duration_ms,
                     status,
                     outcome,
                     attempt.detail,

@@ -99,6 +99,10 @@ pub(super) struct StoredJob {
     pub(super) cancel_requested: i64,
     #[expect(dead_code, reason = "read by the queue, where it is")]
     pub(super) lease: Option<String>,
+    pub(super) deaths: i64,
+    #[expect(dead_code, reason = "read by the queue, where it is")]
+    pub(super) lone_deaths: i64,
+    pub(super) caller: Option<String>,
 }
 
 impl StoredJob {

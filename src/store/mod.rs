@@ -18,6 +18,7 @@ mod key_mark;
 mod keys;
 mod lock;
 mod machines;
+mod marks;
 mod pace;
 mod page;
 mod private;
@@ -51,10 +52,13 @@ pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{NewRevision, PutOutcome, Revision};
+pub use marks::{Died, Mark, Marks};
 pub use pace::Pace;
 pub use page::{Cursor, CursorFault, Page};
 pub use private::{Tightened, make_private};
-pub use queue::{Cancelling, Claimed, Ending, Enqueued, GivenBack, QueueDepth, Recovered};
+pub use queue::{
+    Cancelling, Claimed, DEATHS_BESIDE_OTHERS, Ending, Enqueued, GivenBack, QueueDepth, QueueRoom, Recovered,
+};
 pub use revisions::{Expected, RevisionHead, Stale};
 pub use soundness::{Soundness, SoundnessReading};
 pub use storage_fault::StorageFault;

@@ -8,7 +8,9 @@ use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::jobs::{StoredJob, created};
 use super::keys::{Answer, keep_key, unless_key_taken};
-use super::{JobRow, JobState, KeyUse, Store, StoreError};
+use super::machines::as_array;
+use super::{Died, JobRow, JobState, KeyUse, Store, StoreError};
+use crate::shares::{NoShare, Quota, Share, Who};
 use crate::wire::AuditAction;
 
 /// What became of a job that was to be queued.
@@ -20,6 +22,32 @@ pub enum Enqueued {
     KeyTaken,
     /// As many wait as may; nothing is stored.
     Full,
+    /// As many of this caller's wait as may; nothing is stored.
+    NoShare(NoShare),
+}
+
+/// Who asks for a job, and how many may wait.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QueueRoom {
+    /// Of all callers.
+    pub max_queued: usize,
+    /// The part of one caller.
+    pub share: Share,
+    /// The caller.
+    pub caller: Who,
+}
+
+impl QueueRoom {
+    /// Whether one more of the caller's may wait beside so many, of which so many are its own.
+    ///
+    /// # Errors
+    /// It may not.
+    pub fn check(&self, waiting: i64, own: i64) -> Result<(), NoShare> {
+        let count = |number: i64| u64::try_from(number).unwrap_or(0);
+        let (waiting, own) = (count(waiting), count(own));
+        let others = waiting.saturating_sub(own);
+        self.share.check(Quota::QueuedJobs, self.max_queued as u64, others, own, 1)
+    }
 }
 
 /// A job taken from the queue.
@@ -29,6 +57,18 @@ pub struct Claimed {
     pub job: JobRow,
     /// What its ending is signed with.
     pub lease: String,
+    /// Who asked for it, where that is known.
+    pub caller: Option<String>,
+    /// Deaths of the process while it was computed beside others.
+    pub deaths: i64,
+}
+
+impl Claimed {
+    /// Whether it is to be computed alone.
+    #[must_use]
+    pub fn is_suspect(&self) -> bool {
+        self.deaths >= DEATHS_BESIDE_OTHERS
+    }
 }
 
 /// How a job ends.
@@ -87,7 +127,7 @@ pub enum Cancelling {
 pub struct Recovered {
     /// Jobs that wait again.
     pub queued: u64,
-    /// Jobs that were running when the process died, and died again: failed.
+    /// Jobs that were computed alone at two deaths of the process: failed.
     pub parked: Vec<String>,
     /// Jobs that their clients had cancelled.
     pub cancelled: Vec<String>,
@@ -104,11 +144,16 @@ pub struct QueueDepth {
     pub oldest: Option<String>,
 }
 
-/// Computations after which a job is held to be what kills the process.
-const MAX_ATTEMPTS: i64 = 2;
+/// Deaths of the process that a job may meet beside others before it is computed alone: whose fault they were is not known.
+pub const DEATHS_BESIDE_OTHERS: i64 = 3;
+/// Deaths while it is computed alone after which a job is held to be what kills the process. One may still have come from outside.
+const LONE_DEATHS: i64 = 2;
+
+/// Turns after which a caller's is forgotten, so that the table does not grow with all who ever asked.
+const TURNS_REMEMBERED: i64 = 10_000;
 
 impl Store {
-    /// Queues a job together with the key it was asked under, unless `max_queued` wait already.
+    /// Queues a job together with the key it was asked under, unless there is no room for one more of its caller's.
     ///
     /// # Errors
     /// The database failed.
@@ -117,28 +162,31 @@ impl Store {
         job: &JobRow,
         used: Option<&KeyUse>,
         by: &Actor,
-        max_queued: usize,
+        room: &QueueRoom,
     ) -> Result<Enqueued, StoreError> {
         let (JobRow { document, file_name, traceparent, accepted, .. }, used, by) =
             (job.clone(), used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
-        let max_queued = i64::try_from(max_queued).unwrap_or(i64::MAX);
+        let (room, caller) = (room.clone(), room.caller.to_string());
         let added = self
             .write("queueing a job", |connection| {
                 Box::pin(async move {
-                    let waiting =
-                        sqlx::query_scalar!("SELECT count(*) FROM jobs WHERE state = 'queued'")
-                            .fetch_one(&mut *connection)
-                            .await?;
-                    if waiting >= max_queued {
-                        return Ok(false);
+                    let waiting = sqlx::query!(
+                        "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
+                         FROM jobs WHERE state = 'queued'",
+                        caller
+                    )
+                    .fetch_one(&mut *connection)
+                    .await?;
+                    if let Err(refused) = room.check(waiting.all, waiting.own) {
+                        return Ok(Some(refused));
                     }
                     let operation = document.operation.as_str();
                     sqlx::query!(
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, external_id, callback_url, attempts,
-                             software_version, created_at, traceparent, accepted)
-                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?, ?)",
+                             software_version, created_at, traceparent, accepted, caller)
+                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?, ?, ?)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -153,25 +201,27 @@ impl Store {
                         document.created_at,
                         traceparent,
                         accepted,
+                        caller,
                     )
                     .execute(&mut *connection)
                     .await?;
                     let answer = Answer::Job(&document.id);
                     keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
                     audit(connection, &by, created(&document)).await?;
-                    Ok(true)
+                    Ok(None)
                 })
             })
             .await;
         match added {
-            Ok(false) => Ok(Enqueued::Full),
+            Ok(Some(NoShare::Full { .. })) => Ok(Enqueued::Full),
+            Ok(Some(over @ NoShare::OverShare { .. })) => Ok(Enqueued::NoShare(over)),
             added => unless_key_taken(added.map(|_added| ()))
                 .map(|added| if added { Enqueued::Added } else { Enqueued::KeyTaken }),
         }
     }
 
-    /// Takes the next job: first what was running when the process died, then of the machine that was served longest
-    /// ago the one that waits longest.
+    /// Takes the next job: first what was computed when the process died, and of that what may be blamed least; then of the caller
+    /// that was served longest ago, and of its machines of the one that was, the job that waits longest.
     ///
     /// # Errors
     /// The database failed.
@@ -182,8 +232,12 @@ impl Store {
             .write("taking a job", |connection| {
                 Box::pin(async move {
                     let next = sqlx::query!(
-                        "SELECT id, j.machine_id FROM jobs j LEFT JOIN job_turns t ON t.machine_id = j.machine_id
-                         WHERE state = 'queued' ORDER BY attempts = 0, coalesce(turn, 0), seq LIMIT 1"
+                        "SELECT id, j.machine_id, j.caller FROM jobs j
+                         LEFT JOIN caller_turns c ON c.caller = j.caller
+                         LEFT JOIN job_turns t ON t.machine_id = j.machine_id
+                         WHERE state = 'queued'
+                         ORDER BY deaths + lone_deaths = 0, lone_deaths, coalesce(c.turn, 0), coalesce(t.turn, 0), seq
+                         LIMIT 1"
                     )
                     .fetch_optional(&mut *connection)
                     .await?;
@@ -196,6 +250,23 @@ impl Store {
                     )
                     .execute(&mut *connection)
                     .await?;
+                    if let Some(caller) = &next.caller {
+                        sqlx::query!(
+                            "INSERT INTO caller_turns (caller, turn)
+                             VALUES (?, (SELECT coalesce(max(turn), 0) + 1 FROM caller_turns))
+                             ON CONFLICT (caller) DO UPDATE SET turn = excluded.turn",
+                            caller
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                        // Whoever was served so long ago is first anyway.
+                        sqlx::query!(
+                            "DELETE FROM caller_turns WHERE turn <= (SELECT max(turn) FROM caller_turns) - ?",
+                            TURNS_REMEMBERED
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                    }
                     sqlx::query!(
                         "UPDATE jobs SET state = 'running', attempts = attempts + 1, lease = ?, started_at = ?,
                              software_version = ?
@@ -213,7 +284,11 @@ impl Store {
                 })
             })
             .await?;
-        taken.map(|row| Ok(Claimed { job: row.read()?, lease: holder })).transpose()
+        let claimed = |row: StoredJob| {
+            let (caller, deaths) = (row.caller.clone(), row.deaths);
+            Ok(Claimed { job: row.read()?, lease: holder, caller, deaths })
+        };
+        taken.map(claimed).transpose()
     }
 
     /// Ends a job. `false` when the lease is not valid any more, or the client has cancelled: give it back then.
@@ -364,13 +439,20 @@ impl Store {
         .await
     }
 
-    /// Takes up what a process that died was computing: what its client had cancelled is cancelled, what was running
-    /// at two deaths is failed with `problem`, all else waits again. Only for the start.
+    /// Takes up what a process that died had taken: what its client had cancelled is cancelled, what was computed alone at two deaths
+    /// is failed with `problem`, all else waits again. A death counts for the jobs that were `computed` at that moment, and for no
+    /// other. Only for the start.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn recover_jobs(&self, problem: &Value, now: &str) -> Result<Recovered, StoreError> {
+    pub async fn recover_jobs(
+        &self,
+        computed: &Died,
+        problem: &Value,
+        now: &str,
+    ) -> Result<Recovered, StoreError> {
         let (problem, now) = (problem.to_string(), now.to_owned());
+        let (beside, alone) = (as_array(Some(&computed.beside)), as_array(Some(&computed.alone)));
         self.write("taking up jobs", |connection| {
             Box::pin(async move {
                 let cancelled = sqlx::query_scalar!(
@@ -380,12 +462,21 @@ impl Store {
                 )
                 .fetch_all(&mut *connection)
                 .await?;
+                sqlx::query!(
+                    "UPDATE jobs SET deaths = deaths + (id IN (SELECT value FROM json_each(?1))),
+                         lone_deaths = lone_deaths + (id IN (SELECT value FROM json_each(?2)))
+                     WHERE state = 'running'",
+                    beside,
+                    alone
+                )
+                .execute(&mut *connection)
+                .await?;
                 let parked = sqlx::query_scalar!(
                     "UPDATE jobs SET state = 'failed', problem = ?, finished_at = ?, lease = NULL
-                     WHERE state = 'running' AND attempts >= ? RETURNING id",
+                     WHERE state = 'running' AND lone_deaths >= ? RETURNING id",
                     problem,
                     now,
-                    MAX_ATTEMPTS
+                    LONE_DEATHS
                 )
                 .fetch_all(&mut *connection)
                 .await?;
@@ -398,6 +489,23 @@ impl Store {
             })
         })
         .await
+    }
+
+    /// Whether one more job of a caller's may wait.
+    ///
+    /// # Errors
+    /// The database failed; within, that it may not.
+    pub async fn queue_room(&self, room: &QueueRoom) -> Result<Result<(), NoShare>, StoreError> {
+        let caller = room.caller.to_string();
+        let waiting = sqlx::query!(
+            "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
+             FROM jobs WHERE state = 'queued'",
+            caller
+        )
+        .fetch_one(&self.readers)
+        .await
+        .doing("measuring the queue")?;
+        Ok(room.check(waiting.all, waiting.own))
     }
 
     /// How much waits and runs.

@@ -91,17 +91,50 @@ pub struct DeliveryAttempt {
     /// When it began.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub started_at: String,
-    /// How long it took (ms).
+    /// How long it took (ms); null where the receiver did not answer and the key lacks the scope `admin`.
     #[schema(example = 42, minimum = 0)]
-    pub duration_ms: i64,
+    pub duration_ms: Option<i64>,
     /// What the receiver answered; null where it did not.
     #[schema(example = 503)]
     pub status: Option<u16>,
-    /// What came of it.
+    /// What came of it. Without the scope `admin` every attempt that met no answer is `unreachable`.
     pub outcome: DeliveryOutcome,
     /// The same in words.
     #[schema(example = "the receiver answered 503")]
     pub detail: String,
+}
+
+/// What is said of every attempt without an answer to whom its cause is not told.
+const NO_ANSWER: &str = "no answer; the service's log and keys with the scope `admin` tell why";
+
+impl DeliveryOutcome {
+    /// The same for whom the network of the service is no concern: an answer as it was, and without one `unreachable`.
+    #[must_use]
+    pub const fn without_cause(self) -> Self {
+        match self {
+            Self::Delivered | Self::Refused | Self::Gone => self,
+            Self::TimedOut | Self::Unreachable | Self::AddressRefused | Self::TlsFailed => Self::Unreachable,
+        }
+    }
+}
+
+impl DeliveryAttempt {
+    /// The attempt as it is shown to whom the network of the service is no concern: an answer as it was, and where there was
+    /// none, nothing of the cause. Whether a name is known, an address refused, a port open or a certificate trusted would tell
+    /// what stands in that network.
+    #[must_use]
+    pub fn without_cause(self) -> Self {
+        match self.outcome.without_cause() {
+            DeliveryOutcome::Unreachable => Self {
+                started_at: self.started_at,
+                duration_ms: None,
+                status: None,
+                outcome: DeliveryOutcome::Unreachable,
+                detail: NO_ANSWER.to_owned(),
+            },
+            _answered => self,
+        }
+    }
 }
 
 /// How the delivery of a job's end goes.
@@ -179,6 +212,23 @@ mod tests {
         for outcome in DeliveryOutcome::ALL {
             assert_eq!(serde_json::to_value(outcome).unwrap(), outcome.as_str());
         }
+    }
+
+    #[test]
+    fn attempts_without_an_answer_look_alike() {
+        let attempt = |outcome: DeliveryOutcome| DeliveryAttempt {
+            started_at: "2026-03-14T09:26:53.589Z".to_owned(),
+            duration_ms: Some(outcome as i64),
+            status: None,
+            outcome,
+            detail: format!("{outcome:?}"),
+        };
+        let mut shown: Vec<_> =
+            DeliveryOutcome::ALL.map(|outcome| attempt(outcome).without_cause()).into_iter().collect();
+        let alike = shown.split_off(3);
+        assert!(alike.iter().all(|one| *one == alike[0] && one.outcome == DeliveryOutcome::Unreachable));
+        let answered = [DeliveryOutcome::Delivered, DeliveryOutcome::Refused, DeliveryOutcome::Gone];
+        assert_eq!(shown, answered.map(attempt));
     }
 
     #[test]

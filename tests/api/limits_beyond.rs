@@ -175,6 +175,17 @@ const HELD_BY: &[(&str, &[&str])] = &[
             "http2::a_client_that_opens_no_window_for_its_answer_is_left",
         ],
     ),
+    ("max_spool_bytes", &["shares::uploads_that_never_end_leave_room_in_the_spool_and_give_theirs_back"]),
+    (
+        "max_share_per_caller",
+        &[
+            "shares::one_key_that_fills_the_queue_leaves_room_for_others",
+            "shares::one_key_that_follows_all_it_may_leaves_event_streams_for_others",
+            "shares::a_key_whose_computations_never_end_does_not_keep_another_from_computing",
+            "shares::connections_of_one_address_leave_room_for_another",
+            "shares::a_share_of_everything_is_no_share",
+        ],
+    ),
     ("webhook_timeout_s", &["webhooks::neither_silence_nor_a_flood_holds_the_service"]),
 ];
 
@@ -187,6 +198,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("observation", include_str!("observation.rs")),
     ("queue", include_str!("queue.rs")),
     ("service", include_str!("service.rs")),
+    ("shares", include_str!("shares.rs")),
     ("tools", include_str!("tools.rs")),
     ("webhooks", include_str!("webhooks.rs")),
 ];
@@ -338,6 +350,7 @@ async fn as_many_computations_run_and_wait_as_may_and_all_others_are_refused() {
             let app = spawn_held(&held, |settings| {
                 settings.max_computations = run;
                 settings.max_waiting_computations = wait;
+                settings.max_share_per_caller = 1.0;
             })
             .await;
             let path = app.url(&format!("{CC}?tool_radius_mm=5"));

@@ -46,6 +46,7 @@ mod rot;
 mod security;
 mod service;
 mod servo;
+mod shares;
 mod stamps;
 mod support;
 mod tls;

@@ -64,7 +64,7 @@ async fn many_unfinished_bodies_are_refused_for_now_and_leave_everything_behind(
     tokio::time::sleep(Duration::from_millis(1500)).await;
     let refused = app.post_text(INVERSE, "application/json", poses(50_000)).await;
     assert_eq!(refused.headers()["retry-after"], "2");
-    let detail = problem(refused, "memory-full").await["detail"].as_str().unwrap().to_owned();
+    let detail = problem(refused, "memory-budget").await["detail"].as_str().unwrap().to_owned();
     assert!(detail.contains("are free"), "{detail}");
     for path in ["/readyz", "/healthz", "/metrics", "/v1/machines"] {
         assert_eq!(app.get(path).await.status(), 200, "{path}");

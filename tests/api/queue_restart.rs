@@ -29,7 +29,11 @@ async fn write(data: &Path, statement: &'static str, place: &str) {
 }
 
 const RUNNING: &str = "UPDATE jobs SET state = 'running', attempts = 1, lease = id WHERE id = ?";
-const RUNNING_AGAIN: &str = "UPDATE jobs SET state = 'running', attempts = 2, lease = id WHERE id = ?";
+const SUSPECT: &str = "UPDATE jobs SET state = 'running', attempts = 4, deaths = 3, lease = id WHERE id = ?";
+const SUSPECT_AGAIN: &str =
+    "UPDATE jobs SET state = 'running', attempts = 5, deaths = 3, lone_deaths = 1, lease = id WHERE id = ?";
+const OFTEN_BEGUN: &str =
+    "UPDATE jobs SET state = 'running', attempts = 50, deaths = 2, lease = id WHERE id = ?";
 const CANCELLING: &str =
     "UPDATE jobs SET state = 'running', attempts = 1, lease = id, cancel_requested = 1 WHERE id = ?";
 
@@ -74,37 +78,98 @@ async fn work_that_does_not_stop_is_given_back_over_its_head() {
     held.release();
 }
 
+/// Marks a job as being computed, as a process leaves it that dies: beside others, or alone.
+pub(crate) fn mark(data: &Path, place: &str, how: &str) {
+    let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    let folder = data.join("computing");
+    std::fs::create_dir_all(&folder).unwrap();
+    let id = place.trim_start_matches("/v1/jobs/");
+    std::fs::write(folder.join(id), format!("{} {how}", boot.trim())).unwrap();
+}
+
+async fn deaths(data: &Path, place: &str) -> (i64, i64) {
+    let pool = database(data).await;
+    let id = place.trim_start_matches("/v1/jobs/").to_owned();
+    let found = sqlx::query_as("SELECT deaths, lone_deaths FROM jobs WHERE id = ?").bind(id);
+    let found = found.fetch_one(&pool).await.unwrap();
+    pool.close().await;
+    found
+}
+
 #[tokio::test]
-async fn what_a_dead_process_was_computing_is_computed_again_once_and_then_parked() {
+async fn a_death_counts_for_what_was_computed_and_only_one_alone_is_blamed_on_a_job() {
     let directory = TempDir::new().unwrap();
+    let data = directory.path();
     let held = Arc::<Held>::default();
-    let app = spawn_held_in(directory.path(), &held).await;
+    let app = spawn_held_in(data, &held).await;
     let first = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
     running(&app, &first).await;
     let mut places = Vec::new();
-    for program in ["never run\n", "died once\n", "died twice\n", "cancelled\n"] {
+    for program in ["never run\n", "beside\n", "alone\n", "alone twice\n", "not computed\n", "cancelled\n"] {
         places.push(accepted(&app, &cc("example-ac-table"), program).await);
     }
+    let [never, beside, alone, twice, settling, cancelled] = places.try_into().unwrap();
     app.stop().await;
-    write(directory.path(), RUNNING, &places[1]).await;
-    write(directory.path(), RUNNING_AGAIN, &places[2]).await;
-    write(directory.path(), CANCELLING, &places[3]).await;
+    for (place, statement, how) in [
+        (&beside, RUNNING, Some("beside")),
+        (&alone, SUSPECT, Some("alone")),
+        (&twice, SUSPECT_AGAIN, Some("alone")),
+        // Taken, but on its way to a thread or from it.
+        (&settling, OFTEN_BEGUN, None),
+        (&cancelled, CANCELLING, Some("beside")),
+    ] {
+        write(data, statement, place).await;
+        if let Some(how) = how {
+            mark(data, place, how);
+        }
+    }
     let held = Arc::<Held>::default();
     held.release();
-    let app = spawn_held_in(directory.path(), &held).await;
-    let parked = document(&app, &places[2]).await;
+    let app = spawn_held_in(data, &held).await;
+    let parked = document(&app, &twice).await;
     assert_eq!(parked["state"], "failed", "{parked}");
     assert_eq!(parked["problem"]["type"], "/problems/process-died");
     assert_eq!(app.get(parked["problem"]["type"].as_str().unwrap()).await.status(), 200);
-    assert_eq!(document(&app, &places[3]).await["state"], "cancelled");
-    let again = ended(&app, &places[1]).await;
-    assert_eq!((&again["state"], &again["attempts"]), (&"succeeded".into(), &2.into()), "{again}");
-    for place in [&first, &places[0]] {
-        assert_eq!(ended(&app, place).await["state"], "succeeded");
+    assert_eq!(document(&app, &cancelled).await["state"], "cancelled");
+    for (place, attempts) in [(&beside, 2), (&alone, 5), (&settling, 51), (&first, 1), (&never, 1)] {
+        let job = ended(&app, place).await;
+        assert_eq!((&job["state"], &job["attempts"]), (&"succeeded".into(), &attempts.into()), "{job}");
     }
-    // What may have killed the process comes first, while nothing else runs beside it.
-    assert_eq!(held.order().first().map(String::as_str), Some("died once"));
-    assert_eq!(held.order().len(), 3);
+    // What died is first, and of that what may be blamed least.
+    let order = held.order();
+    assert_eq!(order[2], "alone", "{order:?}");
+    assert!(order[..2].contains(&"beside".to_owned()) && order[..2].contains(&"not computed".to_owned()));
+    assert_eq!(order.len(), 5);
+    app.stop().await;
+    for (place, expected) in
+        [(&beside, (1, 0)), (&alone, (3, 1)), (&twice, (3, 2)), (&settling, (2, 0)), (&first, (0, 0))]
+    {
+        assert_eq!(deaths(data, place).await, expected, "{place}");
+    }
+    assert_eq!(std::fs::read_dir(data.join("computing")).unwrap().count(), 0);
+}
+
+#[tokio::test]
+async fn a_job_is_marked_for_as_long_as_it_is_computed() {
+    let directory = TempDir::new().unwrap();
+    let held = Arc::<Held>::default();
+    let app = spawn_held_in(directory.path(), &held).await;
+    let place = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
+    let folder = directory.path().join("computing");
+    let marks = || std::fs::read_dir(&folder).unwrap().count();
+    while held.order().is_empty() {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!(marks(), 1);
+    let text = std::fs::read_to_string(folder.join(place.trim_start_matches("/v1/jobs/"))).unwrap();
+    assert!(text.ends_with(" beside"), "{text}");
+    held.release();
+    assert_eq!(ended(&app, &place).await["state"], "succeeded");
+    assert_eq!(marks(), 0);
+    // A computation that breaks has ended too: it fails, and nothing is blamed for a death.
+    let place = accepted(&app, &cc("example-ac-table"), "PANIC\n").await;
+    assert_eq!(ended(&app, &place).await["problem"]["type"], "/problems/internal");
+    assert_eq!(marks(), 0);
 }
 
 /// Linux answers every read of this at its beginning with EIO.

@@ -316,7 +316,7 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
     let mut receiver = Receiver::saying(&[]).await;
     let place = {
         let app = crate::queue::spawn_held_in(directory.path(), &held).await;
-        // Accepted by a service that may not call there, and taken as a process that dies for the second time leaves it.
+        // Accepted by a service that may not call there, and taken as a process leaves it that dies for the second time while it computes nothing else.
         let mut order = calling("https://mes.invalid/");
         order["machine_id"] = "example-ac-table".into();
         let place = accepted(&app, &order, "HOLD\n").await;
@@ -324,8 +324,10 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
         app.stop().await;
         place
     };
-    let left = "UPDATE jobs SET state = 'running', attempts = 2, lease = id, callback_url = ? WHERE id = ?";
+    let left =
+        "UPDATE jobs SET state = 'running', lone_deaths = 1, lease = id, callback_url = ? WHERE id = ?";
     write(directory.path(), left, &receiver.url(), &place).await;
+    crate::queue_restart::mark(directory.path(), &place, "alone");
     let app = spawn_in(directory.path(), at_once).await;
     let told = receiver.next().await.json();
     assert_eq!(told["type"], "job.failed");
@@ -394,6 +396,43 @@ async fn nothing_private_is_taken_however_it_is_written() {
     let jobs: Value = app.get("/v1/jobs").await.json().await.unwrap();
     assert_eq!(jobs["items"], json!([]));
     assert_eq!(app.files(), (0, 0));
+}
+
+#[tokio::test]
+async fn why_a_receiver_gives_no_answer_is_told_to_keys_with_admin_alone() {
+    let mut app = spawn_with(|settings| {
+        at_once(settings);
+        settings.webhook_pauses_s = Vec::new();
+    })
+    .await;
+    app.close().await;
+    let reader = app.new_key(&["read", "compute"], None).await;
+    let plain = Receiver::saying(&[]).await;
+    let closed = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap().local_addr().unwrap().port();
+    let urls = [
+        "http://mes.invalid/".to_owned(),
+        format!("http://127.0.0.1:{closed}/"),
+        format!("https://127.0.0.1:{}/", plain.port),
+    ];
+    let mut shown = Vec::new();
+    let mut details = std::collections::BTreeSet::new();
+    for url in urls {
+        let place = accepted(&app, &calling(&url), "g1\n").await;
+        let whole = settled(&app, &place).await;
+        details.insert(whole["items"][0]["detail"].as_str().unwrap().to_owned());
+        assert!(whole["items"][0]["duration_ms"].is_i64(), "{whole}");
+        let asked = app.client.get(app.url(&format!("{place}/deliveries")));
+        let asked = asked.header("authorization", format!("Bearer {reader}")).send().await.unwrap();
+        assert_eq!(asked.status(), 200);
+        let mut item = asked.json::<Value>().await.unwrap()["items"][0].clone();
+        item.as_object_mut().unwrap().remove("started_at").unwrap();
+        shown.push(item);
+    }
+    assert_eq!(details.len(), 3, "{details:?}");
+    assert_eq!(shown[0]["outcome"], "unreachable");
+    assert!(shown.iter().all(|item| *item == shown[0]), "{shown:?}");
+    let text = app.get("/metrics").await.text().await.unwrap();
+    assert!(!text.contains("tls-failed") && !text.contains("address-refused"), "{text}");
 }
 
 #[tokio::test]

@@ -31,6 +31,8 @@ KILLS = int(os.environ.get("TRUNNION_KILLS", "200"))
 SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
 # Longest life of a process under load.
 LIFE_S = 0.7
+# Jobs that may be hit by five deaths in spite of their innocence, two of them while they were alone.
+MOST_PARKED = 1
 # Longest wait for the queue to empty at the end.
 EMPTY_S = 900
 SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
@@ -125,12 +127,15 @@ def checked_jobs(rows, ledger, direct):
         assert lease is None
         counts[state] += 1
         if state == "failed":
-            assert json.loads(problem)["type"] == "/problems/process-died" and attempts == 2, (problem, attempts)
+            # Five deaths at least, the last two while nothing else was computed.
+            assert json.loads(problem)["type"] == "/problems/process-died" and attempts >= 5, (problem, attempts)
         if id in ledger.kept["cancel"]:
             assert state == "cancelled", f"{id} was cancelled and is {state}"
         if state == "succeeded":
             assert direct.get(came, made) == made, f"{id} made other bytes"
-    counts["begun twice"] = sum(1 for row in jobs.values() if row[2] == 2)
+    counts["begun again"] = sum(1 for row in jobs.values() if row[2] > 1)
+    # No job is to blame for any of these deaths.
+    assert counts["failed"] <= MOST_PARKED, f"{counts['failed']} blameless jobs were parked"
 
     # Programs answered at once: each tells its key, so that one kept twice is two rows with one digest.
     found = collections.defaultdict(list)
@@ -309,7 +314,7 @@ def checked(folder, ledger, direct, log, admin):
     of = {kind: len(kept) for kind, kept in ledger.kept.items()}
     print(
         f"{KILLS} kills: {of['job']} jobs acknowledged ({counts['succeeded']} succeeded, {counts['cancelled']} cancelled, "
-        f"{counts['failed']} parked, {counts['begun twice']} begun twice), {of['direct']} programs answered at once, "
+        f"{counts['failed']} parked, {counts['begun again']} begun again), {of['direct']} programs answered at once, "
         f"{revisions} revisions, {of['delete']} machines deleted, {of_tools} of tools, {of['delete-tool']} tools deleted, {of['run']} calibrations, {of['apply']} applied, "
         f"{of['entry']} wear entries, {of['withdraw']} withdrawn, {of['secret']} secrets, {of['key']} API keys, "
         f"{of['revoke']} revoked; {ledger.again} asked for once more, {ledger.refused.pop('queue-full', 0)} refused by a full queue, "

@@ -9,7 +9,6 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures::stream;
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
-use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::Instant;
@@ -21,6 +20,8 @@ use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
+use crate::jobs::asker;
+use crate::shares::{Held, NoShare};
 use crate::wire::{JobDocument, JobState, NoParameters};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest, Busy);
@@ -73,9 +74,11 @@ pub(super) async fn get_job_events(
     if known && now.state.is_final() {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let place = Arc::clone(&app.followers).try_acquire_owned().map_err(|_none_free| {
-        let most = app.settings.max_event_streams;
-        Problem::new(ProblemType::Busy, format!("{most} clients follow jobs already"))
+    let place = app.followers.take(&asker(), 1).map_err(|refused| match refused {
+        NoShare::Full { total, .. } => {
+            Problem::new(ProblemType::Busy, format!("{total} clients follow jobs already"))
+        }
+        over @ NoShare::OverShare { .. } => over.into(),
     })?;
     let first = if known { None } else { Some(now) };
     let key_look = Instant::now() + BETWEEN_KEY_LOOKS;
@@ -136,7 +139,7 @@ struct Follower {
     told: Seen,
     /// Told at once.
     first: Option<Seen>,
-    _place: OwnedSemaphorePermit,
+    _place: Held,
 }
 
 impl Follower {

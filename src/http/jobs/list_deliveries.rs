@@ -5,19 +5,23 @@ use http::HeaderMap;
 
 use super::find;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::paging::PageQuery;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::store::DeliveryRow;
-use crate::wire::{Deliveries, DeliveryDocument, JobDocument, event_type, webhook_id};
+use crate::wire::{
+    Deliveries, DeliveryAttempt, DeliveryDocument, JobDocument, Scope, event_type, webhook_id,
+};
 
 refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest);
 
 /// List the deliveries of a job's end
 ///
-/// How it goes to tell the `callback_url` of the job's end, and every attempt, newest first.
+/// How it goes to tell the `callback_url` of the job's end, and every attempt, newest first. Why an attempt met no answer is told
+/// to keys with the scope `admin`.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/deliveries",
@@ -43,6 +47,7 @@ pub(super) async fn list_job_deliveries(
     State(app): State<AppState>,
     Path(id): Path<String>,
     Query(page): Query<PageQuery>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Json<Deliveries>, Problem> {
     choose(&headers, &["application/json"])?;
@@ -51,7 +56,11 @@ pub(super) async fn list_job_deliveries(
     let delivery = app.store.delivery(&id).await?.map(|row| shown(&job, row));
     let page = app.store.delivery_attempts(&id, limit, before).await?;
     let next_cursor = page.next.map(|cursor| cursor.to_string());
-    Ok(Json(Deliveries { delivery, items: page.items, next_cursor }))
+    let mut items = page.items;
+    if !caller.may(Scope::Admin) {
+        items = items.into_iter().map(DeliveryAttempt::without_cause).collect();
+    }
+    Ok(Json(Deliveries { delivery, items, next_cursor }))
 }
 
 /// A delivery as clients see it.

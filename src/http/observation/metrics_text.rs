@@ -53,7 +53,8 @@ pub(in crate::http) fn metrics_text(
     }
     let attempts = "trunnion_webhook_attempts_total";
     text.family(attempts, "counter", "Attempts to deliver webhooks.");
-    for (outcome, count) in DeliveryOutcome::ALL.iter().zip(&meter::WEBHOOK_ATTEMPTS) {
+    let shown = |(outcome, _): &(&DeliveryOutcome, _)| outcome.without_cause() == **outcome;
+    for (outcome, count) in DeliveryOutcome::ALL.iter().zip(&meter::WEBHOOK_ATTEMPTS).filter(shown) {
         text.sample(&format!("{attempts}{{outcome=\"{}\"}}", outcome.as_str()), count.get());
     }
     requests(&mut text, operations);

@@ -8,7 +8,6 @@ use http::{HeaderMap, HeaderValue};
 use crate::http::AppState;
 use crate::http::conditional::tagged;
 use crate::http::extract::json_response;
-use crate::http::printed::CHUNK;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::range::{Asked, asked, dressed};
 use crate::http::servo::program_contour_error;

@@ -1,9 +1,10 @@
 //! One job from the queue: computed, its results kept, ended under its lease, or given back.
 
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
+use tokio::sync::OwnedRwLockReadGuard;
 use tracing::Instrument;
 
 use super::Shared;
@@ -11,13 +12,16 @@ use super::dispatch::RETRY;
 use super::running::UnderWay;
 use crate::jobs::compute::{QueueTurn, Threads};
 use crate::jobs::program_job::{in_rows, keep_all};
+use crate::jobs::turns::{Alone, Place};
 use crate::jobs::{
     Accepted, CompensatorFault, ComputeFault, Finished, InputFile, JobFault, KeptShelf, MachineUsed,
     PartSurfaceFault, ProgramWork, Sizes, ToolShelf, Workplace, already_done,
 };
 use crate::process::Stop;
+use crate::shares::Who;
 use crate::store::{
-    BlobFault, Blobs, Claimed, Ending, GivenBack, JobRow, StorageFault, StoreError, sha256_hex,
+    BlobFault, Blobs, Claimed, DEATHS_BESIDE_OTHERS, Ending, GivenBack, JobRow, StorageFault, StoreError,
+    sha256_hex,
 };
 use crate::wire::JobDocument;
 
@@ -28,9 +32,15 @@ impl Shared {
         let span =
             tracing::info_span!("job", job_id = %row.document.id, traceparent = row.traceparent.as_deref());
         async move {
-            let QueueTurn { share, place } = turn;
-            let result = self.result(&claimed.job, &job, place).await;
-            self.settle(&claimed, &job, result).await;
+            let QueueTurn { share, mut place } = turn;
+            place.give_to(claimed.caller.as_deref().map_or(Who::Others, Who::named));
+            let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
+            let is_alone = alone.is_some();
+            let work = async {
+                let result = self.result(&claimed.job, &job, (place, is_alone)).await;
+                self.settle(&claimed, &job, result).await;
+            };
+            self.at_most_for_a_while_alone(&claimed, alone, work).await;
             if let Err(fault) = self.tidy(Duration::ZERO).await {
                 tracing::warn!(error = %fault, "files that no job names stay for the moment");
             }
@@ -42,12 +52,38 @@ impl Shared {
         .await;
     }
 
+    /// Does the work of a job, alone as long as `alone` lives. A job that takes long lets the others go on beside it after a while,
+    /// and is not blamed from then on; at every further death it may be alone for twice as long, so that one that kills late is
+    /// found too.
+    async fn at_most_for_a_while_alone(
+        &self,
+        claimed: &Claimed,
+        alone: Option<Alone>,
+        work: impl Future<Output = ()>,
+    ) {
+        let Some(alone) = alone else { return work.await };
+        let id = claimed.job.document.id.as_str();
+        let doublings = u32::try_from(claimed.deaths - DEATHS_BESIDE_OTHERS).unwrap_or(0);
+        let window = ALONE_FOR.saturating_mul(1_u32.checked_shl(doublings).unwrap_or(u32::MAX));
+        tracing::warn!(deaths = claimed.deaths, window_s = window.as_secs_f64(), "a job is computed alone");
+        let mut work = pin!(work);
+        tokio::select! {
+            () = &mut work => return,
+            () = tokio::time::sleep(window) => {}
+        }
+        if let Err(fault) = self.marks.beside(id) {
+            tracing::warn!(error = %fault, "the mark of a job cannot be changed");
+        }
+        drop(alone);
+        work.await;
+    }
+
     /// The result of a job, its files kept but not named yet.
     async fn result(
         &self,
         row: &JobRow,
         job: &UnderWay,
-        place: OwnedSemaphorePermit,
+        (place, is_alone): (Place, bool),
     ) -> Result<(Ending, OwnedRwLockReadGuard<()>), JobFault> {
         let document = &row.document;
         let blobs = self.spool.blobs();
@@ -62,9 +98,10 @@ impl Shared {
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
         let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         job.follow(&program, document.operation);
-        let spool = self.spool.clone();
+        let (spool, marks, id) = (self.spool.clone(), self.marks.clone(), document.id.clone());
         let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<Finished, JobFault> {
             let _memory = memory;
+            let _mark = marks.set(&id, is_alone).map_err(CompensatorFault::Io)?;
             let place =
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
             let finished = work.run(place);
@@ -199,6 +236,11 @@ fn accepted(row: &JobRow) -> Result<Accepted, JobFault> {
     let read = row.accepted.as_deref().map(serde_json::from_str).transpose();
     Ok(read.map_err(|_stored_is_sound| JobFault::MachineLost)?.unwrap_or_default())
 }
+
+/// How long the others may take to rest before a job is begun that is to be alone.
+const ALONE_WITHIN: Duration = Duration::from_secs(2);
+/// How long a job that has met as many deaths as it may beside others is computed alone.
+const ALONE_FOR: Duration = Duration::from_secs(10);
 
 /// Tries of a job under which the disk fails, while it takes other files.
 const MAX_FAILURES: u32 = 5;

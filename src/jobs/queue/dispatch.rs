@@ -22,13 +22,7 @@ impl Shared {
             let Ok(turn) = turn else { return };
             match self.begin().await {
                 Ok(Some((claimed, under_way))) => {
-                    let again = claimed.job.document.attempts > 1;
-                    let task = self.tasks.spawn(Arc::clone(&self).compute_job(claimed, under_way, turn));
-                    // What was running when a process died is computed alone: should it be what kills, nothing else is
-                    // blamed for the next death.
-                    if again && let Err(fault) = task.await {
-                        tracing::error!(error = %fault, "a job's task broke off");
-                    }
+                    self.tasks.spawn(Arc::clone(&self).compute_job(claimed, under_way, turn));
                 }
                 Ok(None) => {
                     drop(turn);

@@ -19,9 +19,11 @@ use tokio_util::task::TaskTracker;
 pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
-use super::{Accepted, Compute, JobFault, Means, ProgramJob, Sources, Spool};
+use super::{Accepted, Compute, JobFault, Means, OpenFault, ProgramJob, Sources, Spool, asker};
+use crate::shares::{NoShare, Share};
 use crate::store::{
-    Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, QueueDepth, Sha256Hex, Store, StoreError,
+    Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, Marks, QueueDepth, QueueRoom, Sha256Hex, Store,
+    StoreError,
 };
 use crate::wire::{JobDocument, JobState};
 
@@ -33,6 +35,8 @@ pub type Describe = fn(JobFault) -> Value;
 pub struct QueueLimits {
     /// Jobs that may wait.
     pub max_queued: usize,
+    /// The part of them that one caller may have.
+    pub share: Share,
     /// How long a job is kept after its end \[s\]; 0 for ever.
     pub job_retention_s: f64,
     /// How long an idempotency key is remembered \[s\].
@@ -74,6 +78,8 @@ struct Shared {
     means: Means,
     limits: QueueLimits,
     describe: Describe,
+    /// Tells the next process what was computed when this one died.
+    marks: Marks,
     /// What is being computed.
     running: Running,
     /// Files to be removed unless a job names them.
@@ -102,7 +108,7 @@ impl Queue {
     /// Takes up what an earlier process left, and begins to compute.
     ///
     /// # Errors
-    /// The database failed.
+    /// The database failed, or the marks of what is computed cannot be kept.
     pub async fn open(
         store: Store,
         spool: Spool,
@@ -111,9 +117,10 @@ impl Queue {
         means: Means,
         limits: QueueLimits,
         describe: Describe,
-    ) -> Result<Self, StoreError> {
+    ) -> Result<Self, OpenFault> {
+        let (marks, computed) = spool.blobs().marks()?;
         let died = describe(JobFault::ProcessDied);
-        let recovered = store.recover_jobs(&died, &sources.timestamp()).await?;
+        let recovered = store.recover_jobs(&computed, &died, &sources.timestamp()).await?;
         let shared = Arc::new(Shared {
             store,
             spool,
@@ -122,6 +129,7 @@ impl Queue {
             means,
             limits,
             describe,
+            marks,
             running: Running::default(),
             given_up: std::sync::Mutex::default(),
             gate: Mutex::new(()),
@@ -160,10 +168,14 @@ impl Queue {
     /// Whether another job may wait, for a look before its files are taken.
     ///
     /// # Errors
-    /// As many wait as may, or the database failed.
+    /// As many wait as may, of all or of this caller, or the database failed.
     pub async fn check_room(&self) -> Result<(), JobFault> {
-        let waiting = usize::try_from(self.0.store.queue_depth().await?.queued).unwrap_or(0);
-        if waiting >= self.0.limits.max_queued { Err(JobFault::QueueFull { waiting }) } else { Ok(()) }
+        let shared = &*self.0;
+        let room = shared.store.queue_room(&shared.room()).await?;
+        room.map_err(|refused| match refused {
+            NoShare::Full { .. } => JobFault::QueueFull { waiting: shared.limits.max_queued },
+            over @ NoShare::OverShare { .. } => over.into(),
+        })
     }
 
     /// Accepts a job: its files are kept, then one transaction names them, and it will be computed. The machine's
@@ -223,6 +235,7 @@ impl Queue {
                 Ok(row)
             }
             Enqueued::Full => Err(JobFault::QueueFull { waiting: shared.limits.max_queued }),
+            Enqueued::NoShare(over) => Err(over.into()),
             Enqueued::KeyTaken => job_of_key(&shared.store, used.as_ref()).await,
         }
     }
@@ -302,7 +315,12 @@ impl Shared {
         let blobs = self.spool.blobs();
         let _naming = blobs.naming().await;
         keep_all(blobs, files).await?;
-        Ok(self.store.enqueue(row, used, by, self.limits.max_queued).await?)
+        Ok(self.store.enqueue(row, used, by, &self.room()).await?)
+    }
+
+    /// The room for jobs of whom asks now.
+    fn room(&self) -> QueueRoom {
+        QueueRoom { max_queued: self.limits.max_queued, share: self.limits.share, caller: asker() }
     }
 
     /// Tells those who follow jobs that one has changed.

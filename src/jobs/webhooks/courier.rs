@@ -210,12 +210,12 @@ impl Shared {
             None => not_called(),
         };
         let elapsed = began.elapsed();
-        if let Some(count) = meter::WEBHOOK_ATTEMPTS.get(answer.outcome as usize) {
+        if let Some(count) = meter::WEBHOOK_ATTEMPTS.get(answer.outcome.without_cause() as usize) {
             count.add(1);
         }
         let attempt = DeliveryAttempt {
             started_at: timestamp(now),
-            duration_ms: i64::try_from(elapsed.as_millis()).unwrap_or(i64::MAX),
+            duration_ms: Some(i64::try_from(elapsed.as_millis()).unwrap_or(i64::MAX)),
             status: answer.status,
             outcome: answer.outcome,
             detail: answer.detail.clone(),

@@ -9,6 +9,8 @@ use rustls::pki_types::pem::{Error as PemFault, PemObject};
 use rustls::{ClientConfig, RootCertStore};
 use thiserror::Error;
 
+use crate::jobs::TlsTime;
+
 /// The file with certificates cannot be used.
 #[derive(Debug, Error)]
 pub enum TrustFault {
@@ -106,10 +108,11 @@ impl Trust {
         if roots.is_empty() {
             return Err(NoTrust::NoCertificate);
         }
-        let mut config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
-            .with_safe_default_protocol_versions()?
-            .with_root_certificates(roots)
-            .with_no_client_auth();
+        let mut config =
+            ClientConfig::builder_with_details(Arc::new(ring::default_provider()), Arc::new(TlsTime))
+                .with_safe_default_protocol_versions()?
+                .with_root_certificates(roots)
+                .with_no_client_auth();
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
         Ok(config)
     }
