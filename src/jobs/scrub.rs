@@ -16,7 +16,7 @@ use crate::store::{BlobFault, Blobs, DATABASE_NAME, DamagedFile, DatabaseFile, P
 /// Time between two heads in the log.
 const BETWEEN_HEADS: Duration = Duration::from_hours(24);
 /// How long after a start everything is read, where nobody knows when it was read last: not while others wait for the start.
-const AFTER_A_START: Duration = Duration::from_secs(600);
+const AFTER_A_START: Duration = Duration::from_mins(10);
 /// How long the end of a service waits for what is being read.
 const GRACE: Duration = Duration::from_secs(1);
 /// The file that says when everything was last read.
@@ -183,7 +183,7 @@ impl Keeping {
         }
         let count = findings.len() + damaged.len();
         let at_s = self.sources.clock.now().as_second();
-        self.blobs.soundness().scrubbed(damaged, findings, at_s);
+        self.blobs.soundness().scrubbed(&damaged, findings, at_s);
         Ok(Some(count))
     }
 }

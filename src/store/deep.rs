@@ -1,5 +1,5 @@
 //! A database read row by row: does its schema stand as the migrations make it, does every digest stand for what it stands beside, is the
-//! audit log whole, and was every API key made by an entry of it. SQLite's own checks see none of that.
+//! audit log whole, and was every API key made by an entry of it. `SQLite`'s own checks see none of that.
 
 use std::collections::BTreeMap;
 

@@ -57,9 +57,11 @@ impl Soundness {
     }
 
     /// A scrub has read everything: what it found stands in place of all that was known before.
-    pub fn scrubbed(&self, damaged: Vec<DamagedFile>, findings: Vec<String>, at_s: i64) {
+    pub fn scrubbed(&self, damaged: &[DamagedFile], findings: Vec<String>, at_s: i64) {
         self.known().damaged.clear();
-        damaged.iter().for_each(|found| self.damaged(found));
+        for found in damaged {
+            self.damaged(found);
+        }
         let mut known = self.known();
         (known.findings, known.scrubbed_at_s) = (findings, Some(at_s));
     }

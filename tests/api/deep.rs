@@ -1,4 +1,4 @@
-//! Databases that SQLite calls sound and that are not: the deep doctor, backups, restorations and the scrub name what was changed.
+//! Databases that `SQLite` calls sound and that are not: the deep doctor, backups, restorations and the scrub name what was changed.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -241,7 +241,8 @@ async fn the_audit_log_as_it_is_answered_is_the_documented_chain() {
             .map(|member| entry[member].clone()),
         );
         let digest = Sha256::digest(serde_json::to_vec(&content).unwrap());
-        previous = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let digits = digest.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+        previous = digits.map(|digit| char::from_digit(u32::from(digit), 16).unwrap()).collect();
         assert_eq!(entry["sha256"], previous.as_str(), "{entry}");
     }
     app.stop().await;
@@ -296,14 +297,16 @@ async fn a_backup_has_the_head_in_its_manifest_and_is_restored_with_no_other() {
 
 /// Waits until readiness says this.
 async fn until(app: &App, status: &str) -> Value {
-    for _ in 0..600 {
+    let mut looks = 0;
+    loop {
         let body: Value = app.get("/readyz").await.json().await.unwrap();
         if body["status"] == status {
             return body;
         }
+        looks += 1;
+        assert!(looks < 600, "readiness was never {status}");
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    panic!("readiness was never {status}");
 }
 
 #[tokio::test]

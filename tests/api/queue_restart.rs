@@ -195,7 +195,7 @@ async fn a_job_whose_file_cannot_be_read_on_a_sound_disk_ends_and_lets_the_other
     let app = spawn_held_in(directory.path(), &held).await;
     let job = ended(&app, &bad).await;
     assert_eq!(job["state"], "failed", "{job}");
-    assert_eq!(job["problem"]["type"], "/problems/storage-unavailable", "{job}");
+    assert_eq!(job["problem"]["type"], "/problems/stored-file-damaged", "{job}");
     assert_eq!(ended(&app, &good).await["state"], "succeeded");
 }
 
