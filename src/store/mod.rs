@@ -37,7 +37,7 @@ pub use database_file::{DatabaseFile, own_schema};
 pub use deliveries::{AfterAttempt, DeliveriesWaiting, DeliveryRow, DueDelivery, Redelivery, Taken};
 pub use error::StoreError;
 pub use examination::{Examination, Files, examine, stored_files};
-pub use filesystem::{NetworkMount, mount_kind, network_mount};
+pub use filesystem::{NetworkMount, make_directory, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};
