@@ -17,10 +17,10 @@ use crate::recorder::{Node, Op, tree};
 use crate::run::{Point, Run, alone, begun, run, run_on, runtime, write_out};
 use crate::world::folder;
 
-/// Runs without a fault of the disk on a folder that was served from, in which a fault is looked for.
-const SEEDS: [u64; 6] = [1, 2, 4, 7, 8, 11];
+/// Runs without a fault of the disk in which a fault is looked for; the second and the last but one begin with an empty folder.
+const SEEDS: [u64; 8] = [1, 5, 2, 4, 7, 8, 10, 11];
 /// Points of each.
-const POINTS: usize = 240;
+const POINTS: usize = 96;
 /// Points looked at before it is asked whether the fault is found.
 const AT_ONCE: usize = 16;
 
@@ -86,7 +86,7 @@ fn insert(run: &mut Run, at: usize, op: Op) {
     run.ledger.forgets_from = run.ledger.forgets_from.map(|from| from + usize::from(from >= at));
 }
 
-const PLANTS: [(&str, Plant); 24] = [
+const PLANTS: [(&str, Plant); 25] = [
     (
         "the fsync of a file that is kept is left out",
         Plant::Log(|run| without_sync(run, |path| path.starts_with("spool/"))),
@@ -98,6 +98,10 @@ const PLANTS: [(&str, Plant); 24] = [
     (
         "the fsync of the folder of folders is left out",
         Plant::Log(|run| without_sync(run, |path| path == "blobs")),
+    ),
+    (
+        "the fsync of the data directory is left out",
+        Plant::Log(|run| without_sync(run, str::is_empty)),
     ),
     ("the fsync of the write-ahead log is left out", Plant::Log(|run| without_sync(run, is_log))),
     (

@@ -4,8 +4,8 @@
 use std::fmt;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use axum::Router;
@@ -18,16 +18,17 @@ use tower::ServiceExt;
 use trunnion::config::Settings;
 use trunnion::http::{AppState, router};
 use trunnion::jobs::{
-    Clock, Compensated, Compensator, CompensatorFault, IdSource, OpenFault, Refusal, RefusalClass, Sources,
-    timestamp,
+    Besides, Clock, Compensated, Compensator, CompensatorFault, IdSource, InputFile, JobFault, MachineUsed,
+    OpenFault, ProgramJob, ProgramWork, Refusal, RefusalClass, Sizes, Sources, ToolShelf, timestamp,
 };
 use trunnion::machine::Machine;
 use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, Spool, Stop};
 use trunnion::program::{self, Steps};
-use trunnion::store::Taken;
+use trunnion::store::{Actor, JobRow, Taken};
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
-    CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Interpolation,
+    AuditOrigin, CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect,
+    Interpolation, JobOperation, MachineDocument,
 };
 
 use crate::receiver::Turns;
@@ -278,7 +279,8 @@ impl Ask {
 /// A service that runs.
 pub(crate) struct World {
     pub(crate) app: AppState,
-    router: Router,
+    /// Made when first asked for: it costs more than all else of a short look.
+    router: OnceLock<Router>,
     pub(crate) wall: Arc<Wall>,
     pub(crate) ids: Arc<Ids>,
     pub(crate) gate: Arc<Gate>,
@@ -326,8 +328,7 @@ impl World {
         };
         let compensator = Arc::new(Capitals(Arc::clone(&gate)));
         let app = AppState::open(settings, sources, compensator).await?;
-        let router = router(app.clone());
-        Ok(Self { app, router, wall, ids, gate, turns })
+        Ok(Self { app, router: OnceLock::new(), wall, ids, gate, turns })
     }
 
     /// Asks the service as the bearer of this key.
@@ -346,7 +347,8 @@ impl World {
             request = request.header("if-match", "*");
         }
         let request = request.body(Body::from(ask.body.clone())).unwrap();
-        let response = self.router.clone().oneshot(request).await.unwrap();
+        let router = self.router.get_or_init(|| router(self.app.clone())).clone();
+        let response = router.oneshot(request).await.unwrap();
         let status = response.status().as_u16();
         let location = response.headers().get("location");
         let location = location.map(|place| place.to_str().unwrap().to_owned());
@@ -356,6 +358,32 @@ impl World {
         };
         let document = serde_json::from_slice(&body.to_bytes()).unwrap_or(Value::Null);
         Answer { status, document, location }
+    }
+
+    /// A job accepted behind the router, as its handler does it.
+    pub(crate) async fn accept(&self, name: &str, program: &str) -> Result<JobRow, JobFault> {
+        let (app, id) = (&self.app, "example-ac-table");
+        let machine = app.store.machine(id).await?.ok_or(JobFault::MachineLost)?;
+        let MachineDocument { revision, profile, .. } = machine.document;
+        let tools = ToolShelf::new(app.store.tools(id).await?);
+        let on = MachineUsed::new(id.to_owned(), revision, profile, tools).map_err(JobFault::Parameters)?;
+        let mut draft = app.spool.blobs().draft()?;
+        draft.write_all(program.as_bytes()).map_err(CompensatorFault::Io)?;
+        let sizes = Sizes::of(&InputFile::from(&draft), None).map_err(CompensatorFault::Io)?;
+        let parameters = br#"{"tool_radius_mm": 5, "contact": "tip", "work_offset_mm": [1, 2, 3]}"#;
+        let work = ProgramWork::read(JobOperation::CcCompensation, parameters, on, sizes, &app.means())?;
+        let job = ProgramJob {
+            machine_id: id.to_owned(),
+            machine_revision: revision,
+            work,
+            repeats: None,
+            program: draft,
+            surface: None,
+            file_name: "part.nc".to_owned(),
+            used: None,
+            by: Actor::without_request(AuditOrigin::Service),
+        };
+        app.queue.accept(job, Besides { external_id: Some(name.to_owned()), ..Besides::default() }).await
     }
 
     /// Whether no job goes on but one that waits at the gate, and whether no end is to be told now.
