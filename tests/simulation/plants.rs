@@ -99,10 +99,7 @@ const PLANTS: [(&str, Plant); 25] = [
         "the fsync of the folder of folders is left out",
         Plant::Log(|run| without_sync(run, |path| path == "blobs")),
     ),
-    (
-        "the fsync of the data directory is left out",
-        Plant::Log(|run| without_sync(run, str::is_empty)),
-    ),
+    ("the fsync of the data directory is left out", Plant::Log(|run| without_sync(run, str::is_empty))),
     ("the fsync of the write-ahead log is left out", Plant::Log(|run| without_sync(run, is_log))),
     (
         "the fsync of the database is left out",
@@ -228,7 +225,8 @@ const PLANTS: [(&str, Plant); 25] = [
         "an idempotency key stands for another job",
         Plant::Database(&[
             "CREATE TRIGGER plant AFTER INSERT ON idempotency_keys WHEN NEW.job_id IS NOT NULL
-             BEGIN UPDATE idempotency_keys SET job_id = (SELECT id FROM jobs ORDER BY seq LIMIT 1); END",
+             BEGIN UPDATE idempotency_keys SET job_id = (SELECT id FROM jobs ORDER BY seq LIMIT 1)
+                   WHERE idempotency_key = NEW.idempotency_key; END",
         ]),
     ),
     (
