@@ -86,7 +86,7 @@ fn insert(run: &mut Run, at: usize, op: Op) {
     run.ledger.forgets_from = run.ledger.forgets_from.map(|from| from + usize::from(from >= at));
 }
 
-const PLANTS: [(&str, Plant); 25] = [
+const PLANTS: [(&str, Plant); 24] = [
     (
         "the fsync of a file that is kept is left out",
         Plant::Log(|run| without_sync(run, |path| path.starts_with("spool/"))),
@@ -165,23 +165,6 @@ const PLANTS: [(&str, Plant); 25] = [
             let row = (at..run.log.len())
                 .find(|row| matches!(&run.log[*row], Op::Sync { node } if is_log(&names[node])));
             insert(run, row.unwrap_or(at) + 1, Op::Remove { path });
-        }),
-    ),
-    (
-        "the write-ahead log goes before the database is synchronised",
-        Plant::Log(|run| {
-            let names = first_names(run);
-            for at in 0..run.log.len() {
-                if !matches!(&run.log[at], Op::Remove { path } if is_log(path)) {
-                    continue;
-                }
-                let synced = (0..at).rev().find(
-                    |sync| matches!(&run.log[*sync], Op::Sync { node } if names[node] == DATABASE_NAME),
-                );
-                if let Some(synced) = synced {
-                    run.log[synced..=at].rotate_right(1);
-                }
-            }
         }),
     ),
     (
