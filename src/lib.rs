@@ -4,6 +4,8 @@
 //! The model is a crate of its own, `trunnion_core`, whose modules stand here beside the skins' as if it were one.
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
 
+#![forbid(unsafe_code)]
+
 pub use trunnion_core::{
     calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, surface,
     units, wear,

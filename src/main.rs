@@ -1,5 +1,7 @@
 //! The `trunnion` binary: reads its settings, starts the service, drains it. Everything else is in the library.
 
+#![forbid(unsafe_code)]
+
 use std::io::Write;
 use std::process::ExitCode;
 

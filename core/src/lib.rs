@@ -3,6 +3,8 @@
 //! No HTTP, no SQL, no clock, no files, no threads of its own: the crate depends on nothing that could bring them, and
 //! `tests/architecture.rs` holds it to that. Modules in reading order; `docs/architecture.md` is the map.
 
+#![forbid(unsafe_code)]
+
 pub mod units;
 
 pub mod geometry;

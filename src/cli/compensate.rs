@@ -115,9 +115,8 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(at("reading", &arguments.input))?;
         let work =
             ProgramWork::read(operation, &parameters, on, sizes, &means).map_err(CommandFault::Work)?;
-        let compute =
-            Compute::new(settings.computations(), 0, Share(1.0), settings.max_surface_memory_bytes)
-                .costing_at_most(settings.max_cost_s);
+        let compute = Compute::new(settings.computations(), 0, Share(1.0), settings.max_surface_memory_bytes)
+            .costing_at_most(settings.max_cost_s);
         let memory = sizes.surface_facets.map(|facets| compute.surface_memory(facets)).transpose();
         let memory = memory.map_err(|fault| CommandFault::Work(fault.into()))?;
         let spool = Spool::new(blobs.clone(), u64::MAX).with_results_within(settings.max_result_bytes);

@@ -13,7 +13,7 @@ use super::settings::put;
 use super::{StartFault, beside};
 use crate::config::Settings;
 use crate::jobs::{IssueFault, IssuedKey, Sources, issue_key};
-use crate::store::{Actor, ApiKeyRow, Store, StoreError, mark_key_change};
+use crate::store::{Actor, ApiKeyRow, Store, StoreError, make_directory, mark_key_change};
 use crate::wire::{ApiKeyDocument, ApiKeyRequest, AuditOrigin, Scope};
 
 /// What can be done with keys.
@@ -86,7 +86,7 @@ pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), Star
     runtime.block_on(async {
         let directory = &settings.data_dir;
         if matches!(command, KeysCommand::Create { .. }) {
-            std::fs::create_dir_all(directory)
+            make_directory(directory)
                 .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
         }
         // Held to the end.

@@ -4,13 +4,13 @@ use super::CommandFault;
 use super::rights::keep_private;
 use super::settings::say;
 use crate::config::Settings;
-use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, own_schema};
+use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, make_directory, own_schema};
 
 /// Migrates, with the directory to itself.
 pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     let data_dir = &settings.data_dir;
     let unusable = |source| CommandFault::File { doing: "making", path: data_dir.clone(), source };
-    std::fs::create_dir_all(data_dir).map_err(unusable)?;
+    make_directory(data_dir).map_err(unusable)?;
     let lock = DirectoryLock::take(data_dir)?;
     keep_private(data_dir);
     let database = data_dir.join(DATABASE_NAME);

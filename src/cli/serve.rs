@@ -22,7 +22,7 @@ use crate::http::observation::Exporter;
 use crate::http::{AppState, router};
 use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
 use crate::shares::Share;
-use crate::store::{DirectoryLock, LockFault, NetworkMount, network_mount};
+use crate::store::{DirectoryLock, LockFault, NetworkMount, make_directory, network_mount};
 
 /// Why the service could not start.
 #[derive(Debug, Error)]
@@ -174,8 +174,7 @@ pub async fn start(
 ) -> Result<Running, StartFault> {
     let exporter = exporter(&settings.otlp_endpoint)?;
     let path = settings.data_dir.clone();
-    std::fs::create_dir_all(&path)
-        .map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
+    make_directory(&path).map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
     on_a_local_disk(&path)?;
     let tls = match (&settings.tls_certificate, &settings.tls_key) {
         (Some(certificate), Some(key)) => Some(RustlsConfig::from_config(tls::server(certificate, key)?)),

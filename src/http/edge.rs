@@ -27,8 +27,8 @@ use super::observation::watch;
 use super::printed::settled;
 use super::problem::{Problem, ProblemType};
 use super::security_log::Reason;
-use crate::jobs::memory::paid_by;
 use crate::jobs::asked_by;
+use crate::jobs::memory::paid_by;
 
 /// The id that we give a request, as the header that its answer has.
 #[derive(Debug, Clone)]

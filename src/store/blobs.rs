@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use sha2::{Digest, Sha256};
@@ -67,6 +67,8 @@ pub struct Blobs {
     naming: Arc<RwLock<()>>,
     writable: Arc<Writable>,
     soundness: Arc<Soundness>,
+    /// Folders below `kept` whose names are on the disk, as far as this process has made sure.
+    settled: Arc<Mutex<HashSet<PathBuf>>>,
 }
 
 /// A kept file, open and found to be what was kept.
@@ -112,11 +114,20 @@ impl Blobs {
                 return Err(BlobFault::NoFolder(directory.clone()));
             }
         }
+        // Their names too: without them nothing that is kept below is found again. A process before may have died in between.
+        sync_directory(data_dir)?;
         for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
             fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
         }
-        Ok(Self { kept, spool, naming: Arc::default(), writable: Arc::default(), soundness: Arc::default() })
+        Ok(Self {
+            kept,
+            spool,
+            naming: Arc::default(),
+            writable: Arc::default(),
+            soundness: Arc::default(),
+            settled: Arc::default(),
+        })
     }
 
     /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
@@ -182,7 +193,7 @@ impl Blobs {
         NamedTempFile::new_in(&self.spool)
     }
 
-    /// Puts a draft under its digest: data to disk, rename, directory to disk. The same bytes once more change
+    /// Puts a draft under its digest: data to disk, folder to disk, rename, name to disk. The same bytes once more change
     /// nothing.
     ///
     /// # Errors
@@ -192,17 +203,28 @@ impl Blobs {
         let path = self.path(&sha256);
         let folder = path.parent().unwrap_or(&self.kept).to_owned();
         draft.file.as_file().sync_all().map_err(BlobFault::at("synchronising", draft.file.path()))?;
-        if !is_folder(&folder) {
-            if folder.symlink_metadata().is_ok() {
-                return Err(BlobFault::NoFolder(folder));
-            }
-            fs::create_dir_all(&folder).map_err(BlobFault::at("making", &folder))?;
-            sync_directory(&self.kept)?;
-        }
+        self.settle(&folder)?;
         draft.file.persist(&path).map_err(|fault| BlobFault::at("keeping", &path)(fault.error))?;
         sync_directory(&folder)?;
         self.soundness.sound(&sha256);
         Ok(sha256)
+    }
+
+    /// Makes sure that a folder is there and that its name is on the disk. That it is there is not enough: who made it may
+    /// still be synchronising, may have failed to, or may have died before.
+    fn settle(&self, folder: &Path) -> Result<(), BlobFault> {
+        let mut settled = self.settled.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_there = is_folder(folder);
+        if settled.contains(folder) && is_there {
+            return Ok(());
+        }
+        if !is_there && folder.symlink_metadata().is_ok() {
+            return Err(BlobFault::NoFolder(folder.to_owned()));
+        }
+        fs::create_dir_all(folder).map_err(BlobFault::at("making", folder))?;
+        sync_directory(&self.kept)?;
+        settled.insert(folder.to_owned());
+        Ok(())
     }
 
     /// What is known to be damaged.

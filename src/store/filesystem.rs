@@ -1,7 +1,24 @@
 //! Which file system a directory lies on. `SQLite`'s write-ahead log needs shared memory and locks that network file
 //! systems do not give: on one of them a database is lost sooner or later.
 
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
+
+/// Makes a directory and those above it that are missing, and brings their names to the disk: without them nothing is found
+/// again that is synchronised below.
+///
+/// # Errors
+/// One cannot be made, or its name not be synchronised.
+pub fn make_directory(path: &Path) -> io::Result<()> {
+    let above = |path: &Path| match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    let missing = path.ancestors().take_while(|folder| *folder != Path::new("") && !folder.is_dir()).count();
+    fs::create_dir_all(path)?;
+    path.ancestors().take(missing).try_for_each(|folder| File::open(above(folder))?.sync_all())
+}
 
 /// A mount of a file system that lies on another computer.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,6 +109,17 @@ fn unescaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_directory_is_made_with_those_above_it_and_once_more_without_harm() {
+        let folder = tempfile::TempDir::new().expect("a directory");
+        let path = folder.path().join("a").join("b");
+        make_directory(&path).expect("made");
+        make_directory(&path).expect("there already");
+        assert!(path.is_dir());
+        std::fs::write(path.join("file"), "").expect("written");
+        make_directory(&path.join("file")).expect_err("a file");
+    }
 
     const MOUNTS: &str = "\
 proc /proc proc rw,relatime 0 0

@@ -46,7 +46,7 @@ pub use deep::Deep;
 pub use deliveries::{AfterAttempt, DeliveriesWaiting, DeliveryRow, DueDelivery, Redelivery, Taken};
 pub use error::StoreError;
 pub use examination::{Depth, Examination, Files, examine, examine_to, stored_files};
-pub use filesystem::{NetworkMount, mount_kind, network_mount};
+pub use filesystem::{NetworkMount, make_directory, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};

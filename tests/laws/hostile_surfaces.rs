@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 
 use std::cell::Cell;
+use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -140,7 +141,7 @@ fn pass(blocks: u32) -> Vec<u8> {
     let mut text = String::from("G21 G90 G94\nG0 X0 Y0 Z20 A0 C0\nG1 X0 Y0 Z0.1 A5 C5 F1000\n");
     for k in 0..blocks {
         let (x, a) = (f64::from(k % 40) * 0.01, 5.0 + f64::from(k % 7));
-        text += &format!("G1 X{x:.3} Y0.2 Z0.1 A{a:.3} C{:.3}\n", 5.0 + f64::from(k % 11));
+        writeln!(text, "G1 X{x:.3} Y0.2 Z0.1 A{a:.3} C{:.3}", 5.0 + f64::from(k % 11)).unwrap();
     }
     text.into_bytes()
 }

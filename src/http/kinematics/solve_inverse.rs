@@ -71,7 +71,7 @@ pub(super) async fn solve_inverse_kinematics(
         let InverseAnswer { joints, ends, warnings } = answer;
         if csv {
             let columns = JointColumns::new(task.machine(), ends.is_some());
-            return Ok((rows(&columns, &joints, ends.as_deref(), most, printed), Some(warnings.len())));
+            return Ok((rows(columns, &joints, ends.as_deref(), most, printed), Some(warnings.len())));
         }
         let document = SolvedPoses::new(revision, joints, ends, warnings);
         let text = document.write_json(&mut printed);
@@ -94,7 +94,7 @@ pub(super) async fn solve_inverse_kinematics(
 
 /// The table, if it fits into as many bytes as a result may have.
 fn rows(
-    columns: &JointColumns,
+    columns: JointColumns,
     joints: &[JointWords],
     ends: Option<&[usize]>,
     most: u64,

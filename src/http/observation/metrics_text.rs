@@ -58,22 +58,8 @@ pub(in crate::http) fn metrics_text(
         text.sample(&format!("{attempts}{{outcome=\"{}\"}}", outcome.as_str()), count.get());
     }
     requests(&mut text, operations);
-    let (refusals, unwritten) = security.counts();
-    let refused = "trunnion_refusals_total";
-    text.family(refused, "counter", "Requests that were not let in.");
-    for (reason, count) in refusals {
-        text.sample(&format!("{refused}{{reason=\"{}\"}}", reason.as_str()), count);
-    }
-    let help = "Refusals that the security log does not have.";
-    text.single("trunnion_refusals_unwritten_total", "counter", help, unwritten);
-    let help = "Stored files and reports that are known to be damaged.";
-    text.single("trunnion_stored_files_damaged", "gauge", help, readings.soundness.damaged);
-    let help = "What the last scrub found in the database.";
-    text.single("trunnion_scrub_findings", "gauge", help, readings.soundness.findings);
-    if let Some(at_s) = readings.soundness.scrubbed_at_s {
-        let help = "When everything stored was last read through.";
-        text.single("trunnion_scrub_last_timestamp_seconds", "gauge", help, at_s);
-    }
+    refusals(&mut text, security);
+    soundness(&mut text, &readings.soundness);
     for (name, kind, help, value) in [
         (
             "trunnion_http_requests_in_flight",
@@ -140,6 +126,30 @@ pub(in crate::http) fn metrics_text(
         text.histogram(name, "", times);
     }
     text.0
+}
+
+/// Who was not let in.
+fn refusals(text: &mut Text, security: &SecurityLog) {
+    let (refusals, unwritten) = security.counts();
+    let refused = "trunnion_refusals_total";
+    text.family(refused, "counter", "Requests that were not let in.");
+    for (reason, count) in refusals {
+        text.sample(&format!("{refused}{{reason=\"{}\"}}", reason.as_str()), count);
+    }
+    let help = "Refusals that the security log does not have.";
+    text.single("trunnion_refusals_unwritten_total", "counter", help, unwritten);
+}
+
+/// What is known of damage.
+fn soundness(text: &mut Text, soundness: &SoundnessReading) {
+    let help = "Stored files and reports that are known to be damaged.";
+    text.single("trunnion_stored_files_damaged", "gauge", help, soundness.damaged);
+    let help = "What the last scrub found in the database.";
+    text.single("trunnion_scrub_findings", "gauge", help, soundness.findings);
+    if let Some(at_s) = soundness.scrubbed_at_s {
+        let help = "When everything stored was last read through.";
+        text.single("trunnion_scrub_last_timestamp_seconds", "gauge", help, at_s);
+    }
 }
 
 fn requests(text: &mut Text, operations: &Operations) {
