@@ -125,7 +125,7 @@ catalogue! {
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
         "This is a defect of the service, not of the request. The X-Request-Id header names the log lines that belong to it.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
-        "The process ended unexpectedly twice while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
+        "The process ended unexpectedly five times while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
