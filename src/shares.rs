@@ -109,9 +109,8 @@ impl Quota {
         match self {
             Self::QueuedJobs => "wait until some of them have begun, or cancel some",
             Self::Computations => "send fewer requests at once",
-            Self::EventStreams => "close some of them",
+            Self::EventStreams | Self::Connections => "close some of them",
             Self::SpoolBytes => "send fewer or smaller programs at once",
-            Self::Connections => "close some of them",
         }
     }
 }

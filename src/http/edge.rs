@@ -95,13 +95,11 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
         Ok(request) => request,
         Err(refusal) => return *refusal,
     };
-    match admit(app, &request) {
-        Some(refusal) => refusal,
-        None => {
-            let who = asks(&request);
-            asked_by(who, answered(request, route)).await
-        }
+    if let Some(refusal) = admit(app, &request) {
+        return refusal;
     }
+    let who = asks(&request);
+    asked_by(who, answered(request, route)).await
 }
 
 /// Hands on a request whose body is what it says before it was compressed.
