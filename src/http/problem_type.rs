@@ -127,7 +127,7 @@ catalogue! {
     StoredFileDamaged = INTERNAL_SERVER_ERROR, "stored-file-damaged", "Something stored is not what was stored",
         "A program, a surface, a table or a report has other bytes than its SHA-256 stands for, or is missing. It is neither sent nor computed with. The detail gives the digest expected, and length and digest found. Restore it from a backup, and run trunnion doctor, which names everything that is damaged. A program can also be posted again: the same bytes take the place of the damaged ones.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
-        "The process ended unexpectedly twice while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
+        "The process ended unexpectedly five times while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",

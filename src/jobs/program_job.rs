@@ -144,7 +144,7 @@ pub enum JobFault {
     MachineLost,
     /// The process died while it computed this.
     #[error(
-        "the process ended unexpectedly while it computed this job and nothing else, twice; three deaths beside other work \
+        "the process ended unexpectedly while it computed this job and nothing else, five times; three deaths beside other work \
          came before"
     )]
     ProcessDied,

@@ -127,7 +127,7 @@ pub enum Cancelling {
 pub struct Recovered {
     /// Jobs that wait again.
     pub queued: u64,
-    /// Jobs that were computed alone at two deaths of the process: failed.
+    /// Jobs that were computed alone at as many deaths of the process as are blamed on a job: failed.
     pub parked: Vec<String>,
     /// Jobs that their clients had cancelled.
     pub cancelled: Vec<String>,
@@ -146,8 +146,9 @@ pub struct QueueDepth {
 
 /// Deaths of the process that a job may meet beside others before it is computed alone: whose fault they were is not known.
 pub const DEATHS_BESIDE_OTHERS: i64 = 3;
-/// Deaths while it is computed alone after which a job is held to be what kills the process. One may still have come from outside.
-const LONE_DEATHS: i64 = 2;
+/// Deaths while it is computed alone after which a job is held to be what kills the process. Some may still have come from outside: where
+/// a process lives for no longer than a job takes, each death meets it.
+const LONE_DEATHS: i64 = 5;
 
 /// Turns after which a caller's is forgotten, so that the table does not grow with all who ever asked.
 const TURNS_REMEMBERED: i64 = 10_000;
@@ -439,8 +440,8 @@ impl Store {
         .await
     }
 
-    /// Takes up what a process that died had taken: what its client had cancelled is cancelled, what was computed alone at two deaths
-    /// is failed with `problem`, all else waits again. A death counts for the jobs that were `computed` at that moment, and for no
+    /// Takes up what a process that died had taken: what its client had cancelled is cancelled, what was computed alone at
+    /// as many deaths as are blamed on a job is failed with `problem`, all else waits again. A death counts for the jobs that were `computed` at that moment, and for no
     /// other. Only for the start.
     ///
     /// # Errors

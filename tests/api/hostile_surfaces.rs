@@ -1,5 +1,6 @@
 //! Surfaces that were made to be searched for ever, over HTTP.
 
+use std::fmt::Write as _;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -32,7 +33,7 @@ fn copies(count: u32, raised_by: impl Fn(u32) -> f32) -> Vec<u8> {
 fn program(blocks: u32) -> String {
     let mut text = String::from("G21 G90 G94\nG0 X0 Y0 Z20 A0 C0\nG1 X0 Y0 Z0 A5 C5 F1000\n");
     for k in 0..blocks {
-        text += &format!("G1 X{} Y0.2 Z0 A{} C{}\n", f64::from(k % 40) * 0.05, 5 + k % 7, 5 + k % 11);
+        writeln!(text, "G1 X{} Y0.2 Z0 A{} C{}", f64::from(k % 40) * 0.05, 5 + k % 7, 5 + k % 11).unwrap();
     }
     text
 }

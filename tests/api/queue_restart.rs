@@ -31,7 +31,7 @@ async fn write(data: &Path, statement: &'static str, place: &str) {
 const RUNNING: &str = "UPDATE jobs SET state = 'running', attempts = 1, lease = id WHERE id = ?";
 const SUSPECT: &str = "UPDATE jobs SET state = 'running', attempts = 4, deaths = 3, lease = id WHERE id = ?";
 const SUSPECT_AGAIN: &str =
-    "UPDATE jobs SET state = 'running', attempts = 5, deaths = 3, lone_deaths = 1, lease = id WHERE id = ?";
+    "UPDATE jobs SET state = 'running', attempts = 8, deaths = 3, lone_deaths = 4, lease = id WHERE id = ?";
 const OFTEN_BEGUN: &str =
     "UPDATE jobs SET state = 'running', attempts = 50, deaths = 2, lease = id WHERE id = ?";
 const CANCELLING: &str =
@@ -105,15 +105,17 @@ async fn a_death_counts_for_what_was_computed_and_only_one_alone_is_blamed_on_a_
     let first = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
     running(&app, &first).await;
     let mut places = Vec::new();
-    for program in ["never run\n", "beside\n", "alone\n", "alone twice\n", "not computed\n", "cancelled\n"] {
+    for program in
+        ["never run\n", "beside\n", "alone\n", "alone once too often\n", "not computed\n", "cancelled\n"]
+    {
         places.push(accepted(&app, &cc("example-ac-table"), program).await);
     }
-    let [never, beside, alone, twice, settling, cancelled] = places.try_into().unwrap();
+    let [never, beside, alone, last, settling, cancelled] = places.try_into().unwrap();
     app.stop().await;
     for (place, statement, how) in [
         (&beside, RUNNING, Some("beside")),
         (&alone, SUSPECT, Some("alone")),
-        (&twice, SUSPECT_AGAIN, Some("alone")),
+        (&last, SUSPECT_AGAIN, Some("alone")),
         // Taken, but on its way to a thread or from it.
         (&settling, OFTEN_BEGUN, None),
         (&cancelled, CANCELLING, Some("beside")),
@@ -126,7 +128,7 @@ async fn a_death_counts_for_what_was_computed_and_only_one_alone_is_blamed_on_a_
     let held = Arc::<Held>::default();
     held.release();
     let app = spawn_held_in(data, &held).await;
-    let parked = document(&app, &twice).await;
+    let parked = document(&app, &last).await;
     assert_eq!(parked["state"], "failed", "{parked}");
     assert_eq!(parked["problem"]["type"], "/problems/process-died");
     assert_eq!(app.get(parked["problem"]["type"].as_str().unwrap()).await.status(), 200);
@@ -142,7 +144,7 @@ async fn a_death_counts_for_what_was_computed_and_only_one_alone_is_blamed_on_a_
     assert_eq!(order.len(), 5);
     app.stop().await;
     for (place, expected) in
-        [(&beside, (1, 0)), (&alone, (3, 1)), (&twice, (3, 2)), (&settling, (2, 0)), (&first, (0, 0))]
+        [(&beside, (1, 0)), (&alone, (3, 1)), (&last, (3, 5)), (&settling, (2, 0)), (&first, (0, 0))]
     {
         assert_eq!(deaths(data, place).await, expected, "{place}");
     }

@@ -130,7 +130,7 @@ async fn a_key_whose_computations_never_end_does_not_keep_another_from_computing
     let job = accepted(&app, &cc("example-ac-table"), "g1\n").await;
     assert_eq!(ended(&app, &job).await["state"], "succeeded");
     assert!(endless.iter().all(|task| !task.is_finished()));
-    endless.iter().for_each(|task| task.abort());
+    endless.iter().for_each(tokio::task::JoinHandle::abort);
 }
 
 #[tokio::test]

@@ -316,7 +316,7 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
     let mut receiver = Receiver::saying(&[]).await;
     let place = {
         let app = crate::queue::spawn_held_in(directory.path(), &held).await;
-        // Accepted by a service that may not call there, and taken as a process leaves it that dies for the second time while it computes nothing else.
+        // Accepted by a service that may not call there, and taken as a process leaves it that dies for the fifth time while it computes nothing else.
         let mut order = calling("https://mes.invalid/");
         order["machine_id"] = "example-ac-table".into();
         let place = accepted(&app, &order, "HOLD\n").await;
@@ -325,7 +325,7 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
         place
     };
     let left =
-        "UPDATE jobs SET state = 'running', lone_deaths = 1, lease = id, callback_url = ? WHERE id = ?";
+        "UPDATE jobs SET state = 'running', lone_deaths = 4, lease = id, callback_url = ? WHERE id = ?";
     write(directory.path(), left, &receiver.url(), &place).await;
     crate::queue_restart::mark(directory.path(), &place, "alone");
     let app = spawn_in(directory.path(), at_once).await;

@@ -31,7 +31,7 @@ KILLS = int(os.environ.get("TRUNNION_KILLS", "200"))
 SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
 # Longest life of a process under load.
 LIFE_S = 0.7
-# Jobs that may be hit by five deaths in spite of their innocence, two of them while they were alone.
+# Jobs that may be hit by eight deaths in spite of their innocence, five of them while they were alone.
 MOST_PARKED = 1
 # Longest wait for the queue to empty at the end.
 EMPTY_S = 900
@@ -127,8 +127,8 @@ def checked_jobs(rows, ledger, direct):
         assert lease is None
         counts[state] += 1
         if state == "failed":
-            # Five deaths at least, the last two while nothing else was computed.
-            assert json.loads(problem)["type"] == "/problems/process-died" and attempts >= 5, (problem, attempts)
+            # Eight deaths at least, the last five while nothing else was computed.
+            assert json.loads(problem)["type"] == "/problems/process-died" and attempts >= 8, (problem, attempts)
         if id in ledger.kept["cancel"]:
             assert state == "cancelled", f"{id} was cancelled and is {state}"
         if state == "succeeded":
