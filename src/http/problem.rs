@@ -177,7 +177,7 @@ impl IntoResponse for Problem {
         let body = serde_json::to_vec(&document).unwrap_or_default();
         let mut response = (kind.status(), body).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
-        if kind.status() == StatusCode::SERVICE_UNAVAILABLE || kind == ProblemType::QuotaExceeded {
+        if kind.status() == StatusCode::SERVICE_UNAVAILABLE || kind == ProblemType::Quota {
             response.headers_mut().insert(RETRY_AFTER, HeaderValue::from_static("2"));
         }
         response
@@ -268,7 +268,7 @@ impl From<std::io::Error> for Problem {
 impl From<NoShare> for Problem {
     fn from(fault: NoShare) -> Self {
         let kind = match fault {
-            NoShare::OverShare { .. } => ProblemType::QuotaExceeded,
+            NoShare::OverShare { .. } => ProblemType::Quota,
             NoShare::Full { quota: Quota::QueuedJobs, .. } => ProblemType::QueueFull,
             NoShare::Full { quota: Quota::SpoolBytes, .. } => ProblemType::StorageUnavailable,
             NoShare::Full { .. } => ProblemType::Busy,
@@ -304,7 +304,7 @@ impl From<MemoryFault> for Problem {
     fn from(fault: MemoryFault) -> Self {
         let kind = match fault {
             MemoryFault::Never { .. } => ProblemType::BodyTooLarge,
-            MemoryFault::Now { .. } => ProblemType::MemoryFull,
+            MemoryFault::Now { .. } => ProblemType::MemoryBudget,
         };
         Self::new(kind, fault.to_string())
     }

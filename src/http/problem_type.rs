@@ -94,7 +94,7 @@ catalogue! {
         "All header fields together are longer than the limit that the detail names.";
     TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
         "The caller, known by key or else by address, asks more often than the service is set to answer. Retry after the time that Retry-After names.";
-    QuotaExceeded = TOO_MANY_REQUESTS, "quota", "The caller has its share",
+    Quota = TOO_MANY_REQUESTS, "quota", "The caller has its share",
         "One caller, known by key or else by address, may hold a part of what others leave (max_share_per_caller), so that all find room. The detail names what is shared, how much of it the caller holds, how much it may hold now, and what makes room. Nothing was stored. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types the operation takes. Content codings are gzip and zstd.";
@@ -119,7 +119,7 @@ catalogue! {
     ControlDoesNotFit = UNPROCESSABLE_ENTITY, "control-does-not-fit", "The control cannot be told these axes",
         "The control's published kinematics has no place for this machine's axes. Each entry of errors says why. The neutral format takes every machine.";
     TooCostly = UNPROCESSABLE_ENTITY, "too-costly", "The computation would cost too much",
-        "Work is estimated before it starts. The detail gives the estimate and the limit. Split the request.";
+        "Work is estimated before it starts and counted while it is done. The detail gives the number, the limit and what makes it less. Split the request, or raise max_cost_s.";
     ResultTooLarge = UNPROCESSABLE_ENTITY, "result-too-large", "The result would be too large",
         "What the request makes is longer than the limit that the detail names. Nothing was stored. Split the request, or raise the limit.";
     Internal = INTERNAL_SERVER_ERROR, "internal", "The service has a fault",
@@ -132,7 +132,7 @@ catalogue! {
         "As many jobs wait as may (max_queued_jobs). Retry after the time that Retry-After names; the same Idempotency-Key makes that safe.";
     Busy = SERVICE_UNAVAILABLE, "busy", "Every computation is busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
-    MemoryFull = SERVICE_UNAVAILABLE, "memory-budget", "There is no memory for the request now",
+    MemoryBudget = SERVICE_UNAVAILABLE, "memory-budget", "There is no memory for the request now",
         "Requests share a budget of memory (max_memory_bytes), and one caller gets a part of it. The detail says what the request needs, what the caller's other requests hold and what is free. Retry after the time that Retry-After names, ask for less at once, or send fewer requests side by side.";
     TimedOut = SERVICE_UNAVAILABLE, "timed-out", "The request took too long",
         "The computation was stopped and nothing was stored. Retry later or split the request.";

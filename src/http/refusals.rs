@@ -56,12 +56,12 @@ macro_rules! refusals {
                     $(ProblemType::$kind,)+
                     ProblemType::UrlTooLong,
                     ProblemType::TooManyRequests,
-                    ProblemType::QuotaExceeded,
+                    ProblemType::Quota,
                     ProblemType::HeaderTooLarge,
                     ProblemType::Internal,
                     ProblemType::StorageUnavailable,
                     ProblemType::TimedOut,
-                    ProblemType::MemoryFull,
+                    ProblemType::MemoryBudget,
                 ])
             }
         }

@@ -18,8 +18,9 @@ const SHARE: u64 = 4;
 /// a file that is on its way, and the tasks that belong to it \[bytes\].
 pub const REQUEST_BYTES: u64 = 192 << 10;
 
-/// What the process takes besides: its code, the database's pages, the allocator's reserve \[bytes\].
-const SERVICE_BYTES: u64 = 64 << 20;
+/// What the process takes besides: its code, the database's pages, and what the allocator keeps of memory that was given back. With
+/// 64 MiB the flood of `tests/faults/memory.py` reached 510 of 512 MiB in its second round \[bytes\].
+const SERVICE_BYTES: u64 = 112 << 20;
 /// What a connection takes besides its requests: buffers for reading and writing, TLS \[bytes\].
 const CONNECTION_BYTES: u64 = 32 << 10;
 /// What a running computation takes besides what it pays for \[bytes\].
@@ -341,7 +342,7 @@ mod tests {
     #[test]
     fn what_is_left_of_the_process_is_the_budget() {
         let budget = Memory::within(512 << 20, 1024, 2).budget_bytes();
-        assert_eq!(budget, (512 - 64 - 32 - 32) << 20);
+        assert_eq!(budget, (512 - 112 - 32 - 32) << 20);
         assert_eq!(Memory::within(1, 1024, 64).budget_bytes(), LEAST_BYTES);
     }
 }

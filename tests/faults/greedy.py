@@ -82,6 +82,10 @@ def ordinary(service, bearer, chance, end, times, wrong):
             times[kind].append(time.monotonic() - began)
 
 
+# Jobs of the greedy key that take a second or so each.
+HEAVY, HEAVY_BLOCKS = 100, 50_000
+
+
 def measured(service, keys, what):
     times, wrong = {kind: [] for kind in KINDS}, []
     end = time.monotonic() + MEASURED_S
@@ -175,6 +179,11 @@ class Greedy:
         upload = self.head("POST", f"/v1/machines/{MACHINE}/cc-compensation?{BLADE_QUERY}", "Content-Length: 100000000")
         for _ in range(UPLOADS):
             self.hold("upload", upload, b"(and so on)\n" * 200_000)
+        # The queue is busy with them while the tiny ones are posted: a fast computer would be done with each at once.
+        heavy, kind = form(cc_job("heavy", contact="feed-plane", tolerance_um=0.5), program(HEAVY_BLOCKS))
+        for _ in range(HEAVY):
+            status, answer = self.ask("POST", "/v1/jobs", heavy, kind)
+            self.tell(f"heavy job {status}")
         for what, ask, count in [("slow", slow, SLOW), ("packed", packed, PACKED), ("job", post, 4)]:
             for _ in range(count):
                 threading.Thread(target=self.over_and_over, args=(what, ask), daemon=True).start()

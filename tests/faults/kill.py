@@ -299,7 +299,7 @@ def checked(folder, ledger, direct, log, admin):
     assert rows("PRAGMA integrity_check") == [("ok",)]
     assert rows("PRAGMA foreign_key_check") == []
     assert not ledger.wrong, ledger.wrong[:5]
-    assert set(ledger.refused) <= {"queue-full", "busy"}, ledger.refused
+    assert set(ledger.refused) <= {"queue-full", "quota", "busy"}, ledger.refused
     counts = checked_jobs(rows, ledger, direct)
     checked_machines(rows, ledger)
     checked_rest(rows, ledger, admin)
@@ -312,12 +312,13 @@ def checked(folder, ledger, direct, log, admin):
     revisions = sum(len(one) for one in ledger.machines.values())
     of_tools = sum(len(one) for one in ledger.tools.values())
     of = {kind: len(kept) for kind, kept in ledger.kept.items()}
+    full = sum(ledger.refused.pop(what, 0) for what in ("queue-full", "quota"))
     print(
         f"{KILLS} kills: {of['job']} jobs acknowledged ({counts['succeeded']} succeeded, {counts['cancelled']} cancelled, "
         f"{counts['failed']} parked, {counts['begun again']} begun again), {of['direct']} programs answered at once, "
         f"{revisions} revisions, {of['delete']} machines deleted, {of_tools} of tools, {of['delete-tool']} tools deleted, {of['run']} calibrations, {of['apply']} applied, "
         f"{of['entry']} wear entries, {of['withdraw']} withdrawn, {of['secret']} secrets, {of['key']} API keys, "
-        f"{of['revoke']} revoked; {ledger.again} asked for once more, {ledger.refused.pop('queue-full', 0)} refused by a full queue, "
+        f"{of['revoke']} revoked; {ledger.again} asked for once more, {full} refused by a full queue or for their share, "
         f"{len(log)} entries in the audit log; nothing lost, repeated or half done"
     )
     assert counts["succeeded"] > KILLS and revisions > KILLS, "there was hardly any load"

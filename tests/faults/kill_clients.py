@@ -106,7 +106,7 @@ class Ledger:
     def settled(self, kind, key, answer, status, value, repeats=True):
         """Writes down what became of a request; whether it was acknowledged. What was not is asked for again."""
         with self.lock:
-            if answer is None or answer[0] == 503:
+            if answer is None or answer[0] in (429, 503):
                 if answer:
                     self.refused[answer[2]["type"].removeprefix("/problems/")] += 1
                 self.open[kind].append(key)
@@ -181,7 +181,7 @@ def post_jobs(ledger, stop, chance):
         with ledger.lock:
             if cancelled and cancelled[0] in (200, 202):
                 ledger.kept["cancel"][id] = True
-            elif cancelled and cancelled[0] not in (409, 503):
+            elif cancelled and cancelled[0] not in (409, 429, 503):
                 ledger.wrong.append(("cancel", cancelled))
 
 
@@ -203,7 +203,7 @@ def put(client, ledger, name, tag=None):
     with ledger.lock:
         if answer and answer[0] == (200 if tag else 201):
             ledger.machines[name][answer[2]["revision"]] = body["name"]
-        elif answer and answer[0] != 503:
+        elif answer and answer[0] not in (429, 503):
             ledger.wrong.append((name, answer))
 
 
@@ -232,7 +232,7 @@ def delete_machines(ledger, stop, _chance, name=COMES_AND_GOES):
             with ledger.lock:
                 if answer and answer[0] == 204:
                     ledger.kept["delete"][name, current[2]["revision"]] = True
-                elif answer and answer[0] != 503:
+                elif answer and answer[0] not in (429, 503):
                     ledger.wrong.append((name, answer))
 
 
@@ -257,7 +257,7 @@ def keep_tools(ledger, stop, chance):
             elif answer and not deletes and answer[0] == (200 if tag else 201):
                 ledger.tools[tool][answer[2]["revision"]] = number
             # The machine may have gone in between, and its tools with it.
-            elif answer and answer[0] not in (404, 412, 503):
+            elif answer and answer[0] not in (404, 412, 429, 503):
                 ledger.wrong.append((tool, answer))
 
 
