@@ -1,7 +1,7 @@
 //! One budget for the memory that requests take: bodies, what is read from them, decoders, what a computation makes, and
 //! answers that the client has not taken yet. It is paid before or as the memory is taken, and given back when it is free.
 //!
-//! Who pays is a key, or an address where there is none. One payer may hold [`SHARE`] times what is free at that moment:
+//! Who pays is a key, or an address where there is none. One payer may hold four times what is free at that moment:
 //! alone four fifths of all, and however many hold as much as they may, something is left for the next.
 
 use std::collections::HashMap;
