@@ -157,7 +157,7 @@ fn solve(machine: &Machine, request: &InverseRequest) {
         joints.push(JointWords::from_core(machine, &found, Some(*conditioning)));
     }
     finite("joints", &joints);
-    SolvedPoses::new(1, joints, None, Vec::new()).to_json().expect("an answer prints");
+    SolvedPoses::new(1, joints, None, Vec::new()).write_json(&mut Vec::new()).expect("an answer prints");
 }
 
 fn inverse(text: &[u8]) {
