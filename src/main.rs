@@ -9,6 +9,9 @@ use clap::Parser;
 use rustix::fs::Mode;
 use trunnion::cli::{Cli, Command};
 
+#[global_allocator]
+static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     // What the service and its commands write is its user's alone; a program that is written for somebody has the rights of any new file.

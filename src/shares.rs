@@ -78,6 +78,8 @@ pub enum Quota {
     SpoolBytes,
     /// Open connections.
     Connections,
+    /// Bytes of memory that requests take.
+    MemoryBytes,
 }
 
 impl Quota {
@@ -90,6 +92,7 @@ impl Quota {
             Self::EventStreams => "event streams",
             Self::SpoolBytes => "bytes of uploads and results under way",
             Self::Connections => "connections",
+            Self::MemoryBytes => "bytes of memory",
         }
     }
 
@@ -101,6 +104,7 @@ impl Quota {
             Self::EventStreams => "max_event_streams",
             Self::SpoolBytes => "max_spool_bytes",
             Self::Connections => "max_connections",
+            Self::MemoryBytes => "max_memory_bytes",
         }
     }
 
@@ -111,6 +115,7 @@ impl Quota {
             Self::Computations => "send fewer requests at once",
             Self::EventStreams | Self::Connections => "close some of them",
             Self::SpoolBytes => "send fewer or smaller programs at once",
+            Self::MemoryBytes => "send fewer or smaller requests at once",
         }
     }
 }
@@ -216,10 +221,28 @@ impl Shares {
         Held { shares: self.clone(), who: who.clone(), amount: 0 }
     }
 
+    /// What there is for all.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.0.total
+    }
+
+    /// What one caller may hold where nobody else holds anything.
+    #[must_use]
+    pub fn most_of_one(&self) -> u64 {
+        self.0.share.of(self.0.total)
+    }
+
     /// What all hold.
     #[must_use]
     pub fn held(&self) -> u64 {
         self.counts().all
+    }
+
+    /// What one caller holds.
+    #[must_use]
+    pub fn held_by(&self, who: &Who) -> u64 {
+        self.counts().by.get(who).copied().unwrap_or(0)
     }
 
     fn counts(&self) -> MutexGuard<'_, Counts> {
@@ -255,19 +278,47 @@ impl Held {
         self.amount = self.amount.saturating_add(more);
         Ok(())
     }
-}
 
-impl Drop for Held {
-    fn drop(&mut self) {
+    /// Gives back all but `amount`; nothing, where less is held.
+    pub fn keep_only(&mut self, amount: u64) {
+        let over = self.amount.saturating_sub(amount);
+        if over == 0 {
+            return;
+        }
+        self.amount -= over;
         let mut counts = self.shares.counts();
-        counts.all = counts.all.saturating_sub(self.amount);
-        let own = counts.by.get(&self.who).copied().unwrap_or(0).saturating_sub(self.amount);
+        counts.all = counts.all.saturating_sub(over);
+        let own = counts.by.get(&self.who).copied().unwrap_or(0).saturating_sub(over);
         // Nobody is remembered who holds nothing.
         if own == 0 {
             counts.by.remove(&self.who);
         } else {
             counts.by.insert(self.who.clone(), own);
         }
+    }
+
+    /// How much is held.
+    #[must_use]
+    pub fn amount(&self) -> u64 {
+        self.amount
+    }
+
+    /// Of what, and what others hold of it.
+    #[must_use]
+    pub fn shares(&self) -> &Shares {
+        &self.shares
+    }
+
+    /// Who holds it.
+    #[must_use]
+    pub fn who(&self) -> &Who {
+        &self.who
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.keep_only(0);
     }
 }
 

@@ -110,7 +110,7 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
         return answered(request, route).await;
     }
     let who = asks(&request);
-    let account = match app.memory.open(who.clone()) {
+    let account = match app.memory.open(&who) {
         Ok(account) => account,
         Err(fault) => return Problem::from(fault).into_response(),
     };

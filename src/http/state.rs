@@ -93,9 +93,13 @@ impl AppState {
     ) -> Result<Self, OpenFault> {
         let (store, blobs) = open_data_directory(&settings, &sources).await?;
         let rates = Rates::new(settings.max_rate_per_s, settings.max_burst_requests);
-        let memory =
-            Memory::within(settings.max_memory_bytes, settings.max_connections, settings.computations());
         let share = Share(settings.max_share_per_caller);
+        let memory = Memory::within(
+            settings.max_memory_bytes,
+            settings.max_connections,
+            settings.computations(),
+            share,
+        );
         let compute = Compute::new(
             settings.computations(),
             settings.max_waiting_computations,

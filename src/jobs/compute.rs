@@ -112,14 +112,15 @@ impl SideBySide for Threads {
     }
 }
 
-/// A place for a job from the queue. What runs gives back the place; who took it keeps the share of the queue until
-/// the job is settled.
-#[derive(Debug)]
-pub(super) struct QueueTurn {
-    /// One of the places that the queue may take.
-    pub(super) share: OwnedSemaphorePermit,
-    /// The place that runs.
-    pub(super) place: Place,
+/// Jobs of one caller that may have begun, at so many places.
+fn most_jobs_of_caller(places: usize) -> usize {
+    (places - 1).max(1)
+}
+
+/// Jobs of all callers that may have begun, at so many places. They are several times those of one caller, so that nobody waits for
+/// the end of another's long job: they give way to each other. What else may begin is left to requests.
+fn most_jobs_begun(places: usize) -> usize {
+    Turns::most_begun(most_jobs_of_caller(places)).min(Turns::most_begun(places) - places)
 }
 
 impl Compute {
@@ -132,7 +133,7 @@ impl Compute {
         Self {
             places: Shares::new(Quota::Computations, (running + waiting) as u64, share),
             turns: Turns::new(running),
-            queued: Arc::new(Semaphore::new((running - 1).max(1))),
+            queued: Arc::new(Semaphore::new(most_jobs_begun(running))),
             threads: ComputeThreads::new(Turns::most_begun(running)),
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
@@ -194,12 +195,19 @@ impl Compute {
         self.run_with(work).await
     }
 
-    /// Waits for a place for a job from the queue, whose caller is not known yet. It leaves one place to requests where there are
-    /// several: neither can keep the other out.
-    pub(super) async fn queue_turn(&self) -> Result<QueueTurn, ComputeFault> {
-        let share = Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)?;
-        let place = self.turns.take(&Who::Service).await.ok_or(ComputeFault::Busy)?;
-        Ok(QueueTurn { share, place })
+    /// Jobs of one caller that may have begun: one fewer than there are places, so that one place is left to requests.
+    pub(super) fn most_jobs_of_caller(&self) -> usize {
+        most_jobs_of_caller(self.width)
+    }
+
+    /// Waits until one more job from the queue may begin.
+    pub(super) async fn queue_share(&self) -> Result<OwnedSemaphorePermit, ComputeFault> {
+        Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)
+    }
+
+    /// Waits for a place for a job from the queue, whose caller is not known yet.
+    pub(super) async fn queue_place(&self) -> Result<Place, ComputeFault> {
+        self.turns.take(&Who::Service).await.ok_or(ComputeFault::Busy)
     }
 
     /// Runs `work` in a place that was waited for. Its stop breaks once `token` is cancelled or this future is dropped.

@@ -1,19 +1,15 @@
 //! One budget for the memory that requests take: bodies, what is read from them, decoders, what a computation makes, and
 //! answers that the client has not taken yet. It is paid before or as the memory is taken, and given back when it is free.
 //!
-//! Who pays is a key, or an address where there is none. One payer may hold four times what is free at that moment:
-//! alone four fifths of all, and however many hold as much as they may, something is left for the next.
+//! Who pays is a key, or an address where there is none. How much of the budget one of them may hold is the rule of `crate::shares`.
 
-use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
-use crate::shares::Who;
+use crate::shares::{Held, Quota, Share, Shares, Who};
 
-/// How many times what is free one payer may hold.
-const SHARE: u64 = 4;
 /// What every request pays from its arrival until its answer is taken: its header, a small body, a small answer or the part of
 /// a file that is on its way, and the tasks that belong to it \[bytes\].
 pub const REQUEST_BYTES: u64 = 192 << 10;
@@ -60,114 +56,87 @@ pub enum MemoryFault {
 
 /// The budget. A clone is the same one.
 #[derive(Debug, Clone)]
-pub struct Memory {
-    books: Arc<Mutex<Books>>,
-    budget_bytes: u64,
-}
-
-#[derive(Debug, Default)]
-struct Books {
-    held_bytes: u64,
-    payers: HashMap<Who, u64>,
-}
+pub struct Memory(Shares);
 
 impl Memory {
-    /// A budget of so many bytes.
+    /// A budget of so many bytes, of which one payer may hold a share.
     #[must_use]
-    pub fn new(budget_bytes: u64) -> Self {
-        Self { books: Arc::default(), budget_bytes }
+    pub fn new(budget_bytes: u64, share: Share) -> Self {
+        Self(Shares::new(Quota::MemoryBytes, budget_bytes, share))
     }
 
     /// What is left for requests of `process_bytes`, with so many connections and computations side by side.
     #[must_use]
-    pub fn within(process_bytes: u64, connections: usize, computations: usize) -> Self {
+    pub fn within(process_bytes: u64, connections: usize, computations: usize, share: Share) -> Self {
         let besides = SERVICE_BYTES
             .saturating_add(CONNECTION_BYTES.saturating_mul(connections as u64))
             .saturating_add(COMPUTATION_BYTES.saturating_mul(computations as u64));
-        Self::new(process_bytes.saturating_sub(besides).max(LEAST_BYTES))
+        Self::new(process_bytes.saturating_sub(besides).max(LEAST_BYTES), share)
     }
 
     /// The budget \[bytes\].
     #[must_use]
     pub fn budget_bytes(&self) -> u64 {
-        self.budget_bytes
+        self.0.total()
     }
 
     /// What is held now \[bytes\].
     #[must_use]
     pub fn held_bytes(&self) -> u64 {
-        self.books().held_bytes
+        self.0.held()
     }
 
     /// Begins a request, which pays what every request does.
     ///
     /// # Errors
     /// There is no room for it.
-    pub fn open(&self, payer: Who) -> Result<Account, MemoryFault> {
-        let (kept, leased, working) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
-        let account = Account(Arc::new(Held { memory: self.clone(), payer, kept, leased, working }));
+    pub fn open(&self, payer: &Who) -> Result<Account, MemoryFault> {
+        let kept = Mutex::new(self.0.none_of(payer));
+        let account =
+            Account(Arc::new(Books { kept, leased: AtomicU64::new(0), working: AtomicU64::new(0) }));
         account.keep(REQUEST_BYTES)?;
         Ok(account)
     }
+}
 
-    fn books(&self) -> MutexGuard<'_, Books> {
-        // What is held is whole at every moment, whoever panicked with it.
-        self.books.lock().unwrap_or_else(PoisonError::into_inner)
+/// Pays for `bytes` more, for a request that holds `own_bytes` in all.
+fn pay(held: &mut Held, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
+    let needed_bytes = own_bytes.saturating_add(bytes);
+    let most_bytes = held.shares().most_of_one();
+    if needed_bytes > most_bytes {
+        return Err(MemoryFault::Never { needed_bytes, most_bytes });
     }
-
-    fn pay(&self, payer: &Who, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
-        let needed_bytes = own_bytes.saturating_add(bytes);
-        let most_bytes = self.budget_bytes / (SHARE + 1) * SHARE;
-        if needed_bytes > most_bytes {
-            return Err(MemoryFault::Never { needed_bytes, most_bytes });
-        }
-        let mut books = self.books();
-        let held_bytes = books.payers.get(payer).copied().unwrap_or(0);
-        let free_bytes = self.budget_bytes.saturating_sub(books.held_bytes);
-        let after = free_bytes.checked_sub(bytes);
-        if after.is_none_or(|free| held_bytes + bytes > free.saturating_mul(SHARE)) {
-            let budget_bytes = self.budget_bytes;
-            return Err(MemoryFault::Now { needed_bytes, held_bytes, free_bytes, budget_bytes });
-        }
-        books.held_bytes += bytes;
-        match books.payers.get_mut(payer) {
-            Some(held) => *held += bytes,
-            None => drop(books.payers.insert(payer.clone(), bytes)),
-        }
-        Ok(())
+    if held.take_more(bytes).is_ok() {
+        return Ok(());
     }
-
-    fn give_back(&self, payer: &Who, bytes: u64) {
-        let mut books = self.books();
-        books.held_bytes = books.held_bytes.saturating_sub(bytes);
-        if let Some(held) = books.payers.get_mut(payer) {
-            *held = held.saturating_sub(bytes);
-            if *held == 0 {
-                books.payers.remove(payer);
-            }
-        }
-    }
+    let shares = held.shares();
+    let budget_bytes = shares.total();
+    Err(MemoryFault::Now {
+        needed_bytes,
+        held_bytes: shares.held_by(held.who()),
+        free_bytes: budget_bytes.saturating_sub(shares.held()),
+        budget_bytes,
+    })
 }
 
 /// What one request holds, given back with the last clone.
 #[derive(Debug, Clone)]
-pub struct Account(Arc<Held>);
+pub struct Account(Arc<Books>);
 
 #[derive(Debug)]
-struct Held {
-    memory: Memory,
-    payer: Who,
+struct Books {
     /// Until the request ends.
-    kept: AtomicU64,
+    kept: Mutex<Held>,
     /// By leases.
     leased: AtomicU64,
     /// To be paid by the next computation when it begins.
     working: AtomicU64,
 }
 
-impl Drop for Held {
-    fn drop(&mut self) {
-        self.memory.give_back(&self.payer, *self.kept.get_mut());
+impl Books {
+    fn kept(&self) -> MutexGuard<'_, Held> {
+        // What is held is whole at every moment, whoever panicked with it.
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -177,29 +146,27 @@ impl Account {
     /// # Errors
     /// There is no room for them.
     pub fn keep(&self, bytes: u64) -> Result<(), MemoryFault> {
-        self.pay(bytes)?;
-        self.0.kept.fetch_add(bytes, Ordering::Relaxed);
-        Ok(())
+        let mut kept = self.0.kept();
+        let own_bytes = kept.amount() + self.0.leased.load(Ordering::Relaxed);
+        pay(&mut kept, own_bytes, bytes)
     }
 
     /// Gives back what is kept but for so many bytes.
     pub fn keep_only(&self, bytes: u64) {
-        let before = self.0.kept.fetch_min(bytes, Ordering::Relaxed);
-        if before > bytes {
-            self.0.memory.give_back(&self.0.payer, before - bytes);
-        }
+        self.0.kept().keep_only(bytes);
     }
 
     /// What is kept \[bytes\].
     #[must_use]
     pub fn kept_bytes(&self) -> u64 {
-        self.0.kept.load(Ordering::Relaxed)
+        self.0.kept().amount()
     }
 
     /// A part of what the request holds that ends before it; nothing yet.
     #[must_use]
     pub fn lease(&self) -> Lease {
-        Lease { account: self.clone(), bytes: 0 }
+        let kept = self.0.kept();
+        Lease { held: kept.shares().none_of(kept.who()), account: self.clone() }
     }
 
     /// Pays for what was announced, as the computation begins.
@@ -212,18 +179,13 @@ impl Account {
             bytes => self.keep(bytes),
         }
     }
-
-    fn pay(&self, bytes: u64) -> Result<(), MemoryFault> {
-        let own = self.kept_bytes() + self.0.leased.load(Ordering::Relaxed);
-        self.0.memory.pay(&self.0.payer, own, bytes)
-    }
 }
 
 /// Memory paid for until this is dropped.
 #[derive(Debug)]
 pub struct Lease {
+    held: Held,
     account: Account,
-    bytes: u64,
 }
 
 impl Lease {
@@ -232,11 +194,12 @@ impl Lease {
     /// # Errors
     /// There is no room for them.
     pub fn grow_to(&mut self, bytes: u64) -> Result<(), MemoryFault> {
-        let more = bytes.saturating_sub(self.bytes);
+        let more = bytes.saturating_sub(self.held.amount());
         if more > 0 {
-            self.account.pay(more)?;
-            self.account.0.leased.fetch_add(more, Ordering::Relaxed);
-            self.bytes = bytes;
+            let leased = &self.account.0.leased;
+            let own_bytes = self.account.kept_bytes() + leased.load(Ordering::Relaxed);
+            pay(&mut self.held, own_bytes, more)?;
+            leased.fetch_add(more, Ordering::Relaxed);
         }
         Ok(())
     }
@@ -244,9 +207,7 @@ impl Lease {
 
 impl Drop for Lease {
     fn drop(&mut self) {
-        let held = &self.account.0;
-        held.leased.fetch_sub(self.bytes, Ordering::Relaxed);
-        held.memory.give_back(&held.payer, self.bytes);
+        self.account.0.leased.fetch_sub(self.held.amount(), Ordering::Relaxed);
     }
 }
 
@@ -284,46 +245,34 @@ mod tests {
     use super::*;
 
     const MIB: u64 = 1 << 20;
+    const SHARE: Share = Share(0.75);
 
     fn site(number: u128) -> Who {
         Who::Peer(number)
     }
 
     #[test]
-    fn one_payer_has_four_fifths_and_everything_comes_back() {
-        let memory = Memory::new(100 * MIB);
-        let one = memory.open(site(1)).unwrap();
-        assert_eq!(one.keep(80 * MIB - REQUEST_BYTES), Ok(()));
-        assert!(matches!(one.keep(1), Err(MemoryFault::Never { most_bytes, .. }) if most_bytes == 80 * MIB));
+    fn one_payer_has_its_share_and_everything_comes_back() {
+        let memory = Memory::new(100 * MIB, SHARE);
+        let one = memory.open(&site(1)).unwrap();
+        assert_eq!(one.keep(75 * MIB - REQUEST_BYTES), Ok(()));
+        assert!(matches!(one.keep(1), Err(MemoryFault::Never { most_bytes, .. }) if most_bytes == 75 * MIB));
         // Another request of the same payer has to wait, another payer has not.
-        assert!(matches!(memory.open(site(1)), Err(MemoryFault::Now { .. })));
-        let other = memory.open(site(2)).unwrap();
+        assert!(
+            matches!(memory.open(&site(1)), Err(MemoryFault::Now { held_bytes, .. }) if held_bytes == 75 * MIB)
+        );
+        let other = memory.open(&site(2)).unwrap();
         assert_eq!(other.keep(15 * MIB), Ok(()));
         assert!(matches!(other.keep(5 * MIB), Err(MemoryFault::Now { .. })));
-        assert_eq!(memory.held_bytes(), 95 * MIB + REQUEST_BYTES);
+        assert_eq!(memory.held_bytes(), 90 * MIB + REQUEST_BYTES);
         drop((one, other));
         assert_eq!(memory.held_bytes(), 0);
-        assert!(memory.books().payers.is_empty());
-    }
-
-    #[test]
-    fn however_many_hold_as_much_as_they_may_there_is_room_for_the_next() {
-        let memory = Memory::new(1000 * MIB);
-        let mut accounts = Vec::new();
-        for number in 0..4 {
-            let account = memory.open(site(number)).unwrap();
-            while account.keep(MIB / 16).is_ok() {}
-            accounts.push(account);
-            assert!(memory.held_bytes() < memory.budget_bytes(), "{number}");
-        }
-        let next = memory.open(site(9)).unwrap();
-        assert_eq!(next.keep(MIB / 8), Ok(()));
     }
 
     #[test]
     fn a_lease_ends_before_the_request_and_work_is_paid_when_it_begins() {
-        let memory = Memory::new(100 * MIB);
-        let account = memory.open(Who::Key("k".into())).unwrap();
+        let memory = Memory::new(100 * MIB, SHARE);
+        let account = memory.open(&Who::Key("k".into())).unwrap();
         let mut lease = account.lease();
         assert_eq!(lease.grow_to(10 * MIB), Ok(()));
         assert_eq!(lease.grow_to(5 * MIB), Ok(()));
@@ -331,6 +280,10 @@ mod tests {
         assert!(lease.grow_to(90 * MIB).is_err());
         account.keep_only(0);
         assert_eq!(memory.held_bytes(), 10 * MIB);
+        // What a lease holds counts with what is kept.
+        assert!(
+            matches!(account.keep(66 * MIB), Err(MemoryFault::Never { needed_bytes, .. }) if needed_bytes == 76 * MIB)
+        );
         drop(lease);
         assert_eq!(memory.held_bytes(), 0);
         account.0.working.store(7 * MIB, Ordering::Relaxed);
@@ -341,8 +294,8 @@ mod tests {
 
     #[test]
     fn what_is_left_of_the_process_is_the_budget() {
-        let budget = Memory::within(512 << 20, 1024, 2).budget_bytes();
+        let budget = Memory::within(512 << 20, 1024, 2, SHARE).budget_bytes();
         assert_eq!(budget, (512 - 112 - 32 - 32) << 20);
-        assert_eq!(Memory::within(1, 1024, 64).budget_bytes(), LEAST_BYTES);
+        assert_eq!(Memory::within(1, 1024, 64, SHARE).budget_bytes(), LEAST_BYTES);
     }
 }

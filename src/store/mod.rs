@@ -24,6 +24,7 @@ mod page;
 mod private;
 mod queue;
 mod readers;
+mod recovery;
 mod retention;
 mod revisions;
 mod soundness;
@@ -57,8 +58,9 @@ pub use pace::Pace;
 pub use page::{Cursor, CursorFault, Page};
 pub use private::{Tightened, make_private};
 pub use queue::{
-    Cancelling, Claimed, DEATHS_BESIDE_OTHERS, Ending, Enqueued, GivenBack, QueueDepth, QueueRoom, Recovered,
+    Cancelling, Claimed, DEATHS_BESIDE_OTHERS, Ending, Enqueued, GivenBack, QueueDepth, QueueRoom,
 };
+pub use recovery::Recovered;
 pub use revisions::{Expected, RevisionHead, Stale};
 pub use soundness::{Soundness, SoundnessReading};
 pub use storage_fault::StorageFault;

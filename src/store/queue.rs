@@ -8,8 +8,7 @@ use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::jobs::{StoredJob, created};
 use super::keys::{Answer, keep_key, unless_key_taken};
-use super::machines::as_array;
-use super::{Died, JobRow, JobState, KeyUse, Store, StoreError};
+use super::{JobRow, JobState, KeyUse, Store, StoreError};
 use crate::shares::{NoShare, Quota, Share, Who};
 use crate::wire::AuditAction;
 
@@ -122,17 +121,6 @@ pub enum Cancelling {
     Ended(JobState),
 }
 
-/// What a process that died left behind.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Recovered {
-    /// Jobs that wait again.
-    pub queued: u64,
-    /// Jobs that were computed alone at as many deaths of the process as are blamed on a job: failed.
-    pub parked: Vec<String>,
-    /// Jobs that their clients had cancelled.
-    pub cancelled: Vec<String>,
-}
-
 /// How much waits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QueueDepth {
@@ -146,9 +134,6 @@ pub struct QueueDepth {
 
 /// Deaths of the process that a job may meet beside others before it is computed alone: whose fault they were is not known.
 pub const DEATHS_BESIDE_OTHERS: i64 = 3;
-/// Deaths while it is computed alone after which a job is held to be what kills the process. Some may still have come from outside: where
-/// a process lives for no longer than a job takes, each death meets it.
-const LONE_DEATHS: i64 = 5;
 
 /// Turns after which a caller's is forgotten, so that the table does not grow with all who ever asked.
 const TURNS_REMEMBERED: i64 = 10_000;
@@ -221,12 +206,37 @@ impl Store {
         }
     }
 
-    /// Takes the next job: first what was computed when the process died, and of that what may be blamed least; then of the caller
-    /// that was served longest ago, and of its machines of the one that was, the job that waits longest.
+    /// Whether [`Store::claim`] would find a job.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn claim(&self, lease: &str, now: &str, version: &str) -> Result<Option<Claimed>, StoreError> {
+    pub async fn has_claimable(&self, most_of_caller: usize) -> Result<bool, StoreError> {
+        let most_of_caller = i64::try_from(most_of_caller).unwrap_or(i64::MAX);
+        sqlx::query_scalar!(
+            r#"SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND coalesce(caller, '') NOT IN
+                   (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= ?)
+               ) AS "is_there: bool""#,
+            most_of_caller
+        )
+        .fetch_one(&self.readers)
+        .await
+        .doing("looking for a job")
+    }
+
+    /// Takes the next job: first what was computed when the process died, and of that what may be blamed least; then of the caller
+    /// that was served longest ago, and of its machines of the one that was, the job that waits longest. A caller of which
+    /// `most_of_caller` jobs run is passed over.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn claim(
+        &self,
+        lease: &str,
+        now: &str,
+        version: &str,
+        most_of_caller: usize,
+    ) -> Result<Option<Claimed>, StoreError> {
+        let most_of_caller = i64::try_from(most_of_caller).unwrap_or(i64::MAX);
         let (lease, now, version) = (lease.to_owned(), now.to_owned(), version.to_owned());
         let holder = lease.clone();
         let taken = self
@@ -236,9 +246,11 @@ impl Store {
                         "SELECT id, j.machine_id, j.caller FROM jobs j
                          LEFT JOIN caller_turns c ON c.caller = j.caller
                          LEFT JOIN job_turns t ON t.machine_id = j.machine_id
-                         WHERE state = 'queued'
+                         WHERE state = 'queued' AND coalesce(j.caller, '') NOT IN
+                             (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= ?)
                          ORDER BY deaths + lone_deaths = 0, lone_deaths, coalesce(c.turn, 0), coalesce(t.turn, 0), seq
-                         LIMIT 1"
+                         LIMIT 1",
+                        most_of_caller
                     )
                     .fetch_optional(&mut *connection)
                     .await?;
@@ -435,58 +447,6 @@ impl Store {
                     audit(connection, &by, change).await?;
                 }
                 Ok(done)
-            })
-        })
-        .await
-    }
-
-    /// Takes up what a process that died had taken: what its client had cancelled is cancelled, what was computed alone at
-    /// as many deaths as are blamed on a job is failed with `problem`, all else waits again. A death counts for the jobs that were `computed` at that moment, and for no
-    /// other. Only for the start.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn recover_jobs(
-        &self,
-        computed: &Died,
-        problem: &Value,
-        now: &str,
-    ) -> Result<Recovered, StoreError> {
-        let (problem, now) = (problem.to_string(), now.to_owned());
-        let (beside, alone) = (as_array(Some(&computed.beside)), as_array(Some(&computed.alone)));
-        self.write("taking up jobs", |connection| {
-            Box::pin(async move {
-                let cancelled = sqlx::query_scalar!(
-                    "UPDATE jobs SET state = 'cancelled', finished_at = ?, lease = NULL
-                     WHERE state = 'running' AND cancel_requested = 1 RETURNING id",
-                    now
-                )
-                .fetch_all(&mut *connection)
-                .await?;
-                sqlx::query!(
-                    "UPDATE jobs SET deaths = deaths + (id IN (SELECT value FROM json_each(?1))),
-                         lone_deaths = lone_deaths + (id IN (SELECT value FROM json_each(?2)))
-                     WHERE state = 'running'",
-                    beside,
-                    alone
-                )
-                .execute(&mut *connection)
-                .await?;
-                let parked = sqlx::query_scalar!(
-                    "UPDATE jobs SET state = 'failed', problem = ?, finished_at = ?, lease = NULL
-                     WHERE state = 'running' AND lone_deaths >= ? RETURNING id",
-                    problem,
-                    now,
-                    LONE_DEATHS
-                )
-                .fetch_all(&mut *connection)
-                .await?;
-                let queued = sqlx::query!(
-                    "UPDATE jobs SET state = 'queued', started_at = NULL, lease = NULL WHERE state = 'running'"
-                )
-                .execute(&mut *connection)
-                .await?;
-                Ok(Recovered { queued: queued.rows_affected(), parked, cancelled })
             })
         })
         .await

@@ -12,7 +12,7 @@ use tokio::net::TcpStream;
 use crate::support::{App, problem, spawn_with};
 
 const INVERSE: &str = "/v1/machines/example-ac-table/inverse-kinematics";
-/// The least that the setting may be: a budget of 32 MiB for requests, of which one caller may have four fifths.
+/// The least that the setting may be: a budget of 32 MiB for requests, of which one caller may have three quarters.
 const LEAST_BYTES: u64 = 128 << 20;
 
 async fn spawn_narrow() -> App {

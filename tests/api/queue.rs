@@ -44,14 +44,14 @@ impl Held {
 
     /// Waits until released, or until `stop` breaks.
     fn wait(&self, stop: impl Fn() -> bool) -> bool {
-        let mut released = self.released.lock().unwrap();
-        while !*released {
-            if stop() {
-                return false;
+        // A computation may rest in its look at its stop: nothing is locked meanwhile.
+        while !stop() {
+            let released = self.released.lock().unwrap();
+            if *released || *self.changed.wait_timeout(released, Duration::from_millis(5)).unwrap().0 {
+                return true;
             }
-            released = self.changed.wait_timeout(released, Duration::from_millis(5)).unwrap().0;
         }
-        true
+        false
     }
 }
 

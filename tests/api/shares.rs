@@ -12,7 +12,7 @@ use reqwest::{Body, Response};
 use serde_json::Value;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-use crate::queue::{Held, accepted, cc, ended, form, running, spawn_held};
+use crate::queue::{Held, accepted, cc, document, ended, form, running, spawn_held};
 use crate::support::{App, problem, spawn_with};
 
 const CC: &str = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
@@ -49,8 +49,15 @@ async fn one_key_that_fills_the_queue_leaves_room_for_others() {
     let mut app = spawn_held(&held, |settings| settings.max_queued_jobs = 8).await;
     app.close().await;
     let (greedy, other) = (app.new_key(&BOTH, None).await, app.new_key(&BOTH, None).await);
-    let runs = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
-    running(&app, &runs).await;
+    // Jobs of three callers may have begun at one place.
+    let mut runs = Vec::new();
+    for _ in 0..3 {
+        let posted = post_job(&app, &app.new_key(&BOTH, None).await, "HOLD\n").await;
+        assert_eq!(posted.status(), 202);
+        let place = posted.headers()["location"].to_str().unwrap().to_owned();
+        running(&app, &place).await;
+        runs.push(place);
+    }
     for number in 0..6 {
         assert_eq!(post_job(&app, &greedy, &format!("greedy {number}\n")).await.status(), 202);
     }
@@ -65,17 +72,53 @@ async fn one_key_that_fills_the_queue_leaves_room_for_others() {
     problem(post_job(&app, &app.new_key(&BOTH, None).await, "third\n").await, "queue-full").await;
     let (kept, _of_the_running_one) = app.files();
     held.release();
-    ended(&app, &runs).await;
+    for place in &runs {
+        ended(&app, place).await;
+    }
     let jobs: Value = app.get("/v1/jobs?limit=200").await.json().await.unwrap();
     for job in jobs["items"].as_array().unwrap() {
         ended(&app, &format!("/v1/jobs/{}", job["id"].as_str().unwrap())).await;
     }
     // Keys are served in turn, and each one's jobs in their order.
     let order = held.order();
-    assert_eq!(order[..5], ["HOLD", "greedy 0", "other 0", "greedy 1", "other 1"], "{order:?}");
-    assert_eq!(order.len(), 9);
-    // What was refused left nothing: nine programs came in.
+    assert_eq!(order[..3], ["HOLD"; 3], "{order:?}");
+    let of = |key: &str| order.iter().filter(|text| text.starts_with(key)).cloned().collect::<Vec<_>>();
+    assert_eq!(of("other"), ["other 0", "other 1"]);
+    assert_eq!(of("greedy"), (0..6).map(|number| format!("greedy {number}")).collect::<Vec<_>>());
+    let last_of_other = order.iter().position(|text| text == "other 1").unwrap();
+    assert!(last_of_other < 8, "{order:?}");
+    assert_eq!(order.len(), 11);
+    // What was refused left nothing: three programs of the same text and eight others came in.
     assert_eq!(kept, 9);
+}
+
+#[tokio::test]
+async fn a_long_job_of_one_key_does_not_keep_the_jobs_of_another_waiting() {
+    for places in [1, 2] {
+        let held = Arc::<Held>::default();
+        let mut app = spawn_held(&held, |settings| settings.max_computations = places).await;
+        app.close().await;
+        let (greedy, other) = (app.new_key(&BOTH, None).await, app.new_key(&BOTH, None).await);
+        let mut long = Vec::new();
+        for _ in 0..4 {
+            let posted = post_job(&app, &greedy, "HOLD\n").await;
+            long.push(posted.headers()["location"].to_str().unwrap().to_owned());
+        }
+        running(&app, &long[0]).await;
+        for number in 0..5 {
+            let posted = post_job(&app, &other, &format!("short {number}\n")).await;
+            let place = posted.headers()["location"].to_str().unwrap().to_owned();
+            assert_eq!(ended(&app, &place).await["state"], "succeeded", "{places} places");
+        }
+        // One place of two, and the only one, is what the jobs of one key may take.
+        let states: Vec<_> = futures::future::join_all(long.iter().map(|place| document(&app, place))).await;
+        let states: Vec<_> = states.iter().map(|job| job["state"].as_str().unwrap()).collect();
+        assert_eq!(states, ["running", "queued", "queued", "queued"], "{places} places");
+        held.release();
+        for place in &long {
+            ended(&app, place).await;
+        }
+    }
 }
 
 #[tokio::test]
@@ -225,8 +268,8 @@ async fn a_share_of_everything_is_no_share() {
     .await;
     app.close().await;
     let key = app.new_key(&BOTH, None).await;
-    let runs = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
-    running(&app, &runs).await;
+    let runs = post_job(&app, &key, "HOLD\n").await;
+    running(&app, runs.headers()["location"].to_str().unwrap()).await;
     for number in 0..8 {
         assert_eq!(post_job(&app, &key, &format!("g1 x{number}\n")).await.status(), 202);
     }

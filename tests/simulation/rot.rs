@@ -4,11 +4,12 @@ use std::path::Path;
 
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection};
-use trunnion::store::{DATABASE_NAME, examine};
+use trunnion::store::{DATABASE_NAME, Deep};
 
 use crate::chance::Chance;
 use crate::disk::Tree;
 use crate::run::{alone, run, runtime, write_out};
+use crate::verify::examined;
 use crate::world::folder;
 
 /// Bits that flip of files, and of the database.
@@ -26,11 +27,12 @@ fn flipped(tree: &Tree, path: &str, chance: &mut Chance) -> Tree {
 
 /// Whether an examination says that something is wrong.
 async fn is_said(data: &Path) -> bool {
-    match examine(data, true).await {
+    match examined(data).await {
         Err(_) => true,
         Ok(found) => {
             let files = &found.files;
-            let wrong = [files.missing.len(), files.changed.len(), found.structural_faults.len()];
+            let rows = found.deep.iter().flat_map(Deep::faults).count();
+            let wrong = [files.missing.len(), files.changed.len(), found.structural_faults.len(), rows];
             found.broken_references > 0 || wrong.iter().any(|count| *count > 0)
         }
     }

@@ -9,7 +9,9 @@ use std::time::Duration;
 use serde_json::Value;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteRow};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Row};
-use trunnion::store::{DATABASE_NAME, JobState, examine, sha256_hex};
+use trunnion::store::{
+    DATABASE_NAME, Deep, Depth, Examination, JobState, StoreError, examine_to, sha256_hex,
+};
 
 use crate::ledger::{Fact, Ledger};
 use crate::workload::no_gate;
@@ -33,6 +35,11 @@ const FAR_AHEAD: u64 = 1 << 32;
 
 /// Who does what between a crash and the look at it, for planted faults.
 pub(crate) type Meddle<'a> = &'a (dyn Fn(&Path) + Sync);
+
+/// The folder as `trunnion doctor --deep` examines it: every file and every row is read.
+pub(crate) async fn examined(data: &Path) -> Result<Examination, StoreError> {
+    examine_to(data, &Depth { files: true, rows: true, known_head: None }).await
+}
 
 /// Opens the folder again, works, and says what does not hold of what was answered when the log was `length` long.
 pub(crate) async fn look(
@@ -62,9 +69,10 @@ pub(crate) async fn look(
     if let Some(meddle) = meddle {
         meddle(data);
     }
-    match examine(data, true).await {
+    match examined(data).await {
         Ok(found) => {
             findings.extend(found.structural_faults.iter().map(|fault| format!("structure: {fault}")));
+            findings.extend(found.deep.iter().flat_map(Deep::faults).map(|fault| format!("rows: {fault}")));
             let files = &found.files;
             let wrong = [
                 (usize::try_from(found.broken_references).unwrap(), "broken references"),

@@ -39,7 +39,7 @@ pub struct Effort<'s> {
 }
 
 impl<'s> Effort<'s> {
-    /// Of at most so many evaluations, until `stop` breaks.
+    /// An effort of at most `most` evaluations. It ends as well when `stop` breaks.
     #[must_use]
     pub fn new(stop: &'s (dyn Fn() -> ControlFlow<()> + Sync), most: u64) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl<'s> Effort<'s> {
         }
     }
 
-    /// The same with at most so many steps of searches on surfaces.
+    /// The same effort, whose searches on surfaces may take at most `surface_steps` steps.
     #[must_use]
     pub fn searching_at_most(self, surface_steps: u64) -> Self {
         Self { most_surface_steps: surface_steps, ..self }

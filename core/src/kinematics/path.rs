@@ -175,8 +175,8 @@ impl Kinematics {
         if states > RELAX_ABOVE { 2 } else { states }
     }
 
-    /// Combinations of branch and turns of so many poses that a choice among all of them keeps: for the memory it takes, two
-    /// bytes each.
+    /// How many combinations of branch and turns a choice among all poses keeps for `poses` poses. Each takes two bytes of
+    /// memory.
     #[must_use]
     pub fn path_cells(&self, poses: usize) -> usize {
         Grid::new(self.travel_deg).states().saturating_mul(poses).min(MAX_CELLS)

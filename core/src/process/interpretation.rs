@@ -67,13 +67,13 @@ pub struct InterpretedMotion {
     pub arc: Option<InterpretedArc>,
 }
 
-/// One thing that the interpretation says: a motion, or why there is none.
+/// One entry of the interpretation: a motion, or the reason why a motion is left alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one at a time, and nearly all are motions")]
 pub enum Interpreted {
     /// A motion that is understood.
     Motion(InterpretedMotion),
-    /// One that is not, and is left alone by everything that changes programs.
+    /// A motion that is not understood. Everything that changes programs leaves it alone.
     LeftAlone {
         /// 1-based line of the upload.
         line: u64,

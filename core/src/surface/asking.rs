@@ -1,18 +1,19 @@
-//! Whether to go on with a mesh, asked all along.
+//! Work on a mesh asks again and again whether it shall go on.
 
 use std::ops::ControlFlow;
 
 use super::MeshFault;
 
-/// Facets, corners, vertices or slots between two questions: each takes 0.2 µs at most, so that is 2 ms.
+/// Steps between two questions. A step is one facet, corner, vertex or slot and takes at most 0.2 µs, so two questions are at
+/// most 2 ms apart.
 pub(super) const ASK_EVERY: usize = 1 << 13;
-/// So many are sorted without a question: some milliseconds.
+/// Items that are sorted between two questions: some milliseconds.
 const SORTED_AT_ONCE: usize = 1 << 16;
-/// So many are divided at their median without a question: some 10 ms. A tree of more facets than that has other leaves than one
-/// whose facets were divided at once, so this is not to be changed lightly.
+/// Facets that are divided at their median between two questions: some 10 ms. A larger tree is divided in parts, which gives other
+/// leaves. A change of this number therefore changes results.
 pub(super) const DIVIDED_AT_ONCE: usize = 1 << 19;
 
-/// Asks after every so many steps.
+/// Asks `stop` after every [`ASK_EVERY`] steps.
 pub(super) struct Asking<'s> {
     stop: &'s dyn Fn() -> ControlFlow<()>,
     unasked: usize,
@@ -23,7 +24,7 @@ impl<'s> Asking<'s> {
         Self { stop, unasked: 0 }
     }
 
-    /// So many steps were made.
+    /// Counts `steps` steps.
     ///
     /// # Errors
     /// Nobody waits any more.

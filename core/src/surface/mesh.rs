@@ -98,7 +98,7 @@ impl Mesh {
     /// # Errors
     /// No whole STL file, more than 2²⁴ − 1 facets, a coordinate not finite or beyond 100 m, no facet with an area,
     /// neighbouring facets of contrary sense, a closed surface that faces inward; a parameter out of range
-    /// (`mm_per_unit` in [1e-6, 1e6], `chordal_tolerance_mm` in [1e-6, 10]); `stop` said so.
+    /// (`mm_per_unit` in [1e-6, 1e6], `chordal_tolerance_mm` in [1e-6, 10]); `stop` broke.
     pub fn read_stl(
         source: impl Read,
         settings: &MeshSettings,

@@ -22,7 +22,7 @@ impl Mesh {
     /// The same, while somebody waits.
     ///
     /// # Errors
-    /// `stop` said so.
+    /// `stop` broke.
     pub fn samples_until(
         &self,
         count: usize,

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 /// Counts the steps of searches on a mesh, and says whether to go on.
 ///
-/// A step is one look at a box, at a facet or at a place on a facet: some ten nanoseconds. Facets made for it can make one search
-/// look at all of them, so whoever searches for somebody else counts.
+/// A step is one look at a box, at a facet or at a place on a facet, and takes some ten nanoseconds. A file can be made so that one
+/// search looks at all its facets. Whoever searches for a client therefore counts.
 pub trait Pace {
-    /// Counts so many steps more. What breaks once does not go on again; a search that was broken off finds nothing.
+    /// Counts `steps` steps more. Once it breaks it always breaks. A search that was broken off finds nothing.
     fn step(&mut self, steps: u64) -> ControlFlow<()>;
 }
 

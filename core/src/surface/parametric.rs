@@ -109,7 +109,7 @@ pub trait ParametricSurface {
     /// The same, while somebody waits.
     ///
     /// # Errors
-    /// `stop` said so.
+    /// `stop` broke.
     fn samples_until(
         &self,
         count: usize,

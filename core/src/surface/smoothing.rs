@@ -63,7 +63,7 @@ struct Half {
 /// (N. Max, Weights for computing vertex normals from facet normals, 1999).
 ///
 /// # Errors
-/// `stop` said so.
+/// `stop` broke.
 pub(super) fn smooth(
     vertices_mm: &[Vec3],
     triangles: &[[u32; 3]],

@@ -83,7 +83,7 @@ impl Tree {
     /// The tree, and the order its facets have to be brought into.
     ///
     /// # Errors
-    /// `stop` said so.
+    /// `stop` broke.
     pub(super) fn build(
         facets: usize,
         corners_mm: impl Fn(u32) -> [Vec3; 3],

@@ -4,13 +4,13 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::OwnedRwLockReadGuard;
+use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
 use tracing::Instrument;
 
 use super::Shared;
 use super::dispatch::RETRY;
 use super::running::UnderWay;
-use crate::jobs::compute::{QueueTurn, Threads};
+use crate::jobs::compute::Threads;
 use crate::jobs::program_job::{in_rows, keep_all};
 use crate::jobs::turns::{Alone, Place};
 use crate::jobs::{
@@ -27,12 +27,16 @@ use crate::wire::JobDocument;
 
 impl Shared {
     /// Computes a job that was taken, and settles it.
-    pub(super) async fn compute_job(self: Arc<Self>, claimed: Claimed, job: Arc<UnderWay>, turn: QueueTurn) {
+    pub(super) async fn compute_job(
+        self: Arc<Self>,
+        claimed: Claimed,
+        job: Arc<UnderWay>,
+        (share, mut place): (OwnedSemaphorePermit, Place),
+    ) {
         let row = &claimed.job;
         let span =
             tracing::info_span!("job", job_id = %row.document.id, traceparent = row.traceparent.as_deref());
         async move {
-            let QueueTurn { share, mut place } = turn;
             place.give_to(claimed.caller.as_deref().map_or(Who::Others, Who::named));
             let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
             let is_alone = alone.is_some();

@@ -24,7 +24,7 @@ fn tools(dialect: Dialect, text: &str) -> Vec<CalledTool> {
 
 const UNKNOWN: CalledTool = CalledTool::Unknown(0);
 
-/// The tool, however many were not told before it.
+/// The tool. All unknown tools count as the same one.
 fn told(tool: CalledTool) -> CalledTool {
     if matches!(tool, CalledTool::Unknown(_)) { UNKNOWN } else { tool }
 }

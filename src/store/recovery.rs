@@ -1,0 +1,75 @@
+//! The jobs that a process left behind when it died: each waits again, is cancelled, or is parked.
+
+use serde_json::Value;
+
+use super::machines::as_array;
+use super::{Died, Store, StoreError};
+
+/// Deaths while it is computed alone after which a job is held to be what kills the process. Some may still have come from outside: where
+/// a process lives for no longer than a job takes, each death meets it.
+const LONE_DEATHS: i64 = 5;
+
+/// What a process that died left behind.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Recovered {
+    /// Jobs that wait again.
+    pub queued: u64,
+    /// Jobs that were computed alone at as many deaths of the process as are blamed on a job: failed.
+    pub parked: Vec<String>,
+    /// Jobs that their clients had cancelled.
+    pub cancelled: Vec<String>,
+}
+
+impl Store {
+    /// Takes up the jobs that a process had taken before it died. A job that its client had cancelled is cancelled. A job that was
+    /// computed alone at as many deaths as are blamed on a job fails with `problem`. All others wait again. A death counts for the jobs
+    /// that were `computed` at that moment, and for no other. Only for the start.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn recover_jobs(
+        &self,
+        computed: &Died,
+        problem: &Value,
+        now: &str,
+    ) -> Result<Recovered, StoreError> {
+        let (problem, now) = (problem.to_string(), now.to_owned());
+        let (beside, alone) = (as_array(Some(&computed.beside)), as_array(Some(&computed.alone)));
+        self.write("taking up jobs", |connection| {
+            Box::pin(async move {
+                let cancelled = sqlx::query_scalar!(
+                    "UPDATE jobs SET state = 'cancelled', finished_at = ?, lease = NULL
+                     WHERE state = 'running' AND cancel_requested = 1 RETURNING id",
+                    now
+                )
+                .fetch_all(&mut *connection)
+                .await?;
+                sqlx::query!(
+                    "UPDATE jobs SET deaths = deaths + (id IN (SELECT value FROM json_each(?1))),
+                         lone_deaths = lone_deaths + (id IN (SELECT value FROM json_each(?2)))
+                     WHERE state = 'running'",
+                    beside,
+                    alone
+                )
+                .execute(&mut *connection)
+                .await?;
+                let parked = sqlx::query_scalar!(
+                    "UPDATE jobs SET state = 'failed', problem = ?, finished_at = ?, lease = NULL
+                     WHERE state = 'running' AND lone_deaths >= ? RETURNING id",
+                    problem,
+                    now,
+                    LONE_DEATHS
+                )
+                .fetch_all(&mut *connection)
+                .await?;
+                let queued = sqlx::query!(
+                    "UPDATE jobs SET state = 'queued', started_at = NULL, lease = NULL WHERE state = 'running'"
+                )
+                .execute(&mut *connection)
+                .await?;
+                Ok(Recovered { queued: queued.rows_affected(), parked, cancelled })
+            })
+        })
+        .await
+    }
+}
