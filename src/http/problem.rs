@@ -219,6 +219,7 @@ impl From<StoreError> for Problem {
                 tracing::error!(error = %source, "the database is busy");
                 Self::new(ProblemType::StorageUnavailable, fault.to_string())
             }
+            StoreError::Damaged(damaged) => damaged.into(),
             other => Self::internal(&other),
         }
     }

@@ -59,6 +59,7 @@ macro_rules! refusals {
                     ProblemType::Quota,
                     ProblemType::HeaderTooLarge,
                     ProblemType::Internal,
+                    ProblemType::StoredFileDamaged,
                     ProblemType::StorageUnavailable,
                     ProblemType::TimedOut,
                     ProblemType::MemoryBudget,

@@ -42,6 +42,7 @@ pub async fn open_data_directory(
     // The database first: where it is lost, nothing beside it is touched.
     let store = Store::open(&settings.data_dir.join(DATABASE_NAME), settings.store_readers).await?;
     let blobs = Blobs::open(&settings.data_dir)?;
+    let store = store.noting_damage_in(blobs.soundness());
     let removed = blobs.sweep(&store.named_blobs().await?)?;
     if removed > 0 {
         tracing::info!(removed_files = removed, "removed files that no job names");

@@ -229,7 +229,7 @@ impl Blobs {
 
     /// What is known to be damaged.
     #[must_use]
-    pub fn soundness(&self) -> &Soundness {
+    pub fn soundness(&self) -> &Arc<Soundness> {
         &self.soundness
     }
 

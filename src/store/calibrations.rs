@@ -65,17 +65,20 @@ struct StoredCalibration {
     document: String,
     document_sha256: String,
     run: String,
+    run_sha256: String,
 }
 
 impl StoredCalibration {
-    fn read(self) -> Result<CalibrationRow, StoreError> {
-        let Self { id, document: text, document_sha256, run } = self;
-        let document = read(id, &text)?;
+    fn read(self, store: &Store) -> Result<CalibrationRow, StoreError> {
+        let Self { id, document: text, document_sha256, run, run_sha256 } = self;
+        store.verify(|| format!("run of calibration {id}"), &run, &run_sha256)?;
+        let document = read(store, id, &text, &document_sha256)?;
         Ok(CalibrationRow { text, document, document_sha256, run })
     }
 }
 
-fn read(id: String, text: &str) -> Result<CalibrationDocument, StoreError> {
+fn read(store: &Store, id: String, text: &str, sha256: &str) -> Result<CalibrationDocument, StoreError> {
+    store.verify(|| format!("calibration {id}"), text, sha256)?;
     serde_json::from_str(text).map_err(|source| StoreError::Unreadable {
         what: "calibration",
         key: id,
@@ -137,14 +140,14 @@ impl Store {
     ) -> Result<Option<CalibrationRow>, StoreError> {
         let row = sqlx::query_as!(
             StoredCalibration,
-            "SELECT id, document, document_sha256, run FROM calibrations WHERE id = ? AND machine_id = ?",
+            "SELECT id, document, document_sha256, run, run_sha256 FROM calibrations WHERE id = ? AND machine_id = ?",
             id,
             machine_id
         )
         .fetch_optional(&self.readers)
         .await
         .doing("reading a calibration")?;
-        row.map(StoredCalibration::read).transpose()
+        row.map(|row| row.read(self)).transpose()
     }
 
     /// A page of what the runs of a machine said, newest stored first. Their readings, which may be megabytes each, stay
@@ -163,7 +166,7 @@ impl Store {
         let kind = filter.kind.map(CalibrationKind::as_str);
         let (from, to) = (&filter.measured_from, &filter.measured_to);
         let rows = sqlx::query!(
-            "SELECT seq, id, document FROM calibrations
+            "SELECT seq, id, document, document_sha256 FROM calibrations
              WHERE machine_id = ?1 AND seq < ?2 AND (?3 IS NULL OR kind = ?3)
                AND (?4 IS NULL OR measured_at >= ?4) AND (?5 IS NULL OR measured_at <= ?5)
              ORDER BY seq DESC LIMIT ?6",
@@ -177,7 +180,9 @@ impl Store {
         .fetch_all(&self.readers)
         .await
         .doing("listing calibrations")?;
-        let read = rows.into_iter().map(|row| Ok((row.seq, read(row.id, &row.document)?)));
+        let read = rows
+            .into_iter()
+            .map(|row| Ok((row.seq, read(self, row.id, &row.document, &row.document_sha256)?)));
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 

@@ -18,7 +18,7 @@ use super::database_file::newest_migration;
 use super::error::Doing;
 use super::examination::stored_files;
 use super::readers::Readers;
-use super::{StoreError, own_schema};
+use super::{Soundness, StoreError, StoredThing, own_schema, verify_text};
 use crate::meter;
 
 /// The oldest `SQLite` without the write-ahead log's corruption fault.
@@ -33,6 +33,7 @@ pub struct Store {
     pub(super) readers: Readers,
     writer: SqlitePool,
     writes: Arc<AtomicU64>,
+    soundness: Arc<Soundness>,
 }
 
 impl Store {
@@ -63,6 +64,30 @@ impl Store {
             return Err(fault);
         }
         Ok(store)
+    }
+
+    /// The same, which notes there what it finds damaged.
+    #[must_use]
+    pub fn noting_damage_in(self, soundness: &Arc<Soundness>) -> Self {
+        Self { soundness: Arc::clone(soundness), ..self }
+    }
+
+    /// Whether a document is what was stored; noted where it is not.
+    ///
+    /// # Errors
+    /// Its text has another digest.
+    pub(super) fn verify(
+        &self,
+        name: impl FnOnce() -> String,
+        text: &str,
+        sha256: &str,
+    ) -> Result<(), StoreError> {
+        verify_text(|| StoredThing::Document(name()), text, sha256).map_err(|damaged| {
+            self.soundness.damaged(&damaged);
+            StoreError::Damaged(damaged)
+        })?;
+        self.soundness.sound(sha256);
+        Ok(())
     }
 
     /// Opens the database of a service that runs, beside it: nothing is created or brought to another form.
@@ -112,7 +137,7 @@ impl Store {
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
             .await
             .doing("opening the database for reading")?;
-        Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default() })
+        Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default(), soundness: Arc::default() })
     }
 
     /// How many write transactions have ended: while it stays the same, so does everything read since.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::StorageFault;
+use super::{DamagedFile, StorageFault};
 
 /// The database could not do what it was asked.
 #[derive(Debug, Error)]
@@ -75,6 +75,9 @@ pub enum StoreError {
         /// Why.
         source: serde_json::Error,
     },
+    /// A stored document is not what was stored.
+    #[error(transparent)]
+    Damaged(DamagedFile),
     /// The secret that was made at the first start is gone.
     #[error("there is no secret to sign webhooks with")]
     NoSecret,

@@ -64,8 +64,9 @@ struct RevisionRow {
 }
 
 impl RevisionRow {
-    fn read(self) -> Result<Revision, StoreError> {
+    fn read(self, store: &Store) -> Result<Revision, StoreError> {
         let Self { machine_id, revision, profile, sha256, created_at, calibration_id } = self;
+        store.verify(|| format!("machine {machine_id} revision {revision}"), &profile, &sha256)?;
         let profile: MachineProfile = serde_json::from_str(&profile).map_err(|source| {
             let key = format!("{machine_id} revision {revision}");
             StoreError::Unreadable { what: "machine", key, source }
@@ -94,7 +95,7 @@ impl Store {
         .fetch_optional(&self.readers)
         .await
         .doing("reading a machine")?;
-        row.map(RevisionRow::read).transpose()
+        row.map(|row| row.read(self)).transpose()
     }
 
     /// One revision of a machine, also of a deleted one.
@@ -116,7 +117,7 @@ impl Store {
         .fetch_optional(&self.readers)
         .await
         .doing("reading a machine revision")?;
-        row.map(RevisionRow::read).transpose()
+        row.map(|row| row.read(self)).transpose()
     }
 
     /// A page of machines at their current revisions, newest machine first; of these only, where there is a list.
@@ -154,7 +155,7 @@ impl Store {
                 created_at: row.created_at,
                 calibration_id: row.calibration_id,
             };
-            Ok((row.seq, revision.read()?))
+            Ok((row.seq, revision.read(self)?))
         });
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
@@ -184,7 +185,7 @@ impl Store {
         if rows.is_empty() && before.is_none() {
             return Ok(None);
         }
-        let read = rows.into_iter().map(|row| Ok((row.revision, row.read()?)));
+        let read = rows.into_iter().map(|row| Ok((row.revision, row.read(self)?)));
         Ok(Some(Page::cut(read.collect::<Result<_, StoreError>>()?, limit)))
     }
 

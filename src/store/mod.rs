@@ -64,7 +64,7 @@ pub use recovery::Recovered;
 pub use revisions::{Expected, RevisionHead, Stale};
 pub use soundness::{Soundness, SoundnessReading};
 pub use storage_fault::StorageFault;
-pub use stored_file::{Damage, DamagedFile, FileState, StoredThing, Verifying, verify_report};
+pub use stored_file::{Damage, DamagedFile, FileState, StoredThing, Verifying, verify_text};
 pub use tools::{NewTool, PutTool, StoredTool, ToolRefusal, ToolRevision};
 pub use wear_entries::{AddedWear, WearConflict};
 pub use webhook_secrets::WebhookSecretRow;

@@ -30,12 +30,14 @@ pub struct DamagedFile {
 }
 
 /// Kinds of what is stored under a digest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoredThing {
     /// A program, a surface or a table, as a file of its own.
     File,
     /// A report, in the database.
     Report,
+    /// A document of the database, by this name.
+    Document(String),
 }
 
 impl std::fmt::Display for StoredThing {
@@ -43,6 +45,7 @@ impl std::fmt::Display for StoredThing {
         f.write_str(match self {
             Self::File => "file",
             Self::Report => "report",
+            Self::Document(name) => name,
         })
     }
 }
@@ -57,7 +60,7 @@ pub enum Damage {
     #[error("is no plain file any more, and links are not followed")]
     NoPlainFile,
     /// Its bytes are others.
-    #[error("has changed: its {length} bytes have the SHA-256 {sha256}, expected is that of its name")]
+    #[error("has changed: its {length} bytes now have the SHA-256 {sha256}")]
     Other {
         /// Length found \[bytes\].
         length: u64,
@@ -196,14 +199,14 @@ pub(super) fn verify(
     Ok(verifying.finish().map(|()| state))
 }
 
-/// Whether a report is what was stored.
+/// Whether a text of the database is what was stored.
 ///
 /// # Errors
-/// Its text has another digest.
-pub fn verify_report(text: &str, sha256: &str) -> Result<(), DamagedFile> {
+/// It has another digest.
+pub fn verify_text(what: impl FnOnce() -> StoredThing, text: &str, sha256: &str) -> Result<(), DamagedFile> {
     let mut verifying = Verifying::new(sha256);
     verifying.take(text.as_bytes());
-    verifying.finish().map_err(|damaged| DamagedFile { what: StoredThing::Report, ..damaged })
+    verifying.finish().map_err(|damaged| DamagedFile { what: what(), ..damaged })
 }
 
 #[cfg(test)]

@@ -80,9 +80,9 @@ struct ToolRow {
 }
 
 impl ToolRow {
-    fn read(self) -> Result<ToolRevision, StoreError> {
+    fn read(self, store: &Store) -> Result<ToolRevision, StoreError> {
         let Self { machine_id, tool_id, revision, document, sha256, created_at } = self;
-        let tool = read_tool(&machine_id, &tool_id, revision, &document)?;
+        let tool = read_tool(store, (&machine_id, &tool_id, revision), &document, &sha256)?;
         Ok(ToolRevision {
             document: ToolDocument { machine_id, tool_id, revision, created_at, tool },
             sha256,
@@ -90,11 +90,15 @@ impl ToolRow {
     }
 }
 
-fn read_tool(machine_id: &str, tool_id: &str, revision: i64, text: &str) -> Result<TableTool, StoreError> {
-    serde_json::from_str(text).map_err(|source| {
-        let key = format!("{machine_id} tool {tool_id:?} revision {revision}");
-        StoreError::Unreadable { what: "tool", key, source }
-    })
+fn read_tool(
+    store: &Store,
+    (machine_id, tool_id, revision): (&str, &str, i64),
+    text: &str,
+    sha256: &str,
+) -> Result<TableTool, StoreError> {
+    let key = || format!("{tool_id:?} of machine {machine_id} revision {revision}");
+    store.verify(|| format!("tool {}", key()), text, sha256)?;
+    serde_json::from_str(text).map_err(|source| StoreError::Unreadable { what: "tool", key: key(), source })
 }
 
 impl Store {
@@ -105,7 +109,7 @@ impl Store {
     /// The database failed.
     pub async fn tools(&self, machine_id: &str) -> Result<Vec<StoredTool>, StoreError> {
         let rows = sqlx::query!(
-            "SELECT r.tool_id, r.revision, r.document FROM tools t
+            "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tools t
              JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
                AND r.revision = t.last_revision
              WHERE t.machine_id = ? AND t.deleted = 0 ORDER BY t.tool_id",
@@ -115,7 +119,8 @@ impl Store {
         .await
         .doing("reading the tools of a machine")?;
         let read = rows.into_iter().map(|row| {
-            let document = read_tool(machine_id, &row.tool_id, row.revision, &row.document)?;
+            let document =
+                read_tool(self, (machine_id, &row.tool_id, row.revision), &row.document, &row.sha256)?;
             Ok(StoredTool { tool_id: row.tool_id, revision: row.revision, document })
         });
         read.collect()
@@ -133,7 +138,7 @@ impl Store {
         // Strings and whole numbers always print.
         let wanted = serde_json::to_string(revisions).unwrap_or_default();
         let rows = sqlx::query!(
-            "SELECT r.tool_id, r.revision, r.document FROM tool_revisions r
+            "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tool_revisions r
              JOIN json_each(?2) w ON r.tool_id = json_extract(w.value, '$[0]')
                AND r.revision = json_extract(w.value, '$[1]')
              WHERE r.machine_id = ?1 ORDER BY r.tool_id",
@@ -144,7 +149,8 @@ impl Store {
         .await
         .doing("reading the tools of a job")?;
         let read = rows.into_iter().map(|row| {
-            let document = read_tool(machine_id, &row.tool_id, row.revision, &row.document)?;
+            let document =
+                read_tool(self, (machine_id, &row.tool_id, row.revision), &row.document, &row.sha256)?;
             Ok(StoredTool { tool_id: row.tool_id, revision: row.revision, document })
         });
         read.collect()
@@ -167,7 +173,7 @@ impl Store {
         .fetch_optional(&self.readers)
         .await
         .doing("reading a tool")?;
-        row.map(ToolRow::read).transpose()
+        row.map(|row| row.read(self)).transpose()
     }
 
     /// One revision of a tool, also of a deleted one.
@@ -191,7 +197,7 @@ impl Store {
         .fetch_optional(&self.readers)
         .await
         .doing("reading a tool revision")?;
-        row.map(ToolRow::read).transpose()
+        row.map(|row| row.read(self)).transpose()
     }
 
     /// A page of the tools of a machine at their current revisions, newest tool first.
@@ -226,7 +232,7 @@ impl Store {
                 sha256: row.sha256,
                 created_at: row.created_at,
             };
-            Ok((row.seq, revision.read()?))
+            Ok((row.seq, revision.read(self)?))
         });
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
@@ -258,7 +264,7 @@ impl Store {
         if rows.is_empty() && before.is_none() {
             return Ok(None);
         }
-        let read = rows.into_iter().map(|row| Ok((row.revision, row.read()?)));
+        let read = rows.into_iter().map(|row| Ok((row.revision, row.read(self)?)));
         Ok(Some(Page::cut(read.collect::<Result<_, StoreError>>()?, limit)))
     }
 

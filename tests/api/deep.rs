@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use trunnion::store::sha256_hex;
 
 use crate::command_line::{files, path, posted, said, trunnion};
-use crate::support::{App, ac_table, spawn_in};
+use crate::support::{App, ac_table, problem, spawn_in};
 
 async fn open(data: &Path) -> SqlitePool {
     let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite")).foreign_keys(false);
@@ -23,7 +23,7 @@ async fn execute(pool: &SqlitePool, statement: &str) {
 }
 
 /// Changes a database as somebody does who can write to its file: no trigger is in the way, and all are there again afterwards.
-async fn rewritten(data: &Path, statements: &str) {
+pub(crate) async fn rewritten(data: &Path, statements: &str) {
     let pool = open(data).await;
     let triggers: Vec<(String, String)> =
         sqlx::query_as("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'")
@@ -139,6 +139,56 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
     execute(&pool, "DROP TRIGGER audit_never_goes").await;
     pool.close().await;
     assert_unsound(&data, &["the trigger audit_never_goes is missing from the schema"]);
+}
+
+#[tokio::test]
+async fn an_edited_machine_tool_or_calibration_is_neither_shown_nor_computed_with() {
+    const DMU: &str = "/v1/machines/dmu-80";
+    let folder = TempDir::new().unwrap();
+    let data = folder.path();
+    let app = spawn_in(data, |_| {}).await;
+    assert_eq!(app.put_machine("dmu-80", &ac_table()).await.status(), 201);
+    let tool = json!({"number": 12, "name": "BALL_10", "kind": "ball", "radius_mm": 5});
+    assert_eq!(
+        app.client.put(app.url(&format!("{DMU}/tools/T12"))).json(&tool).send().await.unwrap().status(),
+        201
+    );
+    let run: Value = serde_json::from_str(include_str!("../../docs/examples/ballbar.json")).unwrap();
+    let run = app.post_json(&format!("{DMU}/calibrations"), &run).await;
+    assert_eq!(run.status(), 201);
+    let run: Value = run.json().await.unwrap();
+    let run = format!("{DMU}/calibrations/{}", run["id"].as_str().unwrap());
+    app.stop().await;
+    rewritten(
+        data,
+        "UPDATE machine_revisions SET profile = replace(profile, '400', '900') WHERE machine_id = 'dmu-80';
+         UPDATE tool_revisions SET document = replace(document, '5.0', '6.0');
+         UPDATE calibrations SET run = replace(run, '1', '2')",
+    )
+    .await;
+    let app = spawn_in(data, |_| {}).await;
+    let poses = json!({"poses": [{"x": 0, "y": 0, "z": 0, "i": 0, "j": 0, "k": 1}]});
+    let answers = [
+        ("machine dmu-80 revision 1", app.get(DMU).await),
+        ("machine dmu-80 revision 1", app.get("/v1/machines").await),
+        ("machine dmu-80 revision 1", app.post_json(&format!("{DMU}/inverse-kinematics"), &poses).await),
+        ("\"T12\" of machine dmu-80 revision 1", app.get(&format!("{DMU}/tools/T12")).await),
+        ("run of calibration", app.get(&run).await),
+    ];
+    for (what, answer) in answers {
+        let detail = problem(answer, "stored-file-damaged").await["detail"].as_str().unwrap().to_owned();
+        assert!(detail.contains(what) && detail.contains("restore it from a backup"), "{detail}");
+    }
+    // Another machine is served on, and the readiness tells.
+    assert_eq!(app.get("/v1/machines/example-ac-table").await.status(), 200);
+    let ready: Value = app.get("/readyz").await.json().await.unwrap();
+    assert_eq!(ready["status"], "degraded", "{ready}");
+    // What somebody puts in its place is a revision of its own, and is served.
+    let mut other = ac_table();
+    other["name"] = json!("measured anew");
+    let put = app.client.put(app.url(DMU)).header("if-match", "*").json(&other);
+    assert_eq!(put.send().await.unwrap().status(), 200);
+    assert_eq!(app.get(DMU).await.status(), 200);
 }
 
 #[tokio::test]

@@ -14,7 +14,7 @@ use crate::http::programs::answer;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy, StoredFileDamaged);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy);
 
 /// Draw the plot of a job
 ///

@@ -18,7 +18,7 @@ use crate::wire::{
     CcReport, CompensationReport, NoParameters, PostingReport, ServoReport, VerificationReport, WearReport,
 };
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest, StoredFileDamaged);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
 
 /// The report of any operation.
 #[derive(Debug, Serialize, ToSchema)]

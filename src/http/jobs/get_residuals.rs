@@ -12,7 +12,7 @@ use crate::http::programs::answer::Table;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest, StoredFileDamaged);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, RangeNotSatisfiable, InvalidRequest);
 
 /// Read the residuals of a verification
 ///

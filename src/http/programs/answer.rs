@@ -13,7 +13,7 @@ use crate::http::range::{Asked, asked, dressed};
 use crate::http::servo::program_contour_error;
 use crate::http::stored::{StoredBody, stored_body};
 use crate::jobs::{ResidualFault, one_pass_figure, verification_figure, wear_figure};
-use crate::store::{JobRow, verify_report};
+use crate::store::{JobRow, StoredThing, verify_text};
 use crate::wire::{
     CcParameters, CcReport, CompensationReport, JobOperation, JobState, ServoReport, VerificationReport,
     WearReport,
@@ -144,7 +144,7 @@ pub(in crate::http) fn report<'a>(app: &AppState, job: &'a JobRow) -> Result<&'a
     let text = job.report.as_deref().ok_or_else(|| without_result(job, "report"))?;
     // No report is stored without its digest.
     let sha256 = job.report_sha256.as_deref().unwrap_or_default();
-    verify_report(text, sha256).map_err(|damaged| app.spool.blobs().noted(damaged))?;
+    verify_text(|| StoredThing::Report, text, sha256).map_err(|damaged| app.spool.blobs().noted(damaged))?;
     app.spool.blobs().soundness().sound(sha256);
     Ok(text)
 }
