@@ -1,7 +1,5 @@
 //! The `trunnion` binary: reads its settings, starts the service, drains it. Everything else is in the library.
 
-#![forbid(unsafe_code)]
-
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -9,10 +7,25 @@ use clap::Parser;
 use rustix::fs::Mode;
 use trunnion::cli::{Cli, Command};
 
-#[global_allocator]
-static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
+/// Blocks of memory from this length on are the system's own, and go back to it when they are freed \[bytes\].
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const GIVEN_BACK_FROM_BYTES: libc::c_int = 1 << 20;
+
+/// Holds the C library's allocator to that length. On its own it raises the length up to 32 MiB as blocks are freed, and keeps
+/// below it what it gets: a process whose requests held 336 MiB at most took 582 MiB.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[expect(unsafe_code, reason = "no crate wraps this call")]
+fn give_memory_back() {
+    // SAFETY: it sets a number of the allocator, and there is no other thread yet.
+    let _set = unsafe { libc::mallopt(libc::M_MMAP_THRESHOLD, GIVEN_BACK_FROM_BYTES) };
+}
+
+/// Other allocators give memory back by themselves.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn give_memory_back() {}
 
 fn main() -> ExitCode {
+    give_memory_back();
     let cli = Cli::parse();
     // What the service and its commands write is its user's alone; a program that is written for somebody has the rights of any new file.
     if !matches!(cli.command, Some(Command::Compensate(_))) {

@@ -1,4 +1,4 @@
-//! The threads that compute. They are few and always the same, because an allocator keeps freed memory for the thread that had it:
+//! The threads that compute. They are few and always the same, because the C library keeps freed memory for the thread that had it:
 //! computations on whichever of the runtime's dozens of threads is free leave the memory of the largest with each of them in the end.
 //! They give way to the threads that answer and store, which need a core for moments only.
 

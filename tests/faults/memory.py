@@ -23,9 +23,8 @@ from service import MACHINE, POSE, Service, workplace
 PORT = 8926
 # The default of max_memory_bytes.
 BOUND_MIB = 512
-# What the process may still hold a while after everything has gone: the allocator keeps pieces for what comes next (370 MiB
-# were seen after two rounds that reached 510).
-AFTER_MIB = 420
+# What the process may still hold a while after everything has gone.
+AFTER_MIB = 256
 # Longest wait for an answer to a small call [s].
 PATIENCE_S = 30
 LASTS_S = 60

@@ -86,7 +86,7 @@ fn insert(run: &mut Run, at: usize, op: Op) {
     run.ledger.forgets_from = run.ledger.forgets_from.map(|from| from + usize::from(from >= at));
 }
 
-const PLANTS: [(&str, Plant); 24] = [
+const PLANTS: [(&str, Plant); 25] = [
     (
         "the fsync of a file that is kept is left out",
         Plant::Log(|run| without_sync(run, |path| path.starts_with("spool/"))),
@@ -101,6 +101,23 @@ const PLANTS: [(&str, Plant); 24] = [
     ),
     ("the fsync of the data directory is left out", Plant::Log(|run| without_sync(run, str::is_empty))),
     ("the fsync of the write-ahead log is left out", Plant::Log(|run| without_sync(run, is_log))),
+    (
+        "the write-ahead log is removed before its pages are in the database",
+        Plant::Log(|run| {
+            let names = first_names(run);
+            let is_of = |op: &Op, which: fn(&str) -> bool| matches!(op, Op::Write { node, .. } if which(&names[node]));
+            for at in 0..run.log.len() {
+                if !matches!(&run.log[at], Op::Remove { path } if is_log(path)) {
+                    continue;
+                }
+                let logged = (0..at).rev().find(|before| is_of(&run.log[*before], is_log)).unwrap_or(0);
+                let pages = (logged..at).find(|after| is_of(&run.log[*after], |path| path == DATABASE_NAME));
+                if let Some(pages) = pages {
+                    run.log[pages..=at].rotate_right(1);
+                }
+            }
+        }),
+    ),
     (
         "the fsync of the database is left out",
         Plant::Log(|run| without_sync(run, |path| path == DATABASE_NAME)),
