@@ -148,3 +148,39 @@ fn every_bad_size_is_named() {
     assert_eq!(Cylinder::new(Vec3::zeros(), 1e9, 3.2, 0.0, Bulge::Convex).unwrap_err().len(), 3);
     assert_eq!(Saddle::new(Vec3::zeros(), 0.0, f64::INFINITY, 1.0, 1.0).unwrap_err().len(), 2);
 }
+
+/// Counts how often it is asked.
+struct Counted<S>(S, std::cell::Cell<usize>);
+
+impl<S: ParametricSurface> ParametricSurface for Counted<S> {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        self.0.domain()
+    }
+
+    fn derivatives(&self, parameters: [f64; 2]) -> SurfaceDerivatives {
+        self.1.set(self.1.get() + 1);
+        self.0.derivatives(parameters)
+    }
+}
+
+#[test]
+fn a_narrow_strip_is_sampled_evenly_and_for_what_its_points_cost() {
+    const COUNT: usize = 40_000;
+    const LENGTH_MM: f64 = 10_000.0;
+    const BANDS: i32 = 400;
+    /// Each row measures its cells twice and has four points at least.
+    const MOST_EVALUATIONS: usize = COUNT * (2 * 128 / 4 + 1) + 128 * 128;
+    for width_mm in [0.001, 0.5] {
+        let strip = Counted(Plane::new(Vec3::zeros(), width_mm, LENGTH_MM).unwrap(), std::cell::Cell::new(0));
+        let samples = strip.samples(COUNT);
+        assert_eq!(samples.points.len(), COUNT);
+        assert!(strip.1.get() <= MOST_EVALUATIONS, "{width_mm} mm: {} evaluations", strip.1.get());
+        let mut along: Vec<f64> = samples.points.iter().map(|sample| sample.point_mm.y).collect();
+        along.sort_by(f64::total_cmp);
+        let below =
+            |end: i32| along.partition_point(|y| *y < (f64::from(end) / f64::from(BANDS) - 0.5) * LENGTH_MM);
+        let bands: Vec<usize> = (0..BANDS).map(|band| below(band + 1) - below(band)).collect();
+        // A row belongs to one band or is shared by two.
+        assert!(bands.iter().all(|points| (92..=108).contains(points)), "{width_mm} mm: {bands:?}");
+    }
+}

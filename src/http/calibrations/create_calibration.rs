@@ -21,7 +21,7 @@ use crate::wire::{CalibrationDocument, CalibrationHead, CalibrationRequest, NoPa
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
-    BodyTooLarge, UnsupportedMediaType, InvalidRequest, Busy
+    BodyTooLarge, UnsupportedMediaType, InvalidRequest, Busy, TooCostly
 );
 
 /// Store a calibration run

@@ -14,7 +14,7 @@ use crate::http::refusals::refusals;
 use crate::wire::CalibrationDocument;
 
 refusals!(
-    Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest, Busy
+    Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly
 );
 
 /// Read a calibration run

@@ -18,7 +18,7 @@ use crate::http::refusals::refusals;
 use crate::store::TrendQuery;
 use crate::wire::{Fault, Trend, trend_table, trend_unit};
 
-refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy);
+refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
 /// Which error, and which runs.
 #[derive(Debug, Deserialize, IntoParams)]

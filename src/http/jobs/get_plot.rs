@@ -14,7 +14,7 @@ use crate::http::programs::answer;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 
-refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy);
+refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceeded, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
 /// Draw the plot of a job
 ///

@@ -16,7 +16,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::wire::{FaultList, FollowedWear, WearTrend, WearTrendHead, wear_trend_table};
 
-refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy);
+refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
 /// Which cutter, and to what limit.
 #[derive(Debug, Deserialize, IntoParams)]
