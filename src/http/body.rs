@@ -107,7 +107,7 @@ fn next_of(
 struct FieldHeaderTooLong;
 
 /// A body pays for so much at a time; up to this it is part of what every request pays \[bytes\].
-const PAID_AT_ONCE: u64 = 64 << 10;
+pub(super) const PAID_AT_ONCE: u64 = 64 << 10;
 
 /// How long a refused body is still swallowed, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);

@@ -34,6 +34,13 @@ pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
     let Ok(host) = Authority::try_from(field.as_bytes()) else {
         return refuse("the Host field is no host with an optional port");
     };
+    if host.as_str().contains(',') {
+        return refuse("the Host field names several hosts; send one");
+    }
+    let behind = host.as_str().strip_prefix(host.host()).unwrap_or_default();
+    if behind.len() > 1 && host.port_u16().is_none() && !host.as_str().contains('@') {
+        return refuse("the port of the Host field is no number up to 65535");
+    }
     if host.as_str().contains('@') {
         return refuse("the Host field names a user; send the host and its port alone");
     }
@@ -73,6 +80,9 @@ mod tests {
             ("/", &["user@mill-3"]),
             ("/", &["mill 3"]),
             ("/", &["mill-3/x"]),
+            ("/", &["mill-3,evil"]),
+            ("/", &["mill-3:8080,evil"]),
+            ("/", &["mill-3:99999"]),
             ("http://mill-3/", &["evil"]),
             ("http://mill-3/", &[""]),
         ] {

@@ -8,7 +8,7 @@ use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key};
 use super::tools::delete_tools_of;
-use super::{Cursor, Expected, KeyUse, Page, RevisionHead, Stale, Store, StoreError};
+use super::{Cursor, Expected, KeyUse, Page, RevisionHead, Stale, Store, StoreError, sha256_hex};
 use crate::wire::{AuditAction, MachineDocument, MachineProfile};
 
 /// One stored revision of a machine.
@@ -224,7 +224,7 @@ impl Store {
             .write("storing a machine", |connection| {
                 Box::pin(async move {
                     let current = sqlx::query!(
-                        "SELECT m.deleted, m.last_revision, r.sha256, r.created_at, r.calibration_id FROM machines m
+                        "SELECT m.deleted, m.last_revision, r.profile, r.sha256, r.created_at, r.calibration_id FROM machines m
                          JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
                          WHERE m.machine_id = ?",
                         id
@@ -241,7 +241,8 @@ impl Store {
                             if let Err(stale) = head.admits(expected.as_ref()) {
                                 return Ok(Err(stale));
                             }
-                            if head.sha256 == digest {
+                            // What was altered since it was stored is stored anew.
+                            if head.sha256 == digest && sha256_hex(current.profile.as_bytes()) == digest {
                                 let answer = Answer::Revision(&id, head.revision);
                                 keep_key(connection, used.as_ref(), answer, &created_at).await?;
                                 let stored = (current.created_at, current.calibration_id);

@@ -292,7 +292,8 @@ impl Store {
                     if let Err(stale) = current.admits(expected.as_ref()) {
                         return Ok(Err(ToolRefusal::Stale(stale)));
                     }
-                    if current.sha256 == sha256 {
+                    // What was altered since it was stored is stored anew.
+                    if current.sha256 == sha256 && found.is_sound {
                         let revision = current.revision;
                         return Ok(Ok(PutTool::Replaced(stored(new, revision, created_at.clone(), sha256))));
                     }
@@ -393,6 +394,8 @@ struct Found {
     last_revision: Option<i64>,
     /// The current one, and when it was stored; none of a tool that was deleted.
     current: Option<(RevisionHead, String)>,
+    /// Whether the last one is what was stored.
+    is_sound: bool,
 }
 
 /// What there is under this `tool_id`; none where there is no such machine.
@@ -409,7 +412,7 @@ async fn head_of(
         return Ok(None);
     }
     let row = sqlx::query!(
-        "SELECT t.deleted, t.last_revision, r.sha256, r.created_at FROM tools t
+        "SELECT t.deleted, t.last_revision, r.document, r.sha256, r.created_at FROM tools t
          JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
            AND r.revision = t.last_revision
          WHERE t.machine_id = ? AND t.tool_id = ?",
@@ -418,10 +421,13 @@ async fn head_of(
     )
     .fetch_optional(&mut *connection)
     .await?;
-    let Some(row) = row else { return Ok(Some(Found { last_revision: None, current: None })) };
+    let Some(row) = row else {
+        return Ok(Some(Found { last_revision: None, current: None, is_sound: true }));
+    };
+    let is_sound = sha256_hex(row.document.as_bytes()) == row.sha256;
     let head = RevisionHead { revision: row.last_revision, sha256: row.sha256 };
     let current = (row.deleted == 0).then_some((head, row.created_at));
-    Ok(Some(Found { last_revision: Some(row.last_revision), current }))
+    Ok(Some(Found { last_revision: Some(row.last_revision), current, is_sound }))
 }
 
 /// The other tools of the machine that programs call as this one.

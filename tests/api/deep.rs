@@ -183,12 +183,19 @@ async fn an_edited_machine_tool_or_calibration_is_neither_shown_nor_computed_wit
     assert_eq!(app.get("/v1/machines/example-ac-table").await.status(), 200);
     let ready: Value = app.get("/readyz").await.json().await.unwrap();
     assert_eq!(ready["status"], "degraded", "{ready}");
-    // What somebody puts in its place is a revision of its own, and is served.
-    let mut other = ac_table();
-    other["name"] = json!("measured anew");
-    let put = app.client.put(app.url(DMU)).header("if-match", "*").json(&other);
-    assert_eq!(put.send().await.unwrap().status(), 200);
-    assert_eq!(app.get(DMU).await.status(), 200);
+    // What was there before is put in its place: a revision of its own, which is served.
+    let put = async |path: &str, document: &Value| {
+        app.client.put(app.url(path)).header("if-match", "*").json(document).send().await.unwrap()
+    };
+    for (path, document) in [(DMU.to_owned(), ac_table()), (format!("{DMU}/tools/T12"), tool)] {
+        let answer = put(&path, &document).await;
+        assert_eq!(answer.status(), 200, "{path}");
+        assert_eq!(answer.json::<Value>().await.unwrap()["revision"], 2, "{path}");
+        assert_eq!(app.get(&path).await.status(), 200, "{path}");
+        // And no further one, once it is.
+        let again: Value = put(&path, &document).await.json().await.unwrap();
+        assert_eq!(again["revision"], 2, "{path}");
+    }
 }
 
 #[tokio::test]

@@ -83,6 +83,40 @@ async fn many_unfinished_bodies_are_refused_for_now_and_leave_everything_behind(
 }
 
 #[tokio::test]
+async fn the_text_fields_of_forms_pay_as_they_arrive() {
+    let app = spawn_narrow().await;
+    let address = app.base.strip_prefix("http://").unwrap();
+    let head = "POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: multipart/form-data; boundary=b\r\n\
+                Content-Length: 20000000\r\n\r\n--b\r\nContent-Disposition: form-data; name=\"job\"\r\n\r\n";
+    let text = " ".repeat(1_000_000);
+    let mut held = Vec::new();
+    for _ in 0..32 {
+        let mut connection = TcpStream::connect(address).await.unwrap();
+        // The service may refuse it meanwhile.
+        let _refused = connection.write_all(head.as_bytes()).await;
+        let _refused = connection.write_all(text.as_bytes()).await;
+        held.push(connection);
+    }
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    // Some of them were refused: those that are held pay two megabytes each.
+    let mut refused = 0;
+    for connection in &held {
+        let mut answer = [0; 12];
+        if connection.try_read(&mut answer).is_ok_and(|read| read == 12) && answer == *b"HTTP/1.1 503" {
+            refused += 1;
+        }
+    }
+    assert!((16..32).contains(&refused), "{refused} of 32 are refused");
+    drop(held);
+    let mut looks = 0;
+    while app.post_text(INVERSE, "application/json", poses(50_000)).await.status() != 200 {
+        looks += 1;
+        assert!(looks < 100, "the memory does not come back");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+}
+
+#[tokio::test]
 async fn a_large_answer_that_nobody_takes_holds_no_memory() {
     let app = spawn_with(|settings| {
         settings.max_memory_bytes = LEAST_BYTES;
