@@ -18,7 +18,7 @@ use thiserror::Error;
 
 use super::coding::CodingFault;
 use super::problem::{Problem, ProblemType};
-use crate::jobs::memory;
+use crate::jobs::memory::{self, MemoryFault};
 
 /// A body being read.
 pub(super) struct Incoming {
@@ -106,8 +106,30 @@ fn next_of(
 #[error("the header of a field is too long")]
 struct FieldHeaderTooLong;
 
-/// A body pays for so much at a time; up to this it is part of what every request pays \[bytes\].
-pub(super) const PAID_AT_ONCE: u64 = 64 << 10;
+/// A text that is gathered pays for so much at a time. Its first piece is part of what every request pays \[bytes\].
+const PAID_AT_ONCE: u64 = 64 << 10;
+
+/// What a text has paid that is gathered as it arrives.
+#[derive(Debug, Default)]
+pub(super) struct PaidAsItGrows {
+    /// Bytes of the text beyond its first piece.
+    bytes: u64,
+}
+
+impl PaidAsItGrows {
+    /// Pays before the text has `length` bytes.
+    ///
+    /// # Errors
+    /// There is no room for it.
+    pub(super) fn grow_to(&mut self, length: usize) -> Result<(), MemoryFault> {
+        while length as u64 > PAID_AT_ONCE + self.bytes {
+            // Twice, as the memory of a growing text is doubled and moved.
+            memory::keep(2 * PAID_AT_ONCE)?;
+            self.bytes += PAID_AT_ONCE;
+        }
+        Ok(())
+    }
+}
 
 /// How long a refused body is still swallowed, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);
@@ -153,7 +175,7 @@ impl Incoming {
         // A small body comes in one chunk, which is the whole as it is.
         let mut first = Bytes::new();
         let mut whole = BytesMut::new();
-        let mut paid = 0;
+        let mut paid = PaidAsItGrows::default();
         while let Some(chunk) = self.next().await? {
             if (first.len().max(whole.len()) + chunk.len()) as u64 > limit {
                 drop((first, whole));
@@ -166,16 +188,10 @@ impl Incoming {
             if whole.is_empty() {
                 whole.extend_from_slice(&first);
             }
-            // Paid as it arrives, a piece at a time.
-            let needed = (whole.len() + chunk.len()) as u64;
-            if needed > PAID_AT_ONCE && needed > paid {
-                paid += PAID_AT_ONCE;
-                // Twice, as what it is gathered in grows by doubling and is moved.
-                if let Err(fault) = memory::keep(2 * PAID_AT_ONCE) {
-                    drop((first, whole));
-                    self.swallow().await;
-                    return Err(fault.into());
-                }
+            if let Err(fault) = paid.grow_to(whole.len() + chunk.len()) {
+                drop((first, whole));
+                self.swallow().await;
+                return Err(fault.into());
             }
             whole.extend_from_slice(&chunk);
         }

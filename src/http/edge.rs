@@ -21,6 +21,7 @@ use super::AppState;
 use super::admission::{admit, asks, is_watching};
 use super::coding::{TAKEN, coding, unpacked};
 use super::date::dated;
+use super::framing::chunked_or_plain;
 use super::guard::{guard, note_refusal};
 use super::host::one_host;
 use super::observation::watch;
@@ -96,6 +97,9 @@ async fn pass(app: &AppState, request: Request, route: Route) -> Response {
 async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     if let Err(problem) = one_host(&request) {
         note_refusal(app, Reason::Host, None, request.method(), request.extensions());
+        return problem.into_response();
+    }
+    if let Err(problem) = chunked_or_plain(&request) {
         return problem.into_response();
     }
     let request = match guard(app, request).await {

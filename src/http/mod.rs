@@ -15,6 +15,7 @@ mod date;
 mod edge;
 mod extract;
 pub mod first_bytes;
+mod framing;
 mod guard;
 mod held_keys;
 mod held_machines;

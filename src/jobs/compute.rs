@@ -112,13 +112,13 @@ impl SideBySide for Threads {
     }
 }
 
-/// Jobs of one caller that may have begun, at so many places.
+/// How many jobs of one caller may run at the same time.
 fn most_jobs_of_caller(places: usize) -> usize {
     (places - 1).max(1)
 }
 
-/// Jobs of all callers that may have begun, at so many places. They are several times those of one caller, so that nobody waits for
-/// the end of another's long job: they give way to each other. What else may begin is left to requests.
+/// How many jobs of all callers may have begun and not ended. It is several times the number for one caller: a short job of one
+/// caller begins while long jobs of others rest. The other computations that may begin are left to requests.
 fn most_jobs_begun(places: usize) -> usize {
     Turns::most_begun(most_jobs_of_caller(places)).min(Turns::most_begun(places) - places)
 }

@@ -1,7 +1,7 @@
 //! One budget for the memory that requests take: bodies, what is read from them, decoders, what a computation makes, and
 //! answers that the client has not taken yet. It is paid before or as the memory is taken, and given back when it is free.
 //!
-//! Who pays is a key, or an address where there is none. How much of the budget one of them may hold is the rule of `crate::shares`.
+//! A key pays for its requests; without keys, an address pays. `crate::shares` says how much of the budget one payer may hold.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -59,7 +59,7 @@ pub enum MemoryFault {
 pub struct Memory(Shares);
 
 impl Memory {
-    /// A budget of so many bytes, of which one payer may hold a share.
+    /// A budget of `budget_bytes`. One payer may hold the part of it that `share` allows.
     #[must_use]
     pub fn new(budget_bytes: u64, share: Share) -> Self {
         Self(Shares::new(Quota::MemoryBytes, budget_bytes, share))

@@ -2,7 +2,6 @@
 //! audit log whole, and was every API key made by an entry of it. `SQLite`'s own checks see none of that.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use futures::TryStreamExt;
 use sqlx::sqlite::{SqliteConnection, SqliteRow};
@@ -152,10 +151,16 @@ impl DatabaseFile {
         if version > own_schema() {
             return Ok(Vec::new());
         }
-        let expected = migrated_schema(version).await?;
+        let doing = "making a database to compare with";
+        let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
+        for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
+            sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
+        }
+        let expected = schema_of(&mut fresh).await?;
+        fresh.close().await.doing(doing)?;
         let found = schema_of(self.connection()).await?;
         let mut differences = Vec::new();
-        for (name, text) in expected.iter() {
+        for (name, text) in &expected {
             match found.get(name) {
                 None => differences.push(format!("the {} {} is missing from the schema", name.0, name.1)),
                 Some(other) if other != text => {
@@ -171,29 +176,10 @@ impl DatabaseFile {
     }
 }
 
-/// The schema as the migrations up to `version` make it, made once in a process.
-async fn migrated_schema(version: i64) -> Result<Arc<Schema>, StoreError> {
-    static MADE: Mutex<BTreeMap<i64, Arc<Schema>>> = Mutex::new(BTreeMap::new());
-    let made = || MADE.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(schema) = made().get(&version) {
-        return Ok(Arc::clone(schema));
-    }
-    let doing = "making a database to compare with";
-    let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
-    for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
-        sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
-    }
-    let schema = Arc::new(schema_of(&mut fresh).await?);
-    fresh.close().await.doing(doing)?;
-    made().insert(version, Arc::clone(&schema));
-    Ok(schema)
-}
-
-/// Kind and name of everything in a schema, each with its text.
-type Schema = BTreeMap<(String, String), String>;
-
 /// Kind and name of everything in a schema with its text; blanks and quotes around names are left out, which a renaming adds.
-async fn schema_of(connection: &mut SqliteConnection) -> Result<Schema, StoreError> {
+async fn schema_of(
+    connection: &mut SqliteConnection,
+) -> Result<BTreeMap<(String, String), String>, StoreError> {
     let rows: Vec<(String, String, String)> = sqlx::query_as(
         "SELECT type, name, coalesce(sql, '') FROM sqlite_schema
          WHERE name NOT LIKE 'sqlite@_%' ESCAPE '@' AND name <> '_sqlx_migrations'",

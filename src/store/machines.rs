@@ -7,7 +7,7 @@ use sqlx::error::ErrorKind;
 use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key};
-use super::tools::delete_tools_of;
+use super::tool_changes::delete_tools_of;
 use super::{Cursor, Expected, KeyUse, Page, RevisionHead, Stale, Store, StoreError, sha256_hex};
 use crate::wire::{AuditAction, MachineDocument, MachineProfile};
 

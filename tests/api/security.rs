@@ -43,6 +43,8 @@ async fn a_request_with_several_hosts_or_none_is_refused() {
         format!("Host: {here}\r\nHost: {here}\r\n"),
         format!("Host: {here}\r\nHost: evil.example\r\n"),
         format!("Host: someone@{here}\r\n"),
+        format!("Host: {here},evil.example\r\n"),
+        "Host: 127.0.0.1:99999\r\n".to_owned(),
     ] {
         let answer = asked(&hosts).await;
         assert!(answer.starts_with("HTTP/1.1 400"), "{hosts}: {answer}");
@@ -53,6 +55,41 @@ async fn a_request_with_several_hosts_or_none_is_refused() {
     assert!(said(&app, &contradicting).await.starts_with("HTTP/1.1 400"));
     let lines = security_log(&app, 1).await;
     assert_eq!(lines[0]["reason"], "host");
+}
+
+#[tokio::test]
+async fn no_body_hides_a_second_request() {
+    let app = spawn().await;
+    let here = app.base.strip_prefix("http://").unwrap();
+    let body = "7\r\nG1 X1\r\n\r\n0\r\n\r\n";
+    let path = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
+    let asked = async |fields: &str| {
+        let head = format!("POST {path} HTTP/1.1\r\nHost: {here}\r\nContent-Type: text/plain\r\n");
+        said(&app, &format!("{head}{fields}\r\n{body}")).await
+    };
+    let answer = asked("Transfer-Encoding: chunked\r\nConnection: close\r\n").await;
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    // Two lengths: the chunks are the body, and the connection ends behind the answer, whatever else was sent on it.
+    let hidden = format!("GET /v1/machines HTTP/1.1\r\nHost: {here}\r\n\r\n");
+    for fields in [
+        "Content-Length: 22\r\nTransfer-Encoding: chunked\r\n",
+        "Transfer-Encoding: chunked\r\nContent-Length: 22\r\n",
+    ] {
+        let request =
+            format!("POST {path} HTTP/1.1\r\nHost: {here}\r\nContent-Type: text/plain\r\n{fields}\r\n");
+        let answer = said(&app, &format!("{request}{body}{hidden}")).await;
+        assert!(answer.starts_with("HTTP/1.1 200"), "{fields}: {answer}");
+        assert_eq!(answer.matches("HTTP/1.1").count(), 1, "{fields}: {answer}");
+    }
+    for fields in [
+        "Transfer-Encoding: gzip, chunked\r\n",
+        "Transfer-Encoding: chunked, chunked\r\n",
+        "Transfer-Encoding: gzip\r\nTransfer-Encoding: chunked\r\n",
+    ] {
+        let answer = asked(&format!("{fields}Connection: close\r\n")).await;
+        assert!(answer.starts_with("HTTP/1.1 400"), "{fields}: {answer}");
+        assert!(answer.contains("/problems/malformed-request"), "{answer}");
+    }
 }
 
 #[tokio::test]

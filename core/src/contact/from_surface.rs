@@ -61,8 +61,8 @@ const MAX_STEPS: usize = 20;
 const FLAT_SINE: f64 = 1e-6;
 /// A normal this far across the tool axis (cosine) above the corner touches the flank.
 const FLANK_COSINE: f64 = 0.01;
-/// Facets that one search looks at closely, each in turn. After them, a facet is skipped where the tangent plane at the best
-/// place shows that no point of the facet is nearer. On a sound part no search looks at so many facets.
+/// One search looks at this number of facets closely. It then skips every facet that lies wholly behind the tangent plane at the
+/// best place found, because such a facet has no nearer point. A sound part never makes a search reach this number.
 const CROWD: u32 = 256;
 /// Looks at the cutter besides the halvings of a facet's three sides.
 const FACET_STEPS: u64 = 5;

@@ -24,10 +24,10 @@ impl EvenSamples {
 
 /// The domain is measured in so many cells each way.
 const CELLS: usize = 128;
-/// Up to so many rows are made whatever the points in them; beyond, a row has [`POINTS_OF_A_ROW`] at least. The cells of a row are
-/// measured twice: on a strip a thousand times as long as wide, rows of one point each would be most of the work.
-const MANY_ROWS: usize = 4096;
-/// See [`MANY_ROWS`].
+/// Rows of a surface that may have fewer than [`POINTS_OF_A_ROW`] points each.
+const FEW_ROWS: usize = 4096;
+/// Least mean number of points of a row, where there are more than [`FEW_ROWS`] rows. Every row is measured twice, cell by cell. On a
+/// strip so narrow that a row has one point, the measuring would take 256 evaluations for each point; with four points it takes 64.
 const POINTS_OF_A_ROW: usize = 4;
 /// The golden ratio's fraction: multiples of it fall evenly into [0, 1) and never in step with anything.
 pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -68,7 +68,7 @@ pub(super) fn even_samples(
     let along_v = Cumulative::new(&lengths);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and a count")]
     let rows = (along_v.total / spacing_mm).round().clamp(1.0, count as f64) as usize;
-    let rows = rows.min((count / POINTS_OF_A_ROW).max(MANY_ROWS));
+    let rows = rows.min((count / POINTS_OF_A_ROW).max(FEW_ROWS));
     let mut edges = Vec::with_capacity(rows + 1);
     for j in 0..=rows {
         asking.after(1)?;

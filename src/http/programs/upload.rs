@@ -10,7 +10,7 @@ use http::request::Parts;
 use serde::de::DeserializeOwned;
 
 use crate::http::AppState;
-use crate::http::body::{BetweenFields, Incoming, PAID_AT_ONCE, content_length, media_type, unreadable};
+use crate::http::body::{BetweenFields, Incoming, PaidAsItGrows, content_length, media_type, unreadable};
 use crate::http::extract::parsed_bytes;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::Upload as Spooling;
@@ -199,13 +199,9 @@ async fn fields<D>(
         between.leave();
         match field.name().unwrap_or_default() {
             name if name == document_name && document.is_none() => {
-                let (mut text, mut paid_bytes) = (Vec::new(), PAID_AT_ONCE);
+                let (mut text, mut paid) = (Vec::new(), PaidAsItGrows::default());
                 while let Some(chunk) = paused(app, field.chunk()).await? {
-                    // Twice, for the room that a growing text leaves free.
-                    while (text.len() + chunk.len()) as u64 > paid_bytes {
-                        memory::keep(2 * PAID_AT_ONCE)?;
-                        paid_bytes += PAID_AT_ONCE;
-                    }
+                    paid.grow_to(text.len() + chunk.len())?;
                     text.extend_from_slice(&chunk);
                     let limit = app.settings.max_parameters_bytes;
                     if text.len() as u64 > limit {
