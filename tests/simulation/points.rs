@@ -21,7 +21,8 @@ fn setting(name: &str) -> Option<u64> {
 
 /// What is wrong at points of one run, by all processors together; with `first` no more is looked at once something is.
 pub(crate) fn wrong(run: &Run, points: &[Point], first: bool) -> Vec<(Point, String)> {
-    let threads = std::thread::available_parallelism().map_or(2, usize::from);
+    // A point waits as long as it computes: for the threads of its database, and for its jobs.
+    let threads = 4 * std::thread::available_parallelism().map_or(2, usize::from);
     let (sender, receiver) = std::sync::mpsc::sync_channel(2 * threads);
     let (receiver, found) = (Mutex::new(receiver), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
