@@ -9,6 +9,7 @@ use std::time::Duration;
 use axum_server::tls_rustls::{RustlsAcceptor, RustlsConfig};
 use axum_server::{Handle, Server};
 use hyper_util::rt::TokioTimer;
+use jiff::Timestamp;
 use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
@@ -20,7 +21,7 @@ use crate::http::connections::Cap;
 use crate::http::first_bytes::{FirstBytes, Patience};
 use crate::http::observation::Exporter;
 use crate::http::{AppState, router};
-use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources};
+use crate::jobs::{Compensator, Cost, CutterContactCompensator, OpenFault, Sources, system_time};
 use crate::shares::Share;
 use crate::store::{DirectoryLock, LockFault, NetworkMount, make_directory, network_mount};
 
@@ -64,6 +65,15 @@ pub enum StartFault {
     /// Database or files cannot be used.
     #[error(transparent)]
     Open(#[from] OpenFault),
+    /// The clock of the computer is at a time before 1970.
+    #[error(
+        "the clock of this computer says {now}; times before 1970 cannot be sent over HTTP or checked in certificates: \
+         set the clock and start again"
+    )]
+    Clock {
+        /// What it says.
+        now: Timestamp,
+    },
     /// An address that others reach, and no key.
     #[error(
         "will not listen on {address} without an API key: make one with `trunnion keys create --name NAME --scopes admin,…`, \
@@ -163,15 +173,22 @@ pub struct Running {
     lock: DirectoryLock,
 }
 
+/// Whether a time can be written into the header of an answer.
+fn can_be_sent(now: Timestamp) -> Result<(), StartFault> {
+    if now < Timestamp::UNIX_EPOCH { Err(StartFault::Clock { now }) } else { Ok(()) }
+}
+
 /// Opens the data directory and listens. The caller owns the runtime.
 ///
 /// # Errors
-/// An address in use, a data directory that cannot be used or is in use, a database that cannot be migrated.
+/// An address in use, a data directory that cannot be used or is in use, a database that cannot be migrated, a clock
+/// before 1970.
 pub async fn start(
     settings: Settings,
     sources: Sources,
     compensator: Arc<dyn Compensator>,
 ) -> Result<Running, StartFault> {
+    can_be_sent(system_time())?;
     let exporter = exporter(&settings.otlp_endpoint)?;
     let path = settings.data_dir.clone();
     make_directory(&path).map_err(|source| StartFault::DataDirectory { path: path.clone(), source })?;
@@ -360,4 +377,17 @@ fn announce(running: &Running, data_dir: &Path) {
         data_dir.display()
     );
     let _nobody_reads = std::io::stdout().write_all(lines.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_start_before_1970_is_refused() {
+        assert!(can_be_sent(Timestamp::UNIX_EPOCH).is_ok());
+        let fault = can_be_sent(Timestamp::from_second(-1).unwrap()).unwrap_err();
+        assert!(fault.to_string().contains("set the clock"), "{fault}");
+        assert_eq!(fault.exit_code(), 2);
+    }
 }

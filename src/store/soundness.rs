@@ -38,7 +38,7 @@ impl Soundness {
     pub fn damaged(&self, found: &DamagedFile) {
         meter::DAMAGED_FILES_MET.add(1);
         let mut known = self.known();
-        if known.damaged.len() < KEPT {
+        if known.damaged.len() < KEPT || known.damaged.contains_key(&found.sha256) {
             let before = known.damaged.insert(found.sha256.clone(), found.clone());
             if before.as_ref() == Some(found) {
                 return;
@@ -75,5 +75,32 @@ impl Soundness {
 
     fn known(&self) -> MutexGuard<'_, Known> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Damage, StoredThing};
+    use super::*;
+
+    fn missing(number: usize) -> DamagedFile {
+        DamagedFile { what: StoredThing::File, sha256: format!("{number:064}"), damage: Damage::Missing }
+    }
+
+    #[test]
+    fn so_many_are_known_by_name_and_no_more() {
+        let soundness = Soundness::default();
+        for number in 0..KEPT + 5 {
+            soundness.damaged(&missing(number));
+        }
+        assert_eq!(soundness.reading().damaged, KEPT);
+        soundness.damaged(&missing(0));
+        soundness.sound(&missing(0).sha256);
+        // The first that found no room is not known by name.
+        soundness.sound(&missing(KEPT).sha256);
+        assert_eq!(soundness.reading().damaged, KEPT - 1);
+        soundness.scrubbed(&[missing(3)], vec!["a finding".to_owned()], 77);
+        let after = SoundnessReading { damaged: 1, findings: 1, scrubbed_at_s: Some(77) };
+        assert_eq!(soundness.reading(), after);
     }
 }

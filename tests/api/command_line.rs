@@ -54,6 +54,21 @@ async fn execute(data: &Path, statement: &'static str) {
     pool.close().await;
 }
 
+#[test]
+fn a_data_directory_may_be_named_relative_to_the_current_one() {
+    for name in ["data", "./a/b/data"] {
+        let folder = TempDir::new().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+        for (_, name) in ENVIRONMENT {
+            command.env_remove(name);
+        }
+        let output =
+            command.current_dir(folder.path()).args(["migrate", "--data-dir", name]).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", said(&output));
+        assert!(folder.path().join(name).join("trunnion.sqlite").is_file());
+    }
+}
+
 #[tokio::test]
 async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
     let folder = TempDir::new().unwrap();

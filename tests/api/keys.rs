@@ -5,7 +5,7 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::{Value, json};
 
-use crate::support::{App, ac_table, pointers, problem, spawn};
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
 
 /// What is open at every service.
 const OPEN: &[&str] = &["/healthz", "/readyz", "/v1/version", "/problems", "/problems/{code}"];
@@ -317,6 +317,21 @@ async fn a_page_of_another_site_does_not_get_at_a_service_without_keys() {
     let key = app.close().await;
     let post = stranger().post(app.url("/v1/wear-advice")).header("host", "mes.example").bearer_auth(&key);
     problem(post.send().await.unwrap(), "unsupported-media-type").await;
+}
+
+#[tokio::test]
+async fn a_service_that_is_open_to_a_network_is_asked_by_its_name() {
+    let everywhere = spawn_with(|settings| {
+        (settings.listen, settings.insecure) = (([0, 0, 0, 0], 0).into(), true);
+    })
+    .await;
+    let port = everywhere.base.rsplit_once(':').unwrap().1;
+    let ask = async |host: &str| {
+        let url = format!("http://127.0.0.1:{port}/v1/machines");
+        stranger().get(url).header("host", host).send().await.unwrap().status()
+    };
+    assert_eq!(ask("machines.example").await, 200);
+    assert_eq!(ask("127.0.0.1").await, 200);
 }
 
 #[tokio::test]

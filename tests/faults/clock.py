@@ -15,6 +15,8 @@ from sick import Sick
 
 PORT = 8923
 DAY_S = 86_400
+# Times before 1970 are negative numbers of seconds.
+BEFORE_1970_S = -60 * 365 * DAY_S
 RETENTION_S = 3600
 STORM_S = 8.0
 
@@ -38,7 +40,7 @@ def jumps_under_way(service, sick):
     soon = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(time.time() + DAY_S))
     ends = {"Authorization": f"Bearer {key(service, 'a day', '--scopes', 'read', '--expires-at', soon)}"}
     ids = []
-    for number, wrong_s in enumerate([0, 400 * DAY_S, -400 * DAY_S, 20 * 365 * DAY_S, -30 * 365 * DAY_S, -3600, 0]):
+    for number, wrong_s in enumerate([0, 400 * DAY_S, -400 * DAY_S, 20 * 365 * DAY_S, -30 * 365 * DAY_S, BEFORE_1970_S, -3600, 0]):
         long = service.post_job(cc_job(f"long-{number}"), program(120_000, number), key=f"key-{number}")
         waits = service.post_job(cc_job(f"waits-{number}"), BLADE)
         assert long.status == waits.status == 202, (long, waits)
@@ -132,13 +134,16 @@ def main():
         assert {job["id"] for job in service.all_jobs()} >= {*ids, last}, "jobs were forgotten"
         sick.clock(300 * DAY_S)
         service.stop()
+        sick.clock(BEFORE_1970_S)
+        refused = service.command("serve")
+        assert refused.returncode == 2 and "set the clock" in refused.stderr, refused
         sick.clock(-300 * DAY_S)
         service.start()
         assert service.ended(last)["state"] == "succeeded"
         service.stop()
         service.nothing_half_done()
         service.doctor()
-        print(f"{jumps + 7} jumps of the clock, {len(ids) + posted + 1} jobs, none lost, repeated or forgotten")
+        print(f"{jumps + 8} jumps of the clock, {len(ids) + posted + 1} jobs, none lost, repeated or forgotten")
 
 
 main()
