@@ -427,6 +427,16 @@ mod tests {
 
     use super::*;
 
+    #[test]
+    fn what_is_gone_is_removed_and_what_cannot_be_removed_is_a_fault() {
+        let directory = tempfile::TempDir::new().expect("a directory");
+        let blobs = Blobs::open(directory.path()).expect("blobs");
+        let (gone, folder) = ("00".repeat(32), "11".repeat(32));
+        blobs.remove(&gone).expect("gone already");
+        fs::create_dir_all(blobs.path(&folder)).expect("a folder");
+        blobs.remove(&folder).expect_err("a folder in its place");
+    }
+
     #[tokio::test]
     async fn who_removes_has_its_turn_before_those_who_name_next_and_waits_no_longer_than_told() {
         let directory = tempfile::TempDir::new().expect("a directory");

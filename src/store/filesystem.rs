@@ -121,6 +121,15 @@ mod tests {
         make_directory(&path.join("file")).expect_err("a file");
     }
 
+    #[test]
+    fn only_what_the_table_escapes_is_unescaped() {
+        for (text, path) in
+            [("/a\\040b\\134c", "/a b\\c"), ("/a\\377", "/a\\377"), ("/a\\9", "/a\\9"), ("/a\\", "/a\\")]
+        {
+            assert_eq!(unescaped(text), path);
+        }
+    }
+
     const MOUNTS: &str = "\
 proc /proc proc rw,relatime 0 0
 /dev/vda / ext4 rw,relatime 0 0

@@ -150,3 +150,24 @@ impl Store {
         Ok(None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sqlx::Connection;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn only_a_key_that_is_there_already_is_a_key_that_is_taken() {
+        let mut memory = SqliteConnection::connect(":memory:").await.unwrap();
+        let table = "CREATE TABLE used (key TEXT PRIMARY KEY, number INTEGER NOT NULL CHECK (number > 0))";
+        sqlx::query(table).execute(&mut memory).await.unwrap();
+        let mut stored = Vec::new();
+        for row in ["('a', 1)", "('a', 2)", "('b', 0)", "('c', NULL)"] {
+            let insert = format!("INSERT INTO used VALUES {row}");
+            let done = sqlx::query(sqlx::AssertSqlSafe(insert)).execute(&mut memory).await;
+            stored.push(unless_key_taken(done.map(drop).doing("storing a test")));
+        }
+        assert!(matches!(stored[..], [Ok(true), Ok(false), Err(_), Err(_)]), "{stored:?}");
+    }
+}

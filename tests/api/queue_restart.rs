@@ -174,6 +174,34 @@ async fn a_job_is_marked_for_as_long_as_it_is_computed() {
     assert_eq!(marks(), 0);
 }
 
+#[tokio::test]
+async fn a_job_that_met_three_deaths_beside_others_is_computed_alone() {
+    let directory = TempDir::new().unwrap();
+    for (deaths, how) in [(2, "beside"), (3, "alone")] {
+        let app = spawn_held_in(directory.path(), &Arc::<Held>::default()).await;
+        let place = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
+        running(&app, &place).await;
+        app.stop().await;
+        let statement = if deaths == 2 {
+            "UPDATE jobs SET deaths = 2 WHERE id = ?"
+        } else {
+            "UPDATE jobs SET deaths = 3 WHERE id = ?"
+        };
+        write(directory.path(), statement, &place).await;
+        let held = Arc::<Held>::default();
+        let app = spawn_held_in(directory.path(), &held).await;
+        while held.order().is_empty() {
+            tokio::task::yield_now().await;
+        }
+        let mark = directory.path().join("computing").join(place.trim_start_matches("/v1/jobs/"));
+        let text = std::fs::read_to_string(mark).unwrap();
+        assert!(text.ends_with(&format!(" {how}")), "{deaths} deaths: {text}");
+        held.release();
+        assert_eq!(ended(&app, &place).await["state"], "succeeded");
+        app.stop().await;
+    }
+}
+
 /// Linux answers every read of this at its beginning with EIO.
 #[cfg(target_os = "linux")]
 #[tokio::test]

@@ -17,6 +17,7 @@ use trunnion::jobs::{
 use trunnion::machine::Machine;
 use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, Spool, Stop};
 use trunnion::program::{self, Steps};
+use trunnion::store::Store;
 use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
@@ -90,6 +91,11 @@ async fn spawn_on(data: &Path, change: impl FnOnce(&mut Settings), compensator: 
 }
 
 impl App {
+    /// What the service keeps.
+    pub(crate) fn store(&self) -> &Store {
+        &self.running.state.store
+    }
+
     pub(crate) fn url(&self, path: &str) -> String {
         format!("{}{path}", self.base)
     }

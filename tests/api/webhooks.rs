@@ -14,6 +14,7 @@ use tokio_rustls::rustls::ServerConfig;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use trunnion::config::Settings;
+use trunnion::store::Taken;
 
 use crate::process::binary;
 use crate::queue::{Held, accepted, cc, document, ended, form, running, spawn_held};
@@ -228,6 +229,26 @@ async fn a_receiver_that_is_not_there_is_given_up_and_may_come_later() {
     assert_eq!(again(&app, &place, "one").await.status(), 202);
     assert_eq!(receiver.next().await.json()["data"]["id"], document(&app, &place).await["id"]);
     assert_eq!(settled(&app, &place).await["delivery"]["state"], "delivered");
+}
+
+#[tokio::test]
+async fn the_courier_knows_when_the_next_end_is_to_be_told() {
+    let app = spawn_with(|settings| {
+        at_once(settings);
+        settings.webhook_pauses_s = vec![5000.0; 2];
+    })
+    .await;
+    let store = app.store();
+    assert_eq!(store.next_delivery(&Taken::default()).await.unwrap(), None);
+    let mut receiver = Receiver::saying(&[Reply::Status(500, "")]).await;
+    let place = accepted(&app, &calling(&receiver.url()), "g1\n").await;
+    receiver.next().await;
+    attempted(&app, &place, 1).await;
+    let waiting = deliveries(&app, &place).await["delivery"]["next_attempt_at"].as_str().unwrap().to_owned();
+    assert_eq!(store.next_delivery(&Taken::default()).await.unwrap(), Some(waiting));
+    let id = place.trim_start_matches("/v1/jobs/").to_owned();
+    let without = Taken { jobs: [id].into(), ..Taken::default() };
+    assert_eq!(store.next_delivery(&without).await.unwrap(), None);
 }
 
 #[tokio::test]
