@@ -1,6 +1,7 @@
 //! Calibration runs: appended, never changed.
 
 use super::audit::{Actor, Change, audit};
+use super::calibration_errors::error_rows;
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
 use super::{Cursor, KeyUse, Page, Store, StoreError};
@@ -84,48 +85,6 @@ fn read(store: &Store, id: String, text: &str, sha256: &str) -> Result<Calibrati
         key: id,
         source,
     })
-}
-
-/// One error of a run, as a trend reads it.
-struct ErrorRow {
-    axis: String,
-    error: String,
-    value: f64,
-    standard_uncertainty: Option<f64>,
-    identifiable: bool,
-}
-
-/// `e_y_um` without its unit.
-fn without_unit(name: &str) -> &str {
-    name.strip_suffix("_urad").or_else(|| name.strip_suffix("_um")).unwrap_or(name)
-}
-
-fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
-    let identifiable = |name: &str| !document.unidentifiable.iter().any(|open| open == name);
-    let mut rows = Vec::new();
-    for (axis, errors) in &document.errors {
-        for (name, estimate) in errors {
-            rows.push(ErrorRow {
-                axis: axis.clone(),
-                error: without_unit(name).to_owned(),
-                value: estimate.value,
-                standard_uncertainty: estimate.standard_uncertainty,
-                identifiable: identifiable(&format!("{axis}.{name}")),
-            });
-        }
-    }
-    for (name, estimate) in &document.iso_230 {
-        let error = without_unit(name);
-        let axis: String = error.chars().last().into_iter().collect();
-        rows.push(ErrorRow {
-            axis,
-            error: error.to_owned(),
-            value: estimate.value,
-            standard_uncertainty: estimate.standard_uncertainty,
-            identifiable: identifiable(name),
-        });
-    }
-    rows
 }
 
 impl Store {

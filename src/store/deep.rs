@@ -8,6 +8,7 @@ use sqlx::sqlite::{SqliteConnection, SqliteRow};
 use sqlx::{AssertSqlSafe, Column, Connection, Row, TypeInfo, ValueRef};
 
 use super::audit_chain::examine_chain;
+use super::calibration_errors::contradictions;
 use super::error::Doing;
 use super::{AuditChain, AuditHead, DatabaseFile, Pace, StoreError, own_schema, sha256_hex};
 
@@ -133,6 +134,12 @@ impl DatabaseFile {
                     Ok(found) => found.into_iter().for_each(|found| deep.find(found)),
                     Err(fault) => deep.find(format!("{} cannot be read: {fault}", named.join(", "))),
                 }
+            }
+        }
+        if tables.contains_key("calibration_errors") {
+            match contradictions(connection, pace).await {
+                Ok(found) => found.into_iter().for_each(|found| deep.find(found)),
+                Err(fault) => deep.find(format!("the errors of calibrations cannot be compared: {fault}")),
             }
         }
         if tables.get("audit").is_some_and(|columns| columns.names.iter().any(|name| name == "sha256")) {

@@ -5,6 +5,7 @@ mod audit;
 mod audit_chain;
 mod backup;
 mod blobs;
+mod calibration_errors;
 mod calibrations;
 mod database;
 mod database_file;

@@ -13,6 +13,8 @@ use trunnion::store::sha256_hex;
 use crate::command_line::{files, path, posted, said, trunnion};
 use crate::support::{App, ac_table, problem, spawn_in};
 
+const BALLBAR: &str = include_str!("../../docs/examples/ballbar.json");
+
 async fn open(data: &Path) -> SqlitePool {
     let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite")).foreign_keys(false);
     SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap()
@@ -45,6 +47,9 @@ async fn used(data: &Path) {
     let app = spawn_in(data, |_| {}).await;
     assert_eq!(app.put_machine("dmu-80", &ac_table()).await.status(), 201);
     posted(&app).await;
+    let run: Value = serde_json::from_str(BALLBAR).unwrap();
+    let run = app.post_json("/v1/machines/example-ac-table/calibrations", &run).await;
+    assert_eq!(run.status(), 201);
     app.stop().await;
     for name in ["office", "hall"] {
         let made = trunnion(data, &["keys", "create", "--name", name, "--scopes", "read"]);
@@ -82,7 +87,7 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
     let looked = trunnion(&sound, &["doctor", "--deep"]);
     assert!(looked.status.success(), "{}", said(&looked));
     assert!(said(&looked).contains("digests and schema as they were made"), "{}", said(&looked));
-    let edits: [(&str, &str, &[&str]); 9] = [
+    let edits: [(&str, &str, &[&str]); 11] = [
         (
             "limits of a machine",
             "UPDATE machine_revisions SET profile = replace(profile, '400', '900') WHERE machine_id = 'dmu-80'",
@@ -117,6 +122,16 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
             "an entry without a digest",
             "INSERT INTO audit (at, origin, action, resource) VALUES ('2026-01-01T00:00:00.000Z', 'service', 'x', '/x')",
             &["has no digest"],
+        ),
+        (
+            "a value of a trend",
+            "UPDATE calibration_errors SET value = value + 1 WHERE axis = 'A' AND error = 'e_z'",
+            &["the errors of calibration", "are not those of its document"],
+        ),
+        (
+            "all values of a trend",
+            "DELETE FROM calibration_errors",
+            &["the errors of calibration", "are not those of its document"],
         ),
         (
             "a machine's revision",
