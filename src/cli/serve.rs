@@ -142,8 +142,12 @@ impl StartFault {
 const LEAST_BUFFER_BYTES: usize = 64 << 10;
 
 /// What may arrive on a connection of HTTP/2 before it is read, and on one of its streams \[bytes\].
-const CONNECTION_WINDOW_BYTES: u32 = 128 << 10;
+const CONNECTION_WINDOW_BYTES: u32 = 64 << 10;
 const STREAM_WINDOW_BYTES: u32 = 64 << 10;
+/// Requests that a connection of HTTP/2 may have open at once. Each takes about 12 KiB until its answer is taken, also one that is
+/// refused: a thousand connections stay within `max_memory_bytes` (`tests/faults/memory.py`). A client with more to ask
+/// waits, or opens another connection.
+const STREAMS_OF_A_CONNECTION: u32 = 16;
 
 /// Who is let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -284,7 +288,7 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
         .http_builder()
         .http2()
         .auto_date_header(false)
-        .max_concurrent_streams(64)
+        .max_concurrent_streams(STREAMS_OF_A_CONNECTION)
         .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
         .initial_stream_window_size(STREAM_WINDOW_BYTES)
         .max_send_buf_size(STREAM_WINDOW_BYTES as usize)

@@ -16,6 +16,7 @@ use tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use trunnion::config::Settings;
 use trunnion::store::Taken;
 
+use crate::command_line::{said as printed, trunnion};
 use crate::process::binary;
 use crate::queue::{Held, accepted, cc, document, ended, form, running, spawn_held};
 use crate::receiver::{Receiver, Reply, connects, silent_port};
@@ -229,6 +230,32 @@ async fn a_receiver_that_is_not_there_is_given_up_and_may_come_later() {
     assert_eq!(again(&app, &place, "one").await.status(), 202);
     assert_eq!(receiver.next().await.json()["data"]["id"], document(&app, &place).await["id"]);
     assert_eq!(settled(&app, &place).await["delivery"]["state"], "delivered");
+}
+
+#[tokio::test]
+async fn the_doctor_counts_what_waits_to_be_told_and_what_was_given_up() {
+    let directory = TempDir::new().unwrap();
+    let told = |data: &Path| printed(&trunnion(data, &["doctor"]));
+    let app = spawn_in(directory.path(), at_once).await;
+    let url = format!("http://127.0.0.1:{}/trunnion?line=4", silent_port().await);
+    for program in ["g1\n", "g2\n"] {
+        let place = accepted(&app, &calling(&url), program).await;
+        assert_eq!(settled(&app, &place).await["delivery"]["state"], "given-up");
+    }
+    app.stop().await;
+    let text = told(directory.path());
+    assert!(text.contains("0 wait to be delivered, 2 were given up"), "{text}");
+    let app = spawn_in(directory.path(), |settings| {
+        at_once(settings);
+        settings.webhook_pauses_s = vec![5000.0];
+    })
+    .await;
+    let place = accepted(&app, &calling(&url), "g3\n").await;
+    ended(&app, &place).await;
+    attempted(&app, &place, 1).await;
+    app.stop().await;
+    let text = told(directory.path());
+    assert!(text.contains("1 wait to be delivered, 2 were given up"), "{text}");
 }
 
 #[tokio::test]

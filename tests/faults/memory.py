@@ -1,13 +1,14 @@
 """A thousand connections that want memory at once do not take the process over its bound, and leave nothing behind.
 
 Compressed bodies that unpack to as much as they may and never end, plain ones, large answers that nobody takes, and the small
-requests that take the most to compute, all at once and under one key. Meanwhile the service says that it is ready, and answers
+requests that take the most to compute, all at once; and once more with 64 of them on each connection of HTTP/2. Meanwhile the service says that it is ready, and answers
 a caller with another key. Afterwards its memory comes back down, and what was refused is answered.
 Usage: memory.py PATH_OF_TRUNNION
 """
 
 import collections
 import json
+import pathlib
 import random
 import resource
 import select
@@ -18,6 +19,7 @@ import threading
 import time
 import zlib
 
+from http2_flood import GOAWAY, HEADERS, RST_STREAM, Http2Client, head
 from service import MACHINE, POSE, Service, workplace
 
 PORT = 8926
@@ -30,6 +32,8 @@ PATIENCE_S = 30
 LASTS_S = 60
 # The flood comes under four keys from four addresses: one alone may hold a part of the memory and of the connections only.
 FLOODING = ["127.0.0.2", "127.0.0.3", "127.0.0.4", "127.0.0.5"]
+# As many as may be open, less what the honest caller needs.
+HTTP2_CONNECTIONS = 1000
 JSON_LIMIT = 32 << 20
 INVERSE = f"/v1/machines/{MACHINE}/inverse-kinematics"
 
@@ -139,12 +143,12 @@ class Client:
         return True
 
 
-def flood(keys, stop):
+def flood(keys, stop, share=1.0):
     """All attacks side by side until `stop`; what was answered at first, by status."""
     sent = []
     for address, key in zip(FLOODING, keys):
         for count, body, reads in attacks(key):
-            sent += [(address, body, reads)] * round(count / len(FLOODING))
+            sent += [(address, body, reads)] * round(share * count / len(FLOODING))
     random.Random(3).shuffle(sent)
     clients = [Client(*one) for one in sent]
     print(f"{len(clients)} connections, {sum(len(body) for _, body, _ in sent) >> 20} MiB to be sent", flush=True)
@@ -159,6 +163,50 @@ def flood(keys, stop):
     return statuses
 
 
+def http2_requests(key):
+    """The same over HTTP/2: fields, body, whether it ends."""
+    poses = b'{"poses":[' + b'{"x":1,"y":2,"z":3,"i":0,"j":0.1,"k":1},' * 60_000
+    return [
+        (head(INVERSE, "application/json", key, "zstd"), zstd_bomb(), False),
+        (head(INVERSE, "application/json", key, "gzip"), gzip_bomb(), False),
+        (head(INVERSE, "application/json", key), poses, False),
+        (head(INVERSE, "application/json", key), poses[:-1] + b"]}", True),
+        (head(INVERSE, "text/csv", key, "gzip"), TABLE, True),
+    ]
+
+
+def http2_flood(keys, stop, share=1.0):
+    """Connections of HTTP/2 until `stop`; the frames that came back, by kind."""
+    clients = []
+    for address, key in zip(FLOODING, keys):
+        requests = http2_requests(key)
+        # Each begins with another kind.
+        clients += [Http2Client(address, PORT, requests[n % len(requests):] + requests) for n in range(round(share * HTTP2_CONNECTIONS / len(FLOODING)))]
+    random.Random(4).shuffle(clients)
+    print(f"{len(clients)} connections of HTTP/2", flush=True)
+    active = list(clients)
+    while not stop.is_set() and active:
+        active = [client for client in active if client.go_on()]
+        select.select([], [], [], 0.005)
+    stop.wait()
+    told = sum((client.told for client in clients), collections.Counter())
+    for client in clients:
+        client.socket.close()
+    asked = sum(client.next_id // 2 for client in clients)
+    return {"asked": asked, "answered": told[HEADERS], "reset": told[RST_STREAM], "sent away": told[GOAWAY]}
+
+
+def both_floods(keys, stop):
+    """Half of each side by side."""
+    over_http2, ended = threading.Event(), []
+    other = threading.Thread(target=lambda: ended.append(http2_flood(keys, over_http2, 0.5)))
+    other.start()
+    answers = flood(keys, stop, 0.5)
+    over_http2.set()
+    other.join()
+    return {**answers, **ended[0]}
+
+
 def watched(service, stop, seen):
     """Asks as an honest caller does, with a key of its own."""
     while not stop.is_set():
@@ -170,7 +218,7 @@ def watched(service, stop, seen):
         time.sleep(0.1)
 
 
-def round_of(service, keys, number):
+def round_of(service, keys, number, flood):
     stop, seen, ended = threading.Event(), collections.Counter(), []
     watcher = threading.Thread(target=watched, args=(service, stop, seen))
     flooder = threading.Thread(target=lambda: ended.append(flood(keys, stop)))
@@ -179,12 +227,14 @@ def round_of(service, keys, number):
     stop.set()
     watcher.join(), flooder.join()
     peak_mib = service.status("VmHWM") / 1024
+    # The next round has a peak of its own.
+    pathlib.Path(f"/proc/{service.process.pid}/clear_refs").write_text("5")
     print(f"round {number}: peak {peak_mib:.0f} MiB, first answers {dict(ended[0])}, meanwhile {dict(seen)}")
     assert peak_mib < BOUND_MIB, f"{peak_mib} MiB"
     assert seen["ready", 200] > 5 and seen["small", 200] > 5, seen
     refused = {what: count for what, count in seen.items() if what[1] not in (200, "longest_ms")}
     assert not refused, refused
-    assert ended[0]["503"] > 0, "nothing was refused: the flood was none"
+    return ended[0]
 
 
 def main():
@@ -202,7 +252,11 @@ def main():
         service.start()
         idle_mib = service.status("VmRSS") / 1024
         for number in (1, 2):
-            round_of(service, keys[:-1], number)
+            answers = round_of(service, keys[:-1], number, flood)
+            assert answers["503"] > 0, "nothing was refused: the flood was none"
+        for number, flooding in ((3, http2_flood), (4, both_floods)):
+            answers = round_of(service, keys[:-1], number, flooding)
+            assert answers["answered"] > HTTP2_CONNECTIONS, "nobody was answered: the flood was none"
         end = time.monotonic() + 60
         while time.monotonic() < end and service.status("VmRSS") / 1024 > AFTER_MIB:
             time.sleep(0.5)

@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 use trunnion::program::{
     Address, Batch, BlockKind, Dialect, NewWord, ReadFault, ReadLimits, Reader, WordForm, print_changed,
-    print_decimal, print_feed_only, print_inserted, round_to_decimals,
+    print_changed_without, print_decimal, print_feed_only, print_inserted, round_to_decimals,
 };
 
 fn read_chunks(chunks: &[&[u8]], dialect: Option<Dialect>) -> Result<Vec<Batch>, ReadFault> {
@@ -275,6 +275,33 @@ fn blocks_keep_the_style_of_their_program() {
     }
     assert_eq!(changed("G09 X1.", &[(x, 2.0, 0)], false), "G09 X2.");
     assert_eq!(changed("G90 G1 X1.", &[(x, 2.0, 0)], true), "G90 G1 X2.\n");
+}
+
+/// The last block of a program of this dialect with these words in place of its own.
+fn changed_in(dialect: Dialect, text: &str, words: &[(Address, f64, u8)], dropped: &[Address]) -> String {
+    let batches = read_chunks(&[text.as_bytes()], Some(dialect)).unwrap();
+    let words: Vec<_> =
+        words.iter().map(|&(address, value, decimals)| NewWord { address, value, decimals }).collect();
+    let mut out = Vec::new();
+    let last = batches[0].blocks().len() - 1;
+    print_changed_without(&batches[0], last, &words, dropped, false, &mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+#[test]
+fn vectors_of_conversational_programs_have_their_names() {
+    let all = [(Address::TI, 0.0, 1), (Address::TJ, 0.6, 1), (Address::TK, 0.8, 1)];
+    let block = "LN X+1.0 Y+2.0 Z+3.0 NX+0.0 NY+0.0 NZ+1.0\n";
+    let program = format!("BEGIN PGM A MM\n{block}");
+    let out = changed_in(Dialect::Heidenhain, &program, &all, &[]);
+    assert_eq!(out, "LN X+1.0 Y+2.0 Z+3.0 NX+0.0 NY+0.0 NZ+1.0 TX+0.0 TY+0.6 TZ+0.8\n");
+}
+
+#[test]
+fn an_incremental_word_becomes_one_of_its_axis() {
+    let program = "BEGIN PGM A MM\nL IX+1.0 Y+2.0 F100\n";
+    let out = changed_in(Dialect::Heidenhain, program, &[(Address::X, 7.5, 1)], &[]);
+    assert_eq!(out, "L X+7.5 Y+2.0 F100\n");
 }
 
 #[test]
