@@ -298,6 +298,45 @@ fn vectors_of_conversational_programs_have_their_names() {
 }
 
 #[test]
+fn cutter_locations_keep_their_statements() {
+    let (x, y, z, f) = (Address::X, Address::Y, Address::Z, Address::F);
+    let (i, j, k) = (Address::TI, Address::TJ, Address::TK);
+    let point = [(x, 7.0, 1), (y, 8.0, 1), (z, 9.0, 1)];
+    let with_axis = [&point[..], &[(i, 0.0, 1), (j, 0.6, 1), (k, 0.8, 1)]].concat();
+    for (program, words, expected) in [
+        ("GOTO/1.0,2.0,3.0\n", &point[..], "GOTO/7.0,8.0,9.0\n"),
+        ("GOTO/1.0,2.0,3.0\n", &with_axis[..], "GOTO/7.0,8.0,9.0,0.0,0.6,0.8\n"),
+        (
+            "MULTAX\nGOTO / 1.0, 2.0, 3.0, 0.0, 0.0, 1.0\n",
+            &with_axis[..],
+            "GOTO / 7.0, 8.0, 9.0, 0.0, 0.6, 0.8\n",
+        ),
+        (
+            "FEDRAT/MMPM,100.0\n  GOTO/1.0,2.0,3.0\n",
+            &[(f, 250.0, 1)],
+            "  FEDRAT/MMPM,250.0\n  GOTO/1.0,2.0,3.0\n",
+        ),
+        (
+            "FEDRAT/ 100.0, MMPM\n  GOTO/1.0,2.0,3.0\n",
+            &[(f, 250.0, 1), (x, 4.0, 1)],
+            "  FEDRAT/ 250.0, MMPM\n  GOTO/4.0,2.0,3.0\n",
+        ),
+        ("FEDRAT/100.0\nGOTO/1.0,2.0,3.0\r\n", &[(f, 250.0, 1)], "FEDRAT/250.0\r\nGOTO/1.0,2.0,3.0\r\n"),
+        (
+            "FEDRAT/100.0,IPM\nFEDRAT/10.0,IPR\nGOTO/1.0,2.0,3.0\n",
+            &[(f, 2.5, 1)],
+            "FEDRAT/2.5,IPR\nGOTO/1.0,2.0,3.0\n",
+        ),
+    ] {
+        assert_eq!(changed_in(Dialect::Apt, program, words, &[]), expected);
+    }
+    // A point whose axis goes is a point of three numbers.
+    let goes = [Address::TI, Address::TJ, Address::TK];
+    let out = changed_in(Dialect::Apt, "GOTO/1.0,2.0,3.0,0.0,0.0,1.0\n", &point, &goes);
+    assert_eq!(out, "GOTO/7.0,8.0,9.0\n");
+}
+
+#[test]
 fn an_incremental_word_becomes_one_of_its_axis() {
     let program = "BEGIN PGM A MM\nL IX+1.0 Y+2.0 F100\n";
     let out = changed_in(Dialect::Heidenhain, program, &[(Address::X, 7.5, 1)], &[]);
