@@ -298,6 +298,26 @@ fn vectors_of_conversational_programs_have_their_names() {
 }
 
 #[test]
+fn new_words_stand_as_those_of_their_program() {
+    let (x, y, z) = (Address::X, Address::Y, Address::Z);
+    let all = [(x, 5.0, 1), (y, 6.0, 1), (z, 7.0, 1)];
+    for block in ["G1 X1.0   Y2.0  Z3.0\n", "X1.0   Y2.0  Z3.0\n"] {
+        assert_eq!(inserted(block, &all, false), "X5.0   Y6.0  Z7.0\n");
+    }
+    for (program, expected) in
+        [("M8\n", "X5.0 Y6.0 M8\n"), ("G1 X1.0\nN10\n", "N10 X5.0 Y6.0\n"), ("G1 X1.0\n\n", "X5.0 Y6.0\n")]
+    {
+        assert_eq!(changed(program, &all[..2], false), expected);
+    }
+    // A program that writes plus signs goes on to, also behind words without one.
+    for (first, last) in [("L X+1.0 Y+2.0", "L X-1.0 Y-2.0 Z+7.0\n"), ("L X1.0 Y2.0", "L X-1.0 Y-2.0 Z7.0\n")]
+    {
+        let program = format!("BEGIN PGM A MM\n{first}\nL X-1.0 Y-2.0\n");
+        assert_eq!(changed_in(Dialect::Heidenhain, &program, &all[2..], &[]), last);
+    }
+}
+
+#[test]
 fn cutter_locations_keep_their_statements() {
     let (x, y, z, f) = (Address::X, Address::Y, Address::Z, Address::F);
     let (i, j, k) = (Address::TI, Address::TJ, Address::TK);
@@ -330,6 +350,13 @@ fn cutter_locations_keep_their_statements() {
     ] {
         assert_eq!(changed_in(Dialect::Apt, program, words, &[]), expected);
     }
+    // The feed before a point counts, not one behind it.
+    let program = b"FEDRAT/IPM,9.0\nGOTO/1.0,2.0,3.0\nFEDRAT/ 0.1, IPR\nGOTO/1.0,2.0,4.0\n";
+    let batches = read_chunks(&[program], Some(Dialect::Apt)).unwrap();
+    let mut out = Vec::new();
+    let feed = NewWord { address: f, value: 5.0, decimals: 1 };
+    print_changed(&batches[0], 1, &[feed], false, &mut out).unwrap();
+    assert_eq!(String::from_utf8(out).unwrap(), "FEDRAT/IPM,5.0\nGOTO/1.0,2.0,3.0\n");
     // A point whose axis goes is a point of three numbers.
     let goes = [Address::TI, Address::TJ, Address::TK];
     let out = changed_in(Dialect::Apt, "GOTO/1.0,2.0,3.0,0.0,0.0,1.0\n", &point, &goes);
