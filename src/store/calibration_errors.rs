@@ -1,7 +1,5 @@
 //! The errors of calibration runs as rows of their own, which a trend reads without opening every document.
 
-use std::collections::BTreeMap;
-
 use sqlx::sqlite::SqliteConnection;
 
 use super::pace::Pace;
@@ -51,12 +49,6 @@ pub(super) fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
     rows
 }
 
-/// Runs compared at a time.
-const AT_ONCE: i64 = 200;
-
-/// Rows by axis and error: value, standard uncertainty, whether it is identifiable, time and revision.
-type Rows = BTreeMap<(String, String), (f64, Option<f64>, bool, String, i64)>;
-
 /// The runs whose rows say something else than their document, in words. A document that cannot be read is left out: its
 /// digest tells.
 ///
@@ -66,60 +58,66 @@ pub(super) async fn contradictions(
     connection: &mut SqliteConnection,
     pace: &Pace,
 ) -> Result<Vec<String>, sqlx::Error> {
-    let (mut after, mut found) = (0, Vec::new());
-    while !pace.is_over() {
-        let runs: Vec<(i64, String)> =
-            sqlx::query_as("SELECT seq, document FROM calibrations WHERE seq > ? ORDER BY seq LIMIT ?")
-                .bind(after)
-                .bind(AT_ONCE)
-                .fetch_all(&mut *connection)
-                .await?;
-        let Some((last, _)) = runs.last() else { break };
-        let last = *last;
-        let mut stored = stored_rows(connection, after, last).await?;
-        for (seq, text) in runs {
-            let Ok(document) = serde_json::from_str::<CalibrationDocument>(&text) else { continue };
-            let of_document = error_rows(&document).into_iter().map(|row| {
-                let ErrorRow { axis, error, value, standard_uncertainty, identifiable } = row;
-                let (at, revision) = (document.measured_at.clone(), document.machine_revision);
-                ((axis, error), (value, standard_uncertainty, identifiable, at, revision))
-            });
-            let expected = (document.machine_id.clone(), document.id.clone(), of_document.collect());
-            let none = || (expected.0.clone(), expected.1.clone(), Rows::new());
-            if stored.remove(&seq).unwrap_or_else(none) != expected {
-                let id = &document.id;
-                found.push(format!("the errors of calibration {id} are not those of its document"));
-            }
+    let (mut after, mut expected, mut all_are_read, mut found) = (0, 0, true, Vec::new());
+    // One document at a time: they may be long.
+    while let Some((seq, text)) = sqlx::query_as::<_, (i64, String)>(
+        "SELECT seq, document FROM calibrations WHERE seq > ? ORDER BY seq LIMIT 1",
+    )
+    .bind(after)
+    .fetch_optional(&mut *connection)
+    .await?
+    {
+        after = seq;
+        pace.spend(text.len() as u64).await;
+        if pace.is_over() {
+            return Ok(found);
         }
-        after = last;
+        let Ok(document) = serde_json::from_str::<CalibrationDocument>(&text) else {
+            all_are_read = false;
+            continue;
+        };
+        let mut differs = false;
+        for row in error_rows(&document) {
+            differs |= stored(connection, &document, seq, &row).await?.as_ref() != Some(&row);
+            expected += 1;
+        }
+        if differs {
+            found.push(format!("the errors of calibration {} are not those of its document", document.id));
+        }
+    }
+    let rows: i64 =
+        sqlx::query_scalar("SELECT COUNT(*) FROM calibration_errors").fetch_one(connection).await?;
+    if all_are_read && rows > expected {
+        found.push(format!("trends read {rows} errors, and the calibrations have {expected}"));
     }
     Ok(found)
 }
 
-/// The rows of the runs behind `after` and up to `last`, each with machine and run.
-async fn stored_rows(
+/// The row that a trend reads for this one of a run.
+async fn stored(
     connection: &mut SqliteConnection,
-    after: i64,
-    last: i64,
-) -> Result<BTreeMap<i64, (String, String, Rows)>, sqlx::Error> {
-    type Row = (i64, String, String, String, String, f64, Option<f64>, bool, String, i64);
-    let rows: Vec<Row> = sqlx::query_as(
-        "SELECT calibration_seq, machine_id, calibration_id, axis, error, value, standard_uncertainty, identifiable,
-             measured_at, machine_revision
-         FROM calibration_errors WHERE calibration_seq > ? AND calibration_seq <= ?",
+    document: &CalibrationDocument,
+    seq: i64,
+    row: &ErrorRow,
+) -> Result<Option<ErrorRow>, sqlx::Error> {
+    let found: Option<(f64, Option<f64>, bool)> = sqlx::query_as(
+        "SELECT value, standard_uncertainty, identifiable FROM calibration_errors
+         WHERE machine_id = ? AND axis = ? AND error = ? AND measured_at = ? AND calibration_seq = ?
+             AND calibration_id = ? AND machine_revision = ?",
     )
-    .bind(after)
-    .bind(last)
-    .fetch_all(connection)
+    .bind(&document.machine_id)
+    .bind(&row.axis)
+    .bind(&row.error)
+    .bind(&document.measured_at)
+    .bind(seq)
+    .bind(&document.id)
+    .bind(document.machine_revision)
+    .fetch_optional(connection)
     .await?;
-    let mut runs = BTreeMap::new();
-    for (seq, machine, id, axis, error, value, uncertainty, identifiable, at, revision) in rows {
-        let (of, run, rows) = runs.entry(seq).or_insert_with(|| (machine.clone(), id.clone(), Rows::new()));
-        // Two rows of one run that name different machines or runs are never those of a document.
-        if *of != machine || *run != id {
-            run.clear();
-        }
-        rows.insert((axis, error), (value, uncertainty, identifiable, at, revision));
-    }
-    Ok(runs)
+    Ok(found.map(|(value, standard_uncertainty, identifiable)| ErrorRow {
+        value,
+        standard_uncertainty,
+        identifiable,
+        ..row.clone()
+    }))
 }

@@ -18,12 +18,18 @@ use crate::support::{App, ac_table, spawn_in, spawn_real};
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const FLANK: &str = include_str!("../../docs/examples/flank.apt");
 
-pub(crate) fn trunnion(data: &Path, arguments: &[&str]) -> Output {
+/// The binary, with no setting from outside.
+fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
     for (_, name) in ENVIRONMENT {
         command.env_remove(name);
     }
-    command.env("TRUNNION_DATA_DIR", data).args(arguments).output().unwrap()
+    command.args(arguments);
+    command
+}
+
+pub(crate) fn trunnion(data: &Path, arguments: &[&str]) -> Output {
+    command(arguments).env("TRUNNION_DATA_DIR", data).output().unwrap()
 }
 
 pub(crate) fn said(output: &Output) -> String {
@@ -58,12 +64,8 @@ async fn execute(data: &Path, statement: &'static str) {
 fn a_data_directory_may_be_named_relative_to_the_current_one() {
     for name in ["data", "./a/b/data"] {
         let folder = TempDir::new().unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
-        for (_, name) in ENVIRONMENT {
-            command.env_remove(name);
-        }
-        let output =
-            command.current_dir(folder.path()).args(["migrate", "--data-dir", name]).output().unwrap();
+        let mut command = command(&["migrate", "--data-dir", name]);
+        let output = command.current_dir(folder.path()).output().unwrap();
         assert!(output.status.success(), "{name}: {}", said(&output));
         assert!(folder.path().join(name).join("trunnion.sqlite").is_file());
     }

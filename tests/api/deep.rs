@@ -87,7 +87,7 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
     let looked = trunnion(&sound, &["doctor", "--deep"]);
     assert!(looked.status.success(), "{}", said(&looked));
     assert!(said(&looked).contains("digests and schema as they were made"), "{}", said(&looked));
-    let edits: [(&str, &str, &[&str]); 11] = [
+    let edits: [(&str, &str, &[&str]); 12] = [
         (
             "limits of a machine",
             "UPDATE machine_revisions SET profile = replace(profile, '400', '900') WHERE machine_id = 'dmu-80'",
@@ -127,6 +127,13 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
             "a value of a trend",
             "UPDATE calibration_errors SET value = value + 1 WHERE axis = 'A' AND error = 'e_z'",
             &["the errors of calibration", "are not those of its document"],
+        ),
+        (
+            "a value more in a trend",
+            "INSERT INTO calibration_errors SELECT machine_id, axis, error, '2030-01-01T00:00:00.000Z', calibration_seq,
+                 calibration_id, machine_revision, value, standard_uncertainty, identifiable
+             FROM calibration_errors WHERE axis = 'A' AND error = 'e_z'",
+            &["and the calibrations have"],
         ),
         (
             "all values of a trend",

@@ -177,16 +177,14 @@ async fn a_job_is_marked_for_as_long_as_it_is_computed() {
 #[tokio::test]
 async fn a_job_that_met_three_deaths_beside_others_is_computed_alone() {
     let directory = TempDir::new().unwrap();
-    for (deaths, how) in [(2, "beside"), (3, "alone")] {
+    for (statement, how) in [
+        ("UPDATE jobs SET deaths = 2 WHERE id = ?", "beside"),
+        ("UPDATE jobs SET deaths = 3 WHERE id = ?", "alone"),
+    ] {
         let app = spawn_held_in(directory.path(), &Arc::<Held>::default()).await;
         let place = accepted(&app, &cc("example-ac-table"), "HOLD\n").await;
         running(&app, &place).await;
         app.stop().await;
-        let statement = if deaths == 2 {
-            "UPDATE jobs SET deaths = 2 WHERE id = ?"
-        } else {
-            "UPDATE jobs SET deaths = 3 WHERE id = ?"
-        };
         write(directory.path(), statement, &place).await;
         let held = Arc::<Held>::default();
         let app = spawn_held_in(directory.path(), &held).await;
@@ -195,7 +193,7 @@ async fn a_job_that_met_three_deaths_beside_others_is_computed_alone() {
         }
         let mark = directory.path().join("computing").join(place.trim_start_matches("/v1/jobs/"));
         let text = std::fs::read_to_string(mark).unwrap();
-        assert!(text.ends_with(&format!(" {how}")), "{deaths} deaths: {text}");
+        assert!(text.ends_with(&format!(" {how}")), "{statement}: {text}");
         held.release();
         assert_eq!(ended(&app, &place).await["state"], "succeeded");
         app.stop().await;

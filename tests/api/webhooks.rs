@@ -28,6 +28,14 @@ pub(crate) fn at_once(settings: &mut Settings) {
     settings.webhook_pauses_s = vec![0.0, 0.0];
 }
 
+/// The same, with these pauses between attempts \[s\].
+fn pausing(pauses_s: &[f64]) -> impl Fn(&mut Settings) {
+    |settings| {
+        at_once(settings);
+        settings.webhook_pauses_s = pauses_s.to_vec();
+    }
+}
+
 pub(crate) fn calling(url: &str) -> Value {
     let mut job = cc("example-ac-table");
     job["callback_url"] = url.into();
@@ -129,11 +137,7 @@ async fn every_end_of_a_job_is_told_once_and_signed() {
 
 #[tokio::test]
 async fn what_is_not_taken_is_sent_again_under_the_same_id() {
-    let app = spawn_with(|settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![0.0; 6];
-    })
-    .await;
+    let app = spawn_with(pausing(&[0.0; 6])).await;
     let elsewhere = "location: /elsewhere\r\n";
     let replies = [
         Reply::Status(500, ""),
@@ -245,11 +249,7 @@ async fn the_doctor_counts_what_waits_to_be_told_and_what_was_given_up() {
     app.stop().await;
     let text = told(directory.path());
     assert!(text.contains("0 wait to be delivered, 2 were given up"), "{text}");
-    let app = spawn_in(directory.path(), |settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![5000.0];
-    })
-    .await;
+    let app = spawn_in(directory.path(), pausing(&[5000.0])).await;
     let place = accepted(&app, &calling(&url), "g3\n").await;
     ended(&app, &place).await;
     attempted(&app, &place, 1).await;
@@ -260,11 +260,7 @@ async fn the_doctor_counts_what_waits_to_be_told_and_what_was_given_up() {
 
 #[tokio::test]
 async fn the_courier_knows_when_the_next_end_is_to_be_told() {
-    let app = spawn_with(|settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![5000.0; 2];
-    })
-    .await;
+    let app = spawn_with(pausing(&[5000.0; 2])).await;
     let store = app.store();
     assert_eq!(store.next_delivery(&Taken::default()).await.unwrap(), None);
     let mut receiver = Receiver::saying(&[Reply::Status(500, "")]).await;
@@ -334,11 +330,7 @@ async fn what_waits_when_the_service_stops_is_told_by_the_next() {
     let directory = TempDir::new().unwrap();
     let mut receiver = Receiver::saying(&[Reply::Status(503, ""), Reply::Silence]).await;
     // An hour: nothing more is sent by this service.
-    let app = spawn_in(directory.path(), |settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![3600.0];
-    })
-    .await;
+    let app = spawn_in(directory.path(), pausing(&[3600.0])).await;
     let place = accepted(&app, &calling(&receiver.url()), "g1\n").await;
     let first = receiver.next().await;
     attempted(&app, &place, 1).await;
@@ -448,11 +440,7 @@ async fn nothing_private_is_taken_however_it_is_written() {
 
 #[tokio::test]
 async fn why_a_receiver_gives_no_answer_is_told_to_keys_with_admin_alone() {
-    let mut app = spawn_with(|settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = Vec::new();
-    })
-    .await;
+    let mut app = spawn_with(pausing(&[])).await;
     app.close().await;
     let reader = app.new_key(&["read", "compute"], None).await;
     let plain = Receiver::saying(&[]).await;
@@ -492,11 +480,7 @@ async fn a_name_that_leads_nowhere_public_is_not_called() {
     // Allowed when it was posted, and not any more: it is looked at for every attempt.
     let directory = TempDir::new().unwrap();
     let mut receiver = Receiver::saying(&[Reply::Status(500, "")]).await;
-    let app = spawn_in(directory.path(), |settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![3600.0];
-    })
-    .await;
+    let app = spawn_in(directory.path(), pausing(&[3600.0])).await;
     let url = format!("http://localhost:{}/", receiver.port);
     let place = accepted(&app, &calling(&url), "g1\n").await;
     receiver.next().await;
@@ -665,11 +649,8 @@ async fn a_job_without_a_callback_tells_nobody() {
 async fn a_job_whose_end_is_still_to_be_told_is_not_forgotten() {
     let directory = TempDir::new().unwrap();
     let mut receiver = Receiver::saying(&[Reply::Status(500, "")]).await;
-    let hourly = |settings: &mut Settings| {
-        at_once(settings);
-        settings.webhook_pauses_s = vec![86_400.0];
-    };
-    let app = spawn_in(directory.path(), hourly).await;
+    let hourly = pausing(&[86_400.0]);
+    let app = spawn_in(directory.path(), &hourly).await;
     let place = accepted(&app, &calling(&receiver.url()), "g1\n").await;
     receiver.next().await;
     attempted(&app, &place, 1).await;

@@ -143,6 +143,15 @@ class Client:
         return True
 
 
+def keep_going(clients, stop):
+    """All of them side by side until `stop`."""
+    active = list(clients)
+    while not stop.is_set() and active:
+        active = [client for client in active if client.go_on()]
+        select.select([], [], [], 0.005)
+    stop.wait()
+
+
 def flood(keys, stop, share=1.0):
     """All attacks side by side until `stop`; what was answered at first, by status."""
     sent = []
@@ -152,11 +161,7 @@ def flood(keys, stop, share=1.0):
     random.Random(3).shuffle(sent)
     clients = [Client(*one) for one in sent]
     print(f"{len(clients)} connections, {sum(len(body) for _, body, _ in sent) >> 20} MiB to be sent", flush=True)
-    active = list(clients)
-    while not stop.is_set() and active:
-        active = [client for client in active if client.go_on()]
-        select.select([], [], [], 0.005)
-    stop.wait()
+    keep_going(clients, stop)
     statuses = collections.Counter(client.answer[9:12].decode("latin1") or "none" for client in clients)
     for client in clients:
         client.socket.close()
@@ -184,11 +189,7 @@ def http2_flood(keys, stop, share=1.0):
         clients += [Http2Client(address, PORT, requests[n % len(requests):] + requests) for n in range(round(share * HTTP2_CONNECTIONS / len(FLOODING)))]
     random.Random(4).shuffle(clients)
     print(f"{len(clients)} connections of HTTP/2", flush=True)
-    active = list(clients)
-    while not stop.is_set() and active:
-        active = [client for client in active if client.go_on()]
-        select.select([], [], [], 0.005)
-    stop.wait()
+    keep_going(clients, stop)
     told = sum((client.told for client in clients), collections.Counter())
     for client in clients:
         client.socket.close()

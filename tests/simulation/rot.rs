@@ -39,8 +39,9 @@ async fn is_said(data: &Path) -> bool {
     }
 }
 
-/// What has a digest that stands beside it, or is a part of the chain of the audit log (where the column is `None`).
-const DIGESTED: [(&str, Option<&str>); 11] = [
+/// What has a digest that stands beside it. Where the column is `None`, every column is compared with what has one: the chain of the
+/// audit log, the documents of calibrations.
+const DIGESTED: [(&str, Option<&str>); 12] = [
     ("machine_revisions", Some("profile")),
     ("machine_revisions", Some("sha256")),
     ("tool_revisions", Some("document")),
@@ -52,6 +53,7 @@ const DIGESTED: [(&str, Option<&str>); 11] = [
     ("jobs", Some("report")),
     ("jobs", Some("report_sha256")),
     ("audit", None),
+    ("calibration_errors", None),
 ];
 
 /// The values of a table's column, in the order in which they sort.
