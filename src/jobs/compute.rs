@@ -205,9 +205,9 @@ impl Compute {
         Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)
     }
 
-    /// Waits for a place for a job from the queue, whose caller is not known yet.
-    pub(super) async fn queue_place(&self) -> Result<Place, ComputeFault> {
-        self.turns.take(&Who::Service).await.ok_or(ComputeFault::Busy)
+    /// Waits for a place in the name of this caller.
+    pub(super) async fn place(&self, who: &Who) -> Result<Place, ComputeFault> {
+        self.turns.take(who).await.ok_or(ComputeFault::Busy)
     }
 
     /// Runs `work` in a place that was waited for. Its stop breaks once `token` is cancelled or this future is dropped.
@@ -271,7 +271,7 @@ impl Compute {
             over @ NoShare::OverShare { .. } => ComputeFault::NoShare(over),
         })?;
         let waiting = meter::WAITING.enter();
-        let place = self.turns.take(&who).await.ok_or(ComputeFault::Busy)?;
+        let place = self.place(&who).await?;
         drop(waiting);
         let account = memory::account();
         if let Some(account) = &account {

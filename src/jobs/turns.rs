@@ -14,8 +14,8 @@ use tokio::sync::oneshot;
 use crate::shares::Who;
 
 /// By how much longer one caller must have computed than another before it gives way: long against the change, short against what
-/// a person notices \[ns\].
-const SLICE_NS: u64 = 20_000_000;
+/// a short program takes \[ns\].
+const SLICE_NS: u64 = 5_000_000;
 /// Time between two looks at whether somebody else is to compute first: who asks for its stop all the time does not keep the others
 /// from the line \[ns\].
 const BETWEEN_LOOKS_NS: u64 = 500_000;
@@ -328,17 +328,6 @@ impl Place {
     /// Whether somebody else may have to compute first.
     pub(super) fn is_crowded(&self) -> bool {
         self.turns.0.crowded.load(Ordering::Relaxed)
-    }
-
-    /// From now on it is another's: whoever waited did not know for whom.
-    pub(super) fn give_to(&mut self, who: Who) {
-        let mut state = self.turns.state();
-        state.stand_down(&self.who);
-        state.active += 1;
-        state.arrive(&who).active += 1;
-        self.turns.look_round(&state);
-        drop(state);
-        self.who = who;
     }
 
     /// Asked by a computation at every look at its stop, on the thread that has the place: where somebody else is to compute first,

@@ -280,20 +280,18 @@ impl Store {
                         .execute(&mut *connection)
                         .await?;
                     }
-                    sqlx::query!(
+                    sqlx::query_as!(
+                        StoredJob,
                         "UPDATE jobs SET state = 'running', attempts = attempts + 1, lease = ?, started_at = ?,
                              software_version = ?
-                         WHERE id = ? AND state = 'queued'",
+                         WHERE id = ? AND state = 'queued' RETURNING *",
                         lease,
                         now,
                         version,
                         next.id
                     )
-                    .execute(&mut *connection)
-                    .await?;
-                    sqlx::query_as!(StoredJob, "SELECT * FROM jobs WHERE id = ?", next.id)
-                        .fetch_optional(&mut *connection)
-                        .await
+                    .fetch_optional(&mut *connection)
+                    .await
                 })
             })
             .await?;

@@ -31,20 +31,14 @@ impl Shared {
         self: Arc<Self>,
         claimed: Claimed,
         job: Arc<UnderWay>,
-        (share, mut place): (OwnedSemaphorePermit, Place),
+        share: OwnedSemaphorePermit,
     ) {
         let row = &claimed.job;
         let span =
             tracing::info_span!("job", job_id = %row.document.id, traceparent = row.traceparent.as_deref());
         async move {
-            place.give_to(claimed.caller.as_deref().map_or(Who::Others, Who::named));
-            let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
-            let is_alone = alone.is_some();
-            let work = async {
-                let result = self.result(&claimed.job, &job, (place, is_alone)).await;
-                self.settle(&claimed, &job, result).await;
-            };
-            self.at_most_for_a_while_alone(&claimed, alone, work).await;
+            let result = self.result(&claimed, &job).await;
+            self.settle(&claimed, &job, result).await;
             if let Err(fault) = self.tidy(Duration::ZERO).await {
                 tracing::warn!(error = %fault, "files that no job names stay for the moment");
             }
@@ -56,39 +50,54 @@ impl Shared {
         .await;
     }
 
-    /// Does the work of a job, alone as long as `alone` lives. A job that takes long lets the others go on beside it after a while,
+    /// Waits for a place to compute, in the name of the caller.
+    async fn place(&self, claimed: &Claimed, job: &UnderWay) -> Result<Place, ComputeFault> {
+        let who = claimed.caller.as_deref().map_or(Who::Others, Who::named);
+        tokio::select! {
+            biased;
+            () = job.stop.cancelled() => Err(ComputeFault::Busy),
+            // It has not begun: the next process does it.
+            () = self.stopping.cancelled() => {
+                job.stop.cancel();
+                Err(ComputeFault::Busy)
+            }
+            place = self.compute.place(&who) => place,
+        }
+    }
+
+    /// Waits for a computation, alone as long as `alone` lives. A job that takes long lets the others go on beside it after a while,
     /// and is not blamed from then on; at every further death it may be alone for twice as long, so that one that kills late is
     /// found too.
-    async fn at_most_for_a_while_alone(
+    async fn at_most_for_a_while_alone<T>(
         &self,
         claimed: &Claimed,
         alone: Option<Alone>,
-        work: impl Future<Output = ()>,
-    ) {
-        let Some(alone) = alone else { return work.await };
+        computation: impl Future<Output = T>,
+    ) -> T {
+        let Some(alone) = alone else { return computation.await };
         let id = claimed.job.document.id.as_str();
         let doublings = u32::try_from(claimed.deaths - DEATHS_BESIDE_OTHERS).unwrap_or(0);
         let window = ALONE_FOR.saturating_mul(1_u32.checked_shl(doublings).unwrap_or(u32::MAX));
         tracing::warn!(deaths = claimed.deaths, window_s = window.as_secs_f64(), "a job is computed alone");
-        let mut work = pin!(work);
+        let mut computation = pin!(computation);
         tokio::select! {
-            () = &mut work => return,
+            computed = &mut computation => return computed,
             () = tokio::time::sleep(window) => {}
         }
         if let Err(fault) = self.marks.beside(id) {
             tracing::warn!(error = %fault, "the mark of a job cannot be changed");
         }
         drop(alone);
-        work.await;
+        computation.await
     }
 
     /// The result of a job, its files kept but not named yet.
     async fn result(
         &self,
-        row: &JobRow,
+        claimed: &Claimed,
         job: &UnderWay,
-        (place, is_alone): (Place, bool),
     ) -> Result<(Ending, OwnedRwLockReadGuard<()>), JobFault> {
+        let row = &claimed.job;
         let document = &row.document;
         let blobs = self.spool.blobs();
         let accepted = accepted(row)?;
@@ -100,9 +109,12 @@ impl Shared {
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
-        let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         job.follow(&program, document.operation);
-        let (spool, marks, id) = (self.spool.clone(), self.marks.clone(), document.id.clone());
+        let place = self.place(claimed, job).await?;
+        let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
+        let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
+        let (spool, marks, id, is_alone) =
+            (self.spool.clone(), self.marks.clone(), document.id.clone(), alone.is_some());
         let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<Finished, JobFault> {
             let _memory = memory;
             let _mark = marks.set(&id, is_alone).map_err(CompensatorFault::Io)?;
@@ -115,8 +127,9 @@ impl Shared {
             }
             finished
         };
+        let computed = self.compute.run_at(place, job.stop.clone(), worked);
         let Finished { report, output, changes, steps, motions_checked } =
-            self.compute.run_at(place, job.stop.clone(), worked).await??;
+            self.at_most_for_a_while_alone(claimed, alone, computed).await??;
         let digest = |draft: &Option<crate::store::Draft>| draft.as_ref().map(crate::store::Draft::sha256);
         let ending = Ending::Succeeded {
             report_sha256: sha256_hex(report.as_bytes()),

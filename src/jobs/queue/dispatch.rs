@@ -1,11 +1,11 @@
-//! Whose turn it is: a place in the pool first, then a job for it, so that what is said to run is really computed.
+//! Takes jobs from the queue, as many as may have begun at a time. Each waits for its turn to compute beside the others and in the
+//! name of its caller, so that nobody stands in line behind another's job.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::Shared;
 use super::running::UnderWay;
-use crate::jobs::turns::Place;
 use crate::store::{Claimed, StoreError};
 
 /// How long to wait before a store that failed is asked again.
@@ -22,8 +22,8 @@ impl Shared {
             };
             let Ok(share) = share else { return };
             match self.begin().await {
-                Ok(Some((place, claimed, under_way))) => {
-                    self.tasks.spawn(Arc::clone(&self).compute_job(claimed, under_way, (share, place)));
+                Ok(Some((claimed, under_way))) => {
+                    self.tasks.spawn(Arc::clone(&self).compute_job(claimed, under_way, share));
                 }
                 Ok(None) => {
                     drop(share);
@@ -41,19 +41,13 @@ impl Shared {
         }
     }
 
-    /// A place, and the next job for it, which from now on is known to run. None where no job may begin or the service stops.
-    async fn begin(&self) -> Result<Option<(Place, Claimed, Arc<UnderWay>)>, StoreError> {
+    /// The next job, which from now on is known to run. None where no job may begin or the service stops.
+    async fn begin(&self) -> Result<Option<(Claimed, Arc<UnderWay>)>, StoreError> {
         let most_of_caller = self.compute.most_jobs_of_caller();
-        // Nobody gives way to a job that is not there.
-        if !self.store.has_claimable(most_of_caller).await? {
+        // To look costs less than to write.
+        if !self.store.has_claimable(most_of_caller).await? || self.stopping.is_cancelled() {
             return Ok(None);
         }
-        let place = tokio::select! {
-            biased;
-            () = self.stopping.cancelled() => return Ok(None),
-            place = self.compute.queue_place() => place,
-        };
-        let Ok(place) = place else { return Ok(None) };
         let _gate = self.gate.lock().await;
         let (lease, now) = (self.sources.ids.next().to_string(), self.sources.timestamp());
         let claimed = self.store.claim(&lease, &now, env!("CARGO_PKG_VERSION"), most_of_caller).await?;
@@ -61,7 +55,7 @@ impl Shared {
         let id = &claimed.job.document.id;
         let under_way = self.running.begin(id, &claimed.lease);
         self.changed(id);
-        Ok(Some((place, claimed, under_way)))
+        Ok(Some((claimed, under_way)))
     }
 
     /// Waits before something that failed is tried again, but not for a service that stops.
