@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use futures::TryStreamExt;
 use sqlx::sqlite::{SqliteConnection, SqliteRow};
 use sqlx::{AssertSqlSafe, Column, Connection, Row, TypeInfo, ValueRef};
+use tokio::sync::OnceCell;
 
 use super::audit_chain::examine_chain;
 use super::calibration_errors::contradictions;
@@ -158,13 +159,11 @@ impl DatabaseFile {
         if version > own_schema() {
             return Ok(Vec::new());
         }
-        let doing = "making a database to compare with";
-        let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
-        for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
-            sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
-        }
-        let expected = schema_of(&mut fresh).await?;
-        fresh.close().await.doing(doing)?;
+        let expected = if version == own_schema() {
+            OWN.get_or_try_init(|| schema_made(version)).await?.clone()
+        } else {
+            schema_made(version).await?
+        };
         let found = schema_of(self.connection()).await?;
         let mut differences = Vec::new();
         for (name, text) in &expected {
@@ -184,9 +183,24 @@ impl DatabaseFile {
 }
 
 /// Kind and name of everything in a schema with its text; blanks and quotes around names are left out, which a renaming adds.
-async fn schema_of(
-    connection: &mut SqliteConnection,
-) -> Result<BTreeMap<(String, String), String>, StoreError> {
+type Schema = BTreeMap<(String, String), String>;
+
+/// The schema of this version, made once.
+static OWN: OnceCell<Schema> = OnceCell::const_new();
+
+/// The schema that the migrations up to `version` make.
+async fn schema_made(version: i64) -> Result<Schema, StoreError> {
+    let doing = "making a database to compare with";
+    let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
+    for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
+        sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
+    }
+    let made = schema_of(&mut fresh).await?;
+    fresh.close().await.doing(doing)?;
+    Ok(made)
+}
+
+async fn schema_of(connection: &mut SqliteConnection) -> Result<Schema, StoreError> {
     let rows: Vec<(String, String, String)> = sqlx::query_as(
         "SELECT type, name, coalesce(sql, '') FROM sqlite_schema
          WHERE name NOT LIKE 'sqlite@_%' ESCAPE '@' AND name <> '_sqlx_migrations'",

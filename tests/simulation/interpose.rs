@@ -407,6 +407,18 @@ extern "C" fn connect(socket: c_int, to: *const c_void, length: c_uint) -> c_int
 unsafe extern "C" {
     /// Of the `SQLite` that is linked in: asked for nothing, it draws a new seed when it next needs random bytes.
     fn sqlite3_randomness(bytes: c_int, into: *mut c_void);
+    /// Sets it up, before its first use.
+    fn sqlite3_config(option: c_int, ...) -> c_int;
+}
+
+/// `SQLITE_CONFIG_MEMSTATUS`.
+const COUNTS_MEMORY: c_int = 9;
+
+/// `SQLite` does not count its memory: the count has one lock, for which the threads of all points would wait.
+pub(crate) fn sqlite_counts_no_memory() {
+    // SAFETY: the option takes one number. Used later, it changes nothing and says so.
+    let said = unsafe { sqlite3_config(COUNTS_MEMORY, 0 as c_int) };
+    assert_eq!(said, 0, "SQLite is in use already");
 }
 
 /// `SQLite` draws its random bytes anew, from the seed of the run.

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, Once, PoisonError};
 
 use sha2::{Digest, Sha256};
 
 use crate::chance::Chance;
 use crate::disk::{Crash, Disk, Tree};
-use crate::interpose::forget_randomness_of_sqlite;
+use crate::interpose::{forget_randomness_of_sqlite, sqlite_counts_no_memory};
 use crate::ledger::Ledger;
 use crate::recorder::{self, Fault, Illness, Op, tree};
 use crate::verify::{Findings, Meddle, look};
@@ -45,6 +45,8 @@ static ALONE: Mutex<()> = Mutex::new(());
 
 /// Held by a test as long as it runs.
 pub(crate) fn alone() -> MutexGuard<'static, ()> {
+    static PREPARED: Once = Once::new();
+    PREPARED.call_once(sqlite_counts_no_memory);
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
