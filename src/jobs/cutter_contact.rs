@@ -7,7 +7,8 @@ use super::{Compensated, Compensator, CompensatorFault};
 use crate::contact::Correction as CoreCorrection;
 use crate::machine::{Machine, Tool};
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, ProgramSetup, SingularityAction, SingularityParameters, Stop};
+use crate::process::{self, ProgramSetup, SingularityParameters, SingularityReport, Stop};
+use crate::program::Steps;
 use crate::units::{Angle, Length, UM_PER_MM};
 use crate::wear::SideBySide;
 use crate::wire::{
@@ -34,36 +35,12 @@ impl Compensator for CutterContactCompensator {
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault> {
         let core = process::CcParameters { budget: self.budget, ..asked.clone() };
-        if singularity.action != SingularityAction::Report {
-            let both = process::treat_and_compensate(
-                machine,
-                &core,
-                singularity,
-                source,
-                spool,
-                output,
-                parts,
-                stop,
-            );
-            let (treated, report) = both.map_err(in_words_of_the_wire)?;
-            let steps = report.steps.and(treated.steps());
-            let findings = CcFindings { singularity: Some((&treated).into()), ..findings(&report) };
-            return Ok(Compensated { findings, steps, ..compensated(report) });
-        }
-        let report = process::compensate_side_by_side(machine, &core, source, output, parts, stop)
-            .map_err(in_words_of_the_wire)?;
-        // What is only to be reported refuses nothing.
-        let nowhere = &mut std::io::sink();
-        let found = process::treat_singular_regions(machine, &core, singularity, source, nowhere, stop);
-        let singularity = match found {
-            Ok(found) => Some((&found).into()),
-            Err(fault @ (process::Fault::Cancelled | process::Fault::Io(_))) => {
-                return Err(in_words_of_the_wire(fault));
-            }
-            Err(_) => None,
-        };
-        let findings = CcFindings { singularity, ..findings(&report) };
-        Ok(Compensated { findings, ..compensated(report) })
+        let both =
+            process::treat_and_compensate(machine, &core, singularity, source, spool, output, parts, stop);
+        let (regions, report) = both.map_err(in_words_of_the_wire)?;
+        let steps = regions.as_ref().map_or(Steps::NONE, SingularityReport::steps).and(report.steps);
+        let findings = CcFindings { singularity: regions.as_ref().map(Into::into), ..findings(&report) };
+        Ok(Compensated { findings, steps, dialect: report.dialect, reading: report.reading })
     }
 
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
@@ -85,15 +62,6 @@ impl Compensator for CutterContactCompensator {
             tracing::error!(error = %fault, "a figure could not be drawn");
             String::new()
         })
-    }
-}
-
-fn compensated(report: process::CcReport) -> Compensated {
-    Compensated {
-        findings: findings(&report),
-        dialect: report.dialect,
-        steps: report.steps,
-        reading: report.reading,
     }
 }
 

@@ -8,10 +8,11 @@ use trunnion::kinematics::SingularityKind;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcParameters, LeftReason, ProgramSetup, SingularityAction, SingularityParameters, SingularityReport,
-    treat_singular_regions,
+    CcParameters, ContactSource, LeftReason, MemorySpool, ProgramSetup, SingularityAction,
+    SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
 use trunnion::units::Length;
+use trunnion::wear::OneAfterAnother;
 
 use crate::set_ups::at_zero;
 use crate::shared_file;
@@ -59,6 +60,39 @@ fn run(
         report.axis_spent.deg(),
     );
     (output, report)
+}
+
+/// The regions as the compensation of the contact's path finds them in its own reading.
+fn found_beside(
+    name: &str,
+    machine: &Machine,
+    mode: Interpolation,
+    contact: ContactSource,
+    program: &[u8],
+) -> [Option<SingularityReport>; 2] {
+    let radius = Length::from_mm(3.0);
+    let tool = Tool::new(radius, radius).expect("a ball");
+    let parameters = CcParameters {
+        program: ProgramSetup { interpolation: Some(mode), ..at_zero() },
+        contact,
+        ..CcParameters::new(tool, at_zero())
+    };
+    let singularity = SingularityParameters::new(SingularityAction::Report);
+    let (source, go_on) = (program.to_vec(), || ControlFlow::Continue(()));
+    let (beside, _) = treat_and_compensate(
+        machine,
+        &parameters,
+        &singularity,
+        &source,
+        &MemorySpool::default(),
+        &mut Vec::new(),
+        &OneAfterAnother,
+        &go_on,
+    )
+    .unwrap_or_else(|fault| panic!("{name}: {fault:?}"));
+    let alone =
+        treat_singular_regions(machine, &parameters, &singularity, &source, &mut Vec::new(), &go_on).ok();
+    [beside, alone]
 }
 
 const ACTIONS: [SingularityAction; 3] =
@@ -123,6 +157,11 @@ fn real_passes_are_reported_and_treated_without_a_fault() {
     ] {
         let Some(program) = read(name) else { return };
         let machine = tables(letters, reversed);
+        for contact in [ContactSource::Tip, ContactSource::FeedPlane] {
+            let [beside, alone] = found_beside(name, &machine, mode, contact, &program);
+            assert!(alone.is_some(), "{name}");
+            assert_eq!(beside, alone, "{name}");
+        }
         for action in ACTIONS {
             let (output, report) = run(name, &machine, mode, action, &program);
             assert!(report.motions_checked > 4000);

@@ -400,7 +400,7 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
         .expect("both");
         assert_eq!(apart, at_once);
         assert_eq!((found.blocks_in, found.blocks_out), (treated.blocks_in, after.blocks_out));
-        assert_eq!((region, found.after.max_mm), (treated, after.after.max_mm));
+        assert_eq!((region, found.after.max_mm), (Some(treated), after.after.max_mm));
         assert!(after.motions_over_tolerance > 0);
         // The line of the written program, counted back over the blocks that came in before it.
         let axes = Axes::new(&pass.machine, &pass.setup, false);

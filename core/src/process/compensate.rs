@@ -15,11 +15,15 @@ use super::judge::{Checked, Judge, Verdict};
 use super::plan::{Division, Plan, plan};
 use super::prepare::Preparation;
 use super::reading::ProgramReading;
+use super::singularity::RegionFinder;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
 use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
-use super::{CcParameters, CcReport, ContactSource, Fault, ProgramSource, Stop, WarningKind};
+use super::{
+    CcParameters, CcReport, ContactSource, Fault, ProgramSource, SingularityParameters, SingularityReport,
+    Stop, WarningKind,
+};
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
@@ -58,8 +62,25 @@ pub fn compensate_side_by_side(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
+    let step = PathStep { parameters, regions: None };
     let source = Upstream { source, lines: Vec::new() };
-    Ok(compensate_from(machine, parameters, source, output, &mut |_| Ok(()), parts, stop)?.0)
+    Ok(compensate_from(machine, &step, source, output, &mut |_| Ok(()), parts, stop)?.cc)
+}
+
+/// What is done to the cutter-contact path, and what is looked for beside.
+pub(super) struct PathStep<'a> {
+    pub(super) parameters: &'a CcParameters,
+    /// Singular regions are listed where this says which.
+    pub(super) regions: Option<&'a SingularityParameters>,
+}
+
+/// What came of it.
+pub(super) struct CompensatedPath {
+    pub(super) cc: CcReport,
+    /// Of blocks that came in, in the lines of what was read.
+    pub(super) lines: LineMap,
+    /// `None` where no regions were looked for, or they cannot be listed.
+    pub(super) regions: Option<SingularityReport>,
 }
 
 /// A program that was itself written from the upload.
@@ -70,19 +91,18 @@ pub(super) struct Upstream<'a> {
 }
 
 /// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
-/// Beside the report the lines of blocks that came in.
 ///
 /// # Errors
 /// As [`compensate_side_by_side`].
 pub(super) fn compensate_from(
     machine: &Machine,
-    parameters: &CcParameters,
+    &PathStep { parameters, regions }: &PathStep<'_>,
     Upstream { source, lines }: Upstream<'_>,
     output: &mut dyn Write,
     note: Note<'_>,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
-) -> Result<(CcReport, LineMap), Fault> {
+) -> Result<CompensatedPath, Fault> {
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
     survey.refuse_repeated(Steps::of(&[Step::Cc]), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
@@ -102,6 +122,8 @@ pub(super) fn compensate_from(
     let mut is_next_prepared = false;
     let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, effort());
+    let mut finder =
+        regions.map(|zone| RegionFinder::new(machine, parameters, zone, survey, contact, dialect, stop));
     let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
     while !present.passages.is_empty() || !written.text.is_empty() {
         if stop().is_break() {
@@ -132,6 +154,14 @@ pub(super) fn compensate_from(
                 }
             }),
             Box::new(|| checked = verifier.take(&mut written, written_of)),
+            Box::new(|| {
+                if !is_refused
+                    && !is_of_present
+                    && let Some(finder) = &mut finder
+                {
+                    finder.look(&present);
+                }
+            }),
         ]);
         checked?;
         output.write_all(&written.text)?;
@@ -172,8 +202,10 @@ pub(super) fn compensate_from(
     verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
     passages.warn(&mut work.judge.warnings);
+    let regions = finder.map_or(Ok(None), |finder| finder.finish(&passages))?;
     let lines = std::mem::take(&mut work.lines);
-    Ok((work.report(verifier, dialect, passages.blocks, passages.reading()), lines))
+    let cc = work.report(verifier, dialect, passages.blocks, passages.reading());
+    Ok(CompensatedPath { cc, lines, regions })
 }
 
 /// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.

@@ -41,8 +41,9 @@ const ALMOST_DONE: f64 = 0.99;
 /// program that needs fewer readings jumps to the end of its progress, one that needs more waits there.
 const fn passes(operation: JobOperation) -> f64 {
     match operation {
-        JobOperation::CcCompensation | JobOperation::Compensation => 4.0,
-        JobOperation::WearCompensation
+        JobOperation::Compensation => 4.0,
+        JobOperation::CcCompensation
+        | JobOperation::WearCompensation
         | JobOperation::Verification
         | JobOperation::ServoSimulation
         | JobOperation::Posting => 2.0,

@@ -2,7 +2,8 @@
 
 use super::super::wear::{LengthInControl, Milling, WornCutter};
 use super::super::{
-    Budget, CcParameters, ContactSource, OutputForm, ProgramSetup, SingularityParameters, WearParameters,
+    Budget, CcParameters, ContactSource, OutputForm, ProgramSetup, SingularityAction, SingularityParameters,
+    WearParameters,
 };
 use crate::contact::{Correction, PartSurface};
 use crate::machine::Tool;
@@ -153,6 +154,14 @@ impl CompensationParameters {
             (None, None) => CcStep { contact: ContactSource::Tip, budget: self.budget, ..CcStep::new(None) },
         };
         CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
+    }
+
+    /// The regions that the step for the path finds in its own reading: those of a program whose ends stay, where they are only to
+    /// be reported.
+    pub(super) fn regions_beside_the_path(&self) -> Option<&SingularityParameters> {
+        let regions = self.singularity.as_ref();
+        let is_beside = !self.moves() && self.cc.is_some();
+        regions.filter(|regions| is_beside && regions.action == SingularityAction::Report)
     }
 
     /// The step for the cutter-contact path as a compensation of its own; `program` is the moved program's.

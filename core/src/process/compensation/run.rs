@@ -2,7 +2,7 @@
 
 use std::io::{BufReader, BufWriter, Read, Write};
 
-use super::super::compensate::{Upstream, compensate_from};
+use super::super::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
 use super::super::reading::ProgramReading;
 use super::super::simulate::simulate_lines;
 use super::super::singularity::treat_from;
@@ -10,8 +10,8 @@ use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
 use super::super::{
-    CcReport, Fault, LeftOut, ProgramSetup, ProgramSource, SimulationParameters, SingularityAction,
-    SingularityReport, Stop,
+    Fault, LeftOut, ProgramSetup, ProgramSource, SimulationParameters, SingularityAction, SingularityReport,
+    Stop,
 };
 use super::budget::{NotModelled, Tally};
 use super::changes::{BlockChange, ChangeSink, ChangeTotals};
@@ -102,6 +102,9 @@ fn treated(
     stop: &Stop<'_>,
 ) -> Result<Option<Treated>, Fault> {
     let Some(singularity) = &parameters.singularity else { return Ok(None) };
+    if parameters.regions_beside_the_path().is_some() {
+        return Ok(None);
+    }
     let cc = parameters.treatment();
     let source = Upstream { source, lines: Vec::new() };
     if singularity.action == SingularityAction::Report {
@@ -137,7 +140,7 @@ type Note<'n> = &'n mut dyn FnMut(&BlockChange) -> Result<(), Fault>;
 /// The steps done.
 struct Done {
     moved: Option<Moved>,
-    path: Option<(CcReport, LineMap)>,
+    path: Option<CompensatedPath>,
     has_errors: bool,
     /// Of the written program.
     program: ProgramSetup,
@@ -163,8 +166,9 @@ impl Course<'_> {
             let bare =
                 &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
             let cc = self.parameters.contact_path(step, self.program.clone());
+            let step = PathStep { parameters: &cc, regions: self.parameters.regions_beside_the_path() };
             let source = self.upstream(source);
-            let path = compensate_from(self.machine, &cc, source, output, bare, self.parts, self.stop)?;
+            let path = compensate_from(self.machine, &step, source, output, bare, self.parts, self.stop)?;
             return Ok(Done { moved: None, path: Some(path), has_errors, program: self.program.clone() });
         }
         let mut text = BufWriter::new(self.spool.create(Place::Moved)?);
@@ -215,7 +219,7 @@ impl Course<'_> {
         program: ProgramSetup,
         output: &mut dyn Write,
         note: Note<'_>,
-    ) -> Result<(CcReport, LineMap), Fault> {
+    ) -> Result<CompensatedPath, Fault> {
         let mut moves = BufReader::new(self.spool.open(Place::Moves)?);
         let join = &mut |judged: &Judged| {
             let change = record::take(&mut moves)?.filter(|change| change.line == judged.line);
@@ -227,7 +231,8 @@ impl Course<'_> {
         let text = Resting { spool: self.spool, place: Place::Moved };
         let maps = [Some(&moved.lines), self.lines].into_iter().flatten();
         let source = Upstream { source: &text, lines: maps.map(LineCursor::new).collect() };
-        compensate_from(self.machine, &cc, source, output, join, self.parts, self.stop)
+        let step = PathStep { parameters: &cc, regions: None };
+        compensate_from(self.machine, &step, source, output, join, self.parts, self.stop)
     }
 
     /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
@@ -341,7 +346,7 @@ impl Done {
     /// From lines written to those of the upload.
     fn to_upload<'s>(&'s self, first: Option<&'s LineMap>) -> Vec<LineCursor<'s>> {
         let maps =
-            self.path.iter().map(|(_, lines)| lines).chain(self.moved.iter().map(|moved| &moved.lines));
+            self.path.iter().map(|path| &path.lines).chain(self.moved.iter().map(|moved| &moved.lines));
         maps.chain(first).map(LineCursor::new).collect()
     }
 
@@ -353,7 +358,8 @@ impl Done {
         sum: Sum<'_>,
     ) -> CompensationReport {
         let Self { moved, path, has_errors, .. } = self;
-        let cc = path.map(|(report, _)| report);
+        let (cc, regions) = path.map(|path| (path.cc, path.regions)).unzip();
+        let singularity = singularity.or(regions.flatten());
         let location_errors = moved
             .as_ref()
             .filter(|_| parameters.location_errors)

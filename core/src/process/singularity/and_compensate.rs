@@ -5,13 +5,14 @@ use std::io::{BufWriter, Write};
 use super::run::treat_from;
 use super::{SingularityAction, SingularityParameters, SingularityReport};
 use crate::machine::Machine;
-use crate::process::compensate::{Upstream, compensate_from};
+use crate::process::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
 use crate::process::compensation::{LineCursor, Place, Resting, Spool};
 use crate::process::{CcParameters, CcReport, Fault, ProgramSource, Stop};
 use crate::wear::SideBySide;
 
 /// Treats the singular regions of a program, then compensates the cutter-contact path of what was written; between both
-/// the program rests in `spool`, unless nothing is to be changed in it. Lines in both reports are the upload's.
+/// the program rests in `spool`. Regions that are only to be reported are found in the reading of the compensation, refuse
+/// nothing, and are `None` where they cannot be listed. Lines in both reports are the upload's.
 ///
 /// # Errors
 /// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
@@ -25,14 +26,14 @@ pub fn treat_and_compensate(
     output: &mut dyn Write,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
-) -> Result<(SingularityReport, CcReport), Fault> {
+) -> Result<(Option<SingularityReport>, CcReport), Fault> {
     let upload = Upstream { source, lines: Vec::new() };
     let note = &mut |_: &_| Ok(());
     if singularity.action == SingularityAction::Report {
-        let (treated, _) = treat_from(machine, cc, singularity, upload, &mut std::io::sink(), stop)?;
-        let upload = Upstream { source, lines: Vec::new() };
-        let (compensated, _) = compensate_from(machine, cc, upload, output, note, parts, stop)?;
-        return Ok((treated, compensated));
+        let step = PathStep { parameters: cc, regions: Some(singularity) };
+        let CompensatedPath { cc, regions, .. } =
+            compensate_from(machine, &step, upload, output, note, parts, stop)?;
+        return Ok((regions, cc));
     }
     let mut text = BufWriter::new(spool.create(Place::Treated)?);
     let (treated, lines) = treat_from(machine, cc, singularity, upload, &mut text, stop)?;
@@ -40,7 +41,8 @@ pub fn treat_and_compensate(
     drop(text);
     let resting = Resting { spool, place: Place::Treated };
     let written = Upstream { source: &resting, lines: vec![LineCursor::new(&lines)] };
-    let (compensated, _) = compensate_from(machine, cc, written, output, note, parts, stop)?;
-    let compensated = CcReport { blocks_in: treated.blocks_in, ..compensated };
-    Ok((treated, compensated))
+    let step = PathStep { parameters: cc, regions: None };
+    let compensated = compensate_from(machine, &step, written, output, note, parts, stop)?;
+    let compensated = CcReport { blocks_in: treated.blocks_in, ..compensated.cc };
+    Ok((Some(treated), compensated))
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::super::contact_finder::ContactFinder;
+use super::super::set_ups::SetUps;
 use super::super::{CcParameters, ContactSource};
 use super::pending::Pending;
 use crate::contact::{Carry, CutterContact, Effort, SourceBlock, Station, rotary_rad};
@@ -24,6 +25,13 @@ pub(super) struct Cutting<'a> {
 }
 
 impl<'a> Cutting<'a> {
+    /// As the program begins.
+    pub(super) fn of(machine: &'a Machine, parameters: &'a CcParameters, contact: ContactSource) -> Self {
+        let first = SetUps::new(machine, &parameters.program).now;
+        let tool = first.cutter().unwrap_or(Tool::UNIT_BALL);
+        Self { machine, kinematics: first.kinematics, tool, parameters, contact }
+    }
+
     /// The contact at a point; `None` where it is not known, or on which side it is: the tip stands for it then.
     /// Contacts that a rule would assume count for nothing here.
     pub(super) fn touch(

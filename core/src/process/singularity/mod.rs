@@ -5,6 +5,8 @@ mod and_compensate;
 mod contact;
 mod densify;
 mod figures;
+mod find;
+mod measured;
 mod parameters;
 mod pending;
 mod plan;
@@ -23,4 +25,5 @@ pub use report::{
 };
 pub use run::treat_singular_regions;
 
+pub(super) use find::RegionFinder;
 pub(super) use run::treat_from;

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 use super::contact::Cutting;
-use super::figures::{figures, time_s};
+use super::measured::{Measured, as_uploaded, measured};
 use super::pending::{Collector, Pending, Seen};
 use super::plan::{Course, Moved, Planner};
 use super::regions::RegionNumber;
@@ -14,14 +14,13 @@ use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
 use crate::contact::Effort;
 use crate::geometry::trig;
-use crate::machine::{Machine, Tool};
+use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::process::compensate::Upstream;
 use crate::process::compensation::{LineMap, line_ends};
 use crate::process::emit::Emitter;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
-use crate::process::set_ups::SetUps;
 use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
@@ -76,10 +75,7 @@ pub(in crate::process) fn treat_from(
     // Contacts that a rule would assume count for nothing here.
     let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
     let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
-    let first = SetUps::new(machine, &cc.program).now;
-    let tool = first.cutter().unwrap_or(Tool::UNIT_BALL);
-    let cutting = Cutting { machine, kinematics: first.kinematics, tool, parameters: cc, contact };
-    let planner = Planner { cutting, survey, singularity: *singularity };
+    let planner = Planner { cutting: Cutting::of(machine, cc, contact), survey, singularity: *singularity };
     let mut passages = Passages::open(source, machine, &cc.program)?.with_lines(lines);
     let mut run: Option<Run<'_>> = None;
     passages.work(stop, |passage, _, dialect| {
@@ -193,26 +189,9 @@ impl<'a> Run<'a> {
             return Err(Fault::Cancelled);
         }
         let planner = self.planner.on(first);
-        let kinematics = &planner.cutting.kinematics;
-        let limits = planner.limits();
-        let mut before = RegionFigures::default();
-        let mut each = Vec::with_capacity(region.len());
-        let mut nearest: Option<crate::kinematics::Singularity> = None;
-        for pending in &region {
-            let block = planner.block(pending, &mut self.effort);
-            let time = time_s(&block, &pending.motion);
-            let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
-            go_on(&self.effort)?;
-            before.take(&found);
-            each.push(found);
-            for polar_rad in pending.polar_rad {
-                let found = kinematics.singularity_at(polar_rad);
-                if nearest.is_none_or(|least| found.gain < least.gain) {
-                    nearest = Some(found);
-                }
-            }
-        }
-        let Some(nearest) = nearest else { return Ok(()) };
+        let Some(Measured { each, before, nearest }) = measured(&planner, &region, &mut self.effort)? else {
+            return Ok(());
+        };
         self.check_budget()?;
         let mut courses: Vec<Course<'a>> = region.iter().map(|_| Course::Keep).collect();
         let treatment = match planner.singularity.action {
@@ -224,17 +203,8 @@ impl<'a> Run<'a> {
             }
             SingularityAction::Smooth => self.smooth(&planner, &region, &mut courses)?,
         };
-        let number = self.verifier.regions.add(SingularRegion {
-            first_line: first.motion.line,
-            last_line: last.motion.line,
-            motions: region.len() as u64,
-            kind: nearest.kind,
-            least_angle: Angle::from_rad(nearest.angle_rad),
-            least_gain: nearest.gain,
-            before,
-            after: None,
-            treatment,
-        });
+        let found = as_uploaded([first, last], region.len(), before, &nearest);
+        let number = self.verifier.regions.add(SingularRegion { treatment, ..found });
         for ((pending, course), found) in region.iter().zip(courses).zip(each) {
             let at = usize::try_from(pending.index - self.first).ok();
             if let Some(fate) = at.and_then(|at| self.fates.get_mut(at)) {
