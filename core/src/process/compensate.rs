@@ -7,18 +7,17 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use super::compensation::{LineCursor, LineMap, line_ends};
 use super::dialect_fit::DialectFit;
-use super::emit::Emitter;
+
 use super::fault::go_on;
 use super::judge::{Checked, Judge, Verdict};
+use super::pipeline::{LineCursor, LineMap, Outgoing, Rewriter};
 use super::plan::{Division, Plan, plan};
 use super::prepare::Preparation;
 use super::reading::ProgramReading;
 use super::singularity::RegionFinder;
 use super::stream::{Passage, Passages, Stretch};
 use super::survey::Survey;
-use super::untouched::Outgoing;
 use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
 use super::{
     CcParameters, CcReport, ContactSource, Fault, ProgramSource, SingularityParameters, SingularityReport,
@@ -27,7 +26,7 @@ use super::{
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
-use crate::program::{Batch, Dialect, Step, Steps};
+use crate::program::{Dialect, Step, Steps};
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
@@ -195,16 +194,12 @@ pub(super) fn compensate_from(
     if work.fit.is_unread(parameters.program.dialect, source)? {
         return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
-    let mut inventory = preparation.inventory;
-    inventory.inserted = work.inserted + work.emitter.feed_blocks;
-    inventory.join(&work.emitter.numbers);
-    verifier.finish(&inventory)?;
+    verifier.finish(&work.rewriter.inventory(&preparation.inventory))?;
     verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
     output.flush()?;
     passages.warn(&mut work.judge.warnings);
     let regions = finder.map_or(Ok(None), |finder| finder.finish(&passages))?;
-    let lines = std::mem::take(&mut work.lines);
-    let cc = work.report(verifier, dialect, passages.blocks, passages.reading());
+    let (cc, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
     Ok(CompensatedPath { cc, lines, regions })
 }
 
@@ -234,8 +229,8 @@ enum Kept {
 struct Place {
     passage: usize,
     motion: usize,
-    /// Blocks of the passage that are written.
-    copied: usize,
+    /// The passage was begun.
+    is_begun: bool,
 }
 
 /// The work in progress.
@@ -245,7 +240,7 @@ struct Work<'a> {
     survey: Survey,
     contact: ContactSource,
     judge: Judge<'a>,
-    emitter: Emitter,
+    rewriter: Rewriter,
     at: Place,
     /// The largest deviation found in the written text so far \[mm\].
     largest_after_mm: f64,
@@ -253,12 +248,9 @@ struct Work<'a> {
     over: u64,
     divided: u64,
     fit: DialectFit,
-    /// Blocks that were read so far, and those that divisions add.
+    /// Blocks that were read so far.
     counted: u64,
-    inserted: u64,
     uses_tcp: bool,
-    /// Of inserted blocks, in the lines of what is read.
-    lines: LineMap,
 }
 
 impl<'a> Work<'a> {
@@ -276,7 +268,7 @@ impl<'a> Work<'a> {
             survey,
             contact,
             judge: Judge::new(machine, parameters, dialect, contact, effort),
-            emitter: Emitter::new(survey.numbering),
+            rewriter: Rewriter::new(survey.numbering),
             at: Place::default(),
             largest_after_mm: 0.0,
             checked: 0,
@@ -284,9 +276,7 @@ impl<'a> Work<'a> {
             divided: 0,
             fit: DialectFit::default(),
             counted: 0,
-            inserted: 0,
             uses_tcp: false,
-            lines: LineMap::default(),
         }
     }
 
@@ -299,10 +289,11 @@ impl<'a> Work<'a> {
     }
 
     /// Goes on with a prepared stretch, to its end or until enough is written to be handed over.
-    fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<'a>) -> Result<(), Fault> {
+    fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
-            if self.at.motion == 0 && self.at.copied == 0 {
-                self.settle(passage, out)?;
+            if !self.at.is_begun {
+                self.rewriter.begin(passage, out)?;
+                self.at.is_begun = true;
             }
             if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
                 return Ok(());
@@ -320,7 +311,7 @@ impl<'a> Work<'a> {
         &mut self,
         passage: (usize, &Passage),
         following: Option<&Motion>,
-        out: &mut Outgoing<'a>,
+        out: &mut Outgoing<Expected<'a>>,
     ) -> Result<bool, Fault> {
         let Passage { batch, motions, .. } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
@@ -352,17 +343,14 @@ impl<'a> Work<'a> {
                         let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
                         out.expected.push_back(Expected::Same { motion, checked });
                     }
-                    self.restore_feed(passage, motion, out)?
+                    self.rewriter.leave(passage, motion, out)?
                 }
             };
-            if changed {
-                self.at.copied = motion.block as usize + 1;
-                if out.text.len() > HAND_OVER_BYTES {
-                    return Ok(false);
-                }
+            if changed && out.text.len() > HAND_OVER_BYTES {
+                return Ok(false);
             }
         }
-        out.copy(passage, self.at.copied, batch.blocks().len());
+        self.rewriter.end(passage, out);
         Ok(true)
     }
 
@@ -373,7 +361,7 @@ impl<'a> Work<'a> {
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
-        out: &mut Outgoing<'a>,
+        out: &mut Outgoing<Expected<'a>>,
     ) -> Result<Kept, Fault> {
         let batch = &passage.1.batch;
         let finder = *self.judge.finder();
@@ -409,18 +397,12 @@ impl<'a> Work<'a> {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
         }
         self.warn_of_times(motion, &checked, &division);
-        out.copy(passage, self.at.copied, motion.block as usize);
-        let written_from = out.text.len();
-        self.emitter
-            .write_division(batch, &checked, motion, &division, &mut self.judge.effort, &mut out.text)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        let effort = &mut self.judge.effort;
+        self.rewriter.anew(passage, motion, out, |emitter, text| {
+            emitter.write_division(batch, &checked, motion, &division, effort, text)
+        })?;
         go_on(&self.judge.effort)?;
-        let index = motion.block as usize;
-        self.emitter
-            .settle(batch, index, index + 1, &mut out.text)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-        self.note_lines(batch, motion, &out.text[written_from..], line_ends(text))?;
-        self.inserted += division.nodes.len() as u64 - 1;
+        self.rewriter.count_inserted(division.nodes.len() as u64 - 1);
         self.divided += 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
         let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
@@ -451,48 +433,6 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Gives a block left alone its feed back, where divided blocks before it took it.
-    fn restore_feed(
-        &mut self,
-        passage: (usize, &Passage),
-        motion: &Motion,
-        out: &mut Outgoing<'a>,
-    ) -> Result<bool, Fault> {
-        if !self.emitter.owes_feed() {
-            return Ok(false);
-        }
-        let batch = &passage.1.batch;
-        out.copy(passage, self.at.copied, motion.block as usize);
-        self.at.copied = motion.block as usize;
-        let (blocks, written_from) = (self.emitter.feed_blocks, out.text.len());
-        let changed = self
-            .emitter
-            .restore_feed(batch, motion, &mut out.text)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-        if self.emitter.feed_blocks > blocks {
-            let block = batch.blocks().get(motion.block as usize);
-            let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
-            self.note_lines(batch, motion, &out.text[written_from..], own)?;
-        }
-        Ok(changed)
-    }
-
-    /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
-    fn settle(&mut self, passage: &Passage, out: &mut Outgoing<'a>) -> Result<(), Fault> {
-        let Some(first) = passage.batch.blocks().first() else { return Ok(()) };
-        let written_from = out.text.len();
-        self.emitter
-            .settle(&passage.batch, 0, 0, &mut out.text)
-            .map_err(|fault| Fault::Unwritable { line: first.line, fault })?;
-        self.lines.insert(first.line.saturating_sub(1), line_ends(&out.text[written_from..]))
-    }
-
-    /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.
-    fn note_lines(&mut self, batch: &Batch, motion: &Motion, written: &[u8], own: u64) -> Result<(), Fault> {
-        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
-        self.lines.insert(line.saturating_sub(u64::from(own == 0)), line_ends(written).saturating_sub(own))
-    }
-
     /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
     fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
         let budget = &self.parameters.budget;
@@ -502,19 +442,20 @@ impl<'a> Work<'a> {
                 limit: budget.max_evaluations,
             });
         }
-        if self.counted + self.inserted > budget.max_blocks_out {
+        if self.counted + self.rewriter.inserted() > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())
     }
 
+    /// What was done, and the lines that came in.
     fn report(
         mut self,
         verifier: Verifier<'_>,
         dialect: Dialect,
         blocks_in: u64,
         reading: ProgramReading,
-    ) -> CcReport {
+    ) -> (CcReport, LineMap) {
         let warnings = &mut self.judge.warnings;
         if self.checked == 0 {
             warnings.add(WarningKind::NothingChecked, None);
@@ -534,7 +475,7 @@ impl<'a> Work<'a> {
             );
         }
         let interpolation = if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine };
-        CcReport {
+        let report = CcReport {
             dialect,
             interpolation,
             contact: self.contact,
@@ -545,12 +486,13 @@ impl<'a> Work<'a> {
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
             motions_left_over: self.over - self.divided,
-            feeds_restored: self.emitter.feeds_restored,
+            feeds_restored: self.rewriter.feeds_restored(),
             before: verifier.found.before.summary(),
             after,
             cc_path_length_mm: verifier.found.before.path_mm(),
             series: verifier.found.series,
             warnings: self.judge.warnings.into_list(),
-        }
+        };
+        (report, self.rewriter.into_lines())
     }
 }

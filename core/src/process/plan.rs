@@ -1,9 +1,9 @@
 //! Into which parts a block over tolerance is divided.
 
 use super::contact_finder::{self, ContactFinder};
-use super::emit::node_contact;
 use super::fault::LineFaultKind;
 use super::judge::Checked;
+use super::pipeline::node_contact;
 use super::survey::Survey;
 use super::{CcParameters, OutputForm};
 use crate::contact::{

@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::compensation::LineCursor;
 use super::fault::LineFaults;
+use super::pipeline::LineCursor;
 use super::sampler::{Piece, Sampler};
 use super::set_ups::{SetUps, turns};
 use super::stream::Passages;

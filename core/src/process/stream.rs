@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::compensation::LineCursor;
+use super::pipeline::LineCursor;
 use super::prepare::MotionPoses;
 use super::reading::ProgramReading;
 use super::tool_vectors::ToolVectors;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
-use super::compensation::LineCursor;
+use super::pipeline::LineCursor;
 use super::stream::Passages;
 use super::{Fault, LineFaultKind, LineFaults, ProgramSetup, ProgramSource};
 use crate::machine::Machine;

@@ -6,10 +6,9 @@
 //! induction from one block to the next. Where a statement may run over lines or hang on the one behind it, the last one
 //! of the run is compared and read as well: it says where the one before it ends and what it is. Everything else is read.
 
-use std::collections::VecDeque;
-
 use super::Fault;
 use super::fault::go_on;
+use super::pipeline::{Copied, Outgoing};
 use super::read_back::failed;
 use super::stream::{Passage, Stretch};
 use super::verify::{Expected, Judged, Meaning, SourceMotion, Verifier};
@@ -18,40 +17,6 @@ use crate::program::Block;
 
 /// Shorter runs are read: that costs less than to look for their ends.
 const LEAST_RUN: usize = 4;
-
-/// Blocks that were copied into the output.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Copied {
-    pub(super) passage: usize,
-    /// The first block, and the one behind the last.
-    pub(super) blocks: [usize; 2],
-    /// Where they start in the text that was written.
-    pub(super) at: usize,
-}
-
-/// Text of the output, and what it has to mean.
-#[derive(Debug, Default)]
-pub(super) struct Outgoing<'a> {
-    pub(super) text: Vec<u8>,
-    pub(super) expected: VecDeque<Expected<'a>>,
-    pub(super) copied: Vec<Copied>,
-}
-
-impl Outgoing<'_> {
-    pub(super) fn clear(&mut self) {
-        self.text.clear();
-        self.expected.clear();
-        self.copied.clear();
-    }
-
-    /// Copies blocks of a passage, given with its place in its stretch.
-    pub(super) fn copy(&mut self, (index, passage): (usize, &Passage), first: usize, last: usize) {
-        if first < last {
-            self.copied.push(Copied { passage: index, blocks: [first, last], at: self.text.len() });
-            self.text.extend_from_slice(passage.batch.blocks_text(first, last));
-        }
-    }
-}
 
 /// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
 /// and what only bounded hangs on it, and must not hang on how far somebody has read.
@@ -81,7 +46,11 @@ impl Milestones {
 
 impl<'a> Verifier<'a> {
     /// Looks at this text of the output, written of this stretch.
-    pub(super) fn take(&mut self, written: &mut Outgoing<'a>, stretch: &Stretch) -> Result<(), Fault> {
+    pub(super) fn take(
+        &mut self,
+        written: &mut Outgoing<Expected<'a>>,
+        stretch: &Stretch,
+    ) -> Result<(), Fault> {
         let Outgoing { text, expected, copied } = written;
         self.read_back.await_all(expected);
         let mut fed = 0;

@@ -6,7 +6,6 @@
 
 mod budget;
 mod changes;
-mod line_map;
 mod parameters;
 mod record;
 mod report;
@@ -23,5 +22,4 @@ pub use report::{CompensationReport, LocationErrorReport};
 pub use run::compensate_program;
 pub use spool::{MemorySpool, Place, Spool};
 
-pub(super) use line_map::{LineCursor, LineMap, line_ends};
 pub(super) use spool::Resting;

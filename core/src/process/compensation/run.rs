@@ -3,6 +3,7 @@
 use std::io::{BufReader, BufWriter, Read, Write};
 
 use super::super::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
+use super::super::pipeline::{LineCursor, LineMap};
 use super::super::reading::ProgramReading;
 use super::super::simulate::simulate_lines;
 use super::super::singularity::treat_from;
@@ -20,7 +21,6 @@ use super::record;
 use super::report::{CompensationReport, LocationErrorReport};
 use super::spool::{Place, Resting, Spool};
 use super::unmodelled::Unmodelled;
-use super::{LineCursor, LineMap};
 use crate::machine::{LocationError, Machine, Squareness, Tool};
 use crate::program::Steps;
 use crate::wear::SideBySide;

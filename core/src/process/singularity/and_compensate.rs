@@ -6,7 +6,8 @@ use super::run::treat_from;
 use super::{SingularityAction, SingularityParameters, SingularityReport};
 use crate::machine::Machine;
 use crate::process::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
-use crate::process::compensation::{LineCursor, Place, Resting, Spool};
+use crate::process::compensation::{Place, Resting, Spool};
+use crate::process::pipeline::LineCursor;
 use crate::process::{CcParameters, CcReport, Fault, ProgramSource, Stop};
 use crate::wear::SideBySide;
 

@@ -1,7 +1,7 @@
 //! What becomes of the motions of a region.
 
-use super::super::emit::rounded_feed;
 use super::super::judge::Checked;
+use super::super::pipeline::rounded_feed;
 use super::super::plan::{Division, MIN_FEED, is_too_fast};
 use super::super::survey::Survey;
 use super::contact::Cutting;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::contact::Cutting;
 use super::measured::{Measured, as_uploaded, measured};
 use super::pending::{Collector, Pending, Seen};
-use super::plan::{Course, Moved, Planner};
+use super::plan::{Course, Divided, Moved, Planner};
 use super::regions::RegionNumber;
 use super::report::{RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
 use super::verify::{Expected, SingularityVerifier};
@@ -17,20 +17,21 @@ use crate::geometry::trig;
 use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::process::compensate::Upstream;
-use crate::process::compensation::{LineMap, line_ends};
-use crate::process::emit::Emitter;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
+use crate::process::pipeline::{LineMap, Outgoing, Placed, Rewriter};
 use crate::process::stream::{Passage, Passages};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
 use crate::process::{CcParameters, ContactSource, Fault, ProgramSource, Stop};
-use crate::program::{Batch, Dialect, Step, Steps, print_changed};
+use crate::program::{Dialect, Step, Steps};
 use crate::units::Angle;
 
 /// So many batches wait for the end of a region at most; then it ends there.
 const MAX_HELD: usize = 64;
+/// The place of a passage that was held back: it is in no stretch.
+const HELD: usize = usize::MAX;
 
 /// Finds the singular regions of a program and treats them: reports, divides or smooths (§1 "Conditioning", "Pole").
 ///
@@ -88,14 +89,11 @@ pub(in crate::process) fn treat_from(
     }
     run.close(stop)?;
     run.write_held(output)?;
-    run.inventory.inserted += run.emitter.feed_blocks;
-    run.inventory.join(&run.emitter.numbers);
-    run.verifier.finish(&run.inventory)?;
+    run.verifier.finish(&run.rewriter.inventory(&run.inventory))?;
     output.flush()?;
     let mut warnings = Warnings::default();
     passages.warn(&mut warnings);
-    let lines = std::mem::take(&mut run.lines);
-    let report = run.report(passages.dialect(), passages.blocks);
+    let (report, lines) = run.report(passages.dialect(), passages.blocks);
     Ok((SingularityReport { warnings: warnings.into_list(), ..report }, lines))
 }
 
@@ -111,7 +109,7 @@ struct Fate<'a> {
 struct Run<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
-    emitter: Emitter,
+    rewriter: Rewriter,
     verifier: SingularityVerifier<'a>,
     inventory: Inventory,
     /// Batches that wait for the end of a region.
@@ -121,12 +119,9 @@ struct Run<'a> {
     /// Number of the motion of the first fate, and of the next motion to come.
     first: u64,
     next: u64,
-    out: Vec<u8>,
+    out: Outgoing<Expected<'a>>,
     effort: Effort<'a>,
     blocks_changed: u64,
-    blocks_inserted: u64,
-    /// Of inserted blocks, in the lines of what is read.
-    lines: LineMap,
 }
 
 impl<'a> Run<'a> {
@@ -136,7 +131,7 @@ impl<'a> Run<'a> {
         let effort = || cutting.parameters.budget.effort(stop);
         let zone = cutting.kinematics.singular_zone(sine);
         Self {
-            emitter: Emitter::new(planner.survey.numbering),
+            rewriter: Rewriter::new(planner.survey.numbering),
             verifier: SingularityVerifier::new(cutting.machine, planner.clone(), dialect, effort()),
             planner,
             collector: Collector::new(cutting.clone(), zone, dialect),
@@ -145,11 +140,9 @@ impl<'a> Run<'a> {
             fates: VecDeque::new(),
             first: 0,
             next: 0,
-            out: Vec::new(),
+            out: Outgoing::default(),
             effort: effort(),
             blocks_changed: 0,
-            blocks_inserted: 0,
-            lines: LineMap::default(),
         }
     }
 
@@ -281,142 +274,74 @@ impl<'a> Run<'a> {
 
     /// Writes a batch whose motions' fates are known, and reads it back.
     fn write(&mut self, passage: &Passage, output: &mut dyn Write) -> Result<(), Fault> {
-        let Passage { batch, motions, .. } = passage;
-        let mut copied = 0;
-        self.settle(batch)?;
-        for motion in motions {
-            let fate = self.fates.pop_front().unwrap_or_default();
+        let placed = (HELD, passage);
+        self.rewriter.begin(passage, &mut self.out)?;
+        for motion in &passage.motions {
+            let Fate { course, inside } = self.fates.pop_front().unwrap_or_default();
             self.first += 1;
-            let Fate { course, inside } = fate;
             match (course, inside) {
-                (Course::Move(moved), Some((region, _))) => {
-                    self.write_moved(batch, *moved, region, &mut copied)?;
-                }
+                (Course::Move(moved), Some((region, _))) => self.write_moved(placed, *moved, region)?,
                 (Course::Divide(divided), Some((region, _))) => {
-                    self.out.extend_from_slice(batch.blocks_text(copied, motion.block as usize));
-                    copied = motion.block as usize + 1;
-                    let written_from = self.out.len();
-                    self.emitter
-                        .write_division(
-                            batch,
-                            &divided.checked,
-                            motion,
-                            &divided.division,
-                            &mut self.effort,
-                            &mut self.out,
-                        )
-                        .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-                    go_on(&self.effort)?;
-                    self.settle_behind(batch, motion, written_from)?;
-                    let parts = divided.division.nodes.len();
-                    self.blocks_changed += 1;
-                    self.blocks_inserted += parts as u64 - 1;
-                    self.inventory.inserted += parts as u64 - 1;
-                    let (checked, division) = (divided.checked, divided.division);
-                    let group =
-                        Arc::new(Group { source: divided.source, checked, division, correction_mm: 0.0 });
-                    for index in 0..parts {
-                        let group = Arc::clone(&group);
-                        self.verifier.await_next(Expected::Part { group, index, region });
-                    }
+                    self.write_divided(placed, motion, *divided, region)?;
                 }
-                (_, inside) => self.keep(batch, motion, inside, &mut copied)?,
+                (_, inside) => {
+                    let motion_kept = Meaning::of(motion);
+                    let expected = Expected::Same { motion: motion_kept, line: motion.line, inside };
+                    self.out.expected.push_back(expected);
+                    self.rewriter.leave(placed, motion, &mut self.out)?;
+                }
             }
         }
-        self.out.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        self.rewriter.end(placed, &mut self.out);
         self.check_budget()?;
-        self.verifier.take(&self.out)?;
-        output.write_all(&self.out)?;
+        self.verifier.take(&mut self.out)?;
+        output.write_all(&self.out.text)?;
         self.out.clear();
         Ok(())
     }
 
-    /// Copies a block, but gives it its feed back.
-    fn keep(
+    /// Writes the parts of a block.
+    fn write_divided(
         &mut self,
-        batch: &Batch,
+        passage: Placed<'_>,
         motion: &Motion,
-        inside: Option<(RegionNumber, RegionFigures)>,
-        copied: &mut usize,
+        divided: Divided<'a>,
+        region: RegionNumber,
     ) -> Result<(), Fault> {
-        let expected = Expected::Same { motion: Meaning::of(motion), line: motion.line, inside };
-        self.verifier.await_next(expected);
-        if !self.emitter.owes_feed() {
-            return Ok(());
-        }
-        self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-        *copied = motion.block as usize;
-        let (blocks, written_from) = (self.emitter.feed_blocks, self.out.len());
-        let changed = self
-            .emitter
-            .restore_feed(batch, motion, &mut self.out)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-        if self.emitter.feed_blocks > blocks {
-            let own = if changed { own_lines(batch, motion) } else { 0 };
-            self.note_lines(batch, motion, written_from, own)?;
-        }
-        *copied += usize::from(changed);
+        let Divided { source, checked, division } = divided;
+        let effort = &mut self.effort;
+        self.rewriter.anew(passage, motion, &mut self.out, |emitter, text| {
+            emitter.write_division(&passage.1.batch, &checked, motion, &division, effort, text)
+        })?;
+        go_on(&self.effort)?;
+        let parts = division.nodes.len();
+        self.blocks_changed += 1;
+        self.rewriter.count_inserted(parts as u64 - 1);
+        let group = Arc::new(Group { source, checked, division, correction_mm: 0.0 });
+        let part = |index| Expected::Part { group: Arc::clone(&group), index, region };
+        self.out.expected.extend((0..parts).map(part));
         Ok(())
     }
 
-    /// Where the batch before ended with an F owed: gives it back before this one changes what F means.
-    fn settle(&mut self, batch: &Batch) -> Result<(), Fault> {
-        let Some(first) = batch.blocks().first() else { return Ok(()) };
-        let from = self.out.len();
-        self.emitter
-            .settle(batch, 0, 0, &mut self.out)
-            .map_err(|fault| Fault::Unwritable { line: first.line, fault })?;
-        let written = line_ends(self.out.get(from..).unwrap_or_default());
-        self.lines.insert(first.line.saturating_sub(1), written)
-    }
-
-    /// Behind a block that was written anew from `from` on: gives an owed F back before what follows changes what F
-    /// means, and notes the lines.
-    fn settle_behind(&mut self, batch: &Batch, motion: &Motion, from: usize) -> Result<(), Fault> {
-        let index = motion.block as usize;
-        self.emitter
-            .settle(batch, index, index + 1, &mut self.out)
-            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-        self.note_lines(batch, motion, from, own_lines(batch, motion))
-    }
-
-    /// Lines written for this motion since `from`, of which the source has `own`; where it has none they stand before
-    /// its block.
-    fn note_lines(&mut self, batch: &Batch, motion: &Motion, from: usize, own: u64) -> Result<(), Fault> {
-        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
-        let written = line_ends(self.out.get(from..).unwrap_or_default());
-        self.lines.insert(line.saturating_sub(u64::from(own == 0)), written.saturating_sub(own))
-    }
-
     /// Writes a block with other ends.
-    fn write_moved(
-        &mut self,
-        batch: &Batch,
-        moved: Moved,
-        region: RegionNumber,
-        copied: &mut usize,
-    ) -> Result<(), Fault> {
+    fn write_moved(&mut self, passage: Placed<'_>, moved: Moved, region: RegionNumber) -> Result<(), Fault> {
         let motion = moved.pending.motion;
         let mut words = moved.words.clone();
         let only_feed = words.is_empty();
         if let Some(feed) = moved.feed {
-            self.emitter.owe(&motion.feed);
+            self.rewriter.owe(&motion.feed);
             words.push(feed);
         } else {
-            words.extend(self.emitter.take_owed(&motion.feed));
-            self.emitter.feeds_restored += u64::from(only_feed && !words.is_empty());
+            words.extend(self.rewriter.take_owed(&motion.feed));
+            if only_feed && !words.is_empty() {
+                self.rewriter.count_restored();
+            }
         }
         if !words.is_empty() {
-            self.out.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-            let written_from = self.out.len();
-            print_changed(batch, motion.block as usize, &words, false, &mut self.out)
-                .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-            self.emitter.count_feed(batch, &words);
-            self.settle_behind(batch, &motion, written_from)?;
-            *copied = motion.block as usize + 1;
+            self.rewriter.change(passage, &motion, &words, &mut self.out)?;
             self.blocks_changed += 1;
         }
-        self.verifier.await_next(Expected::Moved { moved: Box::new(moved), region });
+        self.out.expected.push_back(Expected::Moved { moved: Box::new(moved), region });
         Ok(())
     }
 
@@ -426,28 +351,23 @@ impl<'a> Run<'a> {
             let what = "evaluations of the deviation";
             return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
         }
-        if self.inventory.blocks + self.inventory.inserted > budget.max_blocks_out {
+        if self.inventory.blocks + self.rewriter.inserted() > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())
     }
 
-    fn report(self, dialect: Dialect, blocks_in: u64) -> SingularityReport {
-        let blocks_out = self.verifier.blocks();
-        SingularityReport {
+    /// What was done, and the lines that came in.
+    fn report(self, dialect: Dialect, blocks_in: u64) -> (SingularityReport, LineMap) {
+        let report = SingularityReport {
             blocks_in,
-            blocks_out,
+            blocks_out: self.verifier.blocks(),
             motions_checked: self.collector.checked,
             blocks_changed: self.blocks_changed,
-            blocks_inserted: self.blocks_inserted,
-            feeds_restored: self.emitter.feeds_restored,
+            blocks_inserted: self.rewriter.inserted(),
+            feeds_restored: self.rewriter.feeds_restored(),
             ..self.verifier.regions.report(dialect, self.planner.singularity.action)
-        }
+        };
+        (report, self.rewriter.into_lines())
     }
-}
-
-/// Lines that end in the block of this motion.
-fn own_lines(batch: &Batch, motion: &Motion) -> u64 {
-    let own = batch.blocks().get(motion.block as usize);
-    own.map_or(0, |block| line_ends(batch.block_text(block)))
 }

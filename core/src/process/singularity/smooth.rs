@@ -11,7 +11,7 @@ use crate::contact::{Effort, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::TurningRoom;
 use crate::motion::{ContactWords, Interpolation};
-use crate::process::emit::in_units;
+use crate::process::pipeline::in_units;
 
 /// What is left of the largest speed must be below this share, or the words stay.
 const WORTH: f64 = 0.9;

@@ -15,6 +15,7 @@ use crate::motion::{AxisWords, Motion, MotionKind};
 use crate::process::Fault;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
+use crate::process::pipeline::Outgoing;
 use crate::process::read_back::{Awaited, ReadBack, failed};
 use crate::process::verify::{Group, Meaning, Verifier, same_words};
 use crate::program::Dialect;
@@ -76,13 +77,10 @@ impl<'a> SingularityVerifier<'a> {
         Self { planner, read_back, regions: Regions::default(), effort }
     }
 
-    pub(super) fn await_next(&mut self, next: Expected<'a>) {
-        self.read_back.await_next(next);
-    }
-
-    /// Reads these bytes of the output.
-    pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.read_back.feed(bytes);
+    /// Reads this text of the output.
+    pub(super) fn take(&mut self, written: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        self.read_back.await_all(&mut written.expected);
+        self.read_back.feed(&written.text);
         self.read()
     }
 

@@ -3,7 +3,7 @@
 use super::pending::{Pending, Stated};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, ContactWords};
-use crate::process::emit::{exact_decimals, in_units};
+use crate::process::pipeline::{exact_decimals, in_units};
 use crate::program::{Address, NewWord, round_to_decimals};
 
 /// Values closer than this are the same [program units].
@@ -14,7 +14,7 @@ pub(super) const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
 
 /// The addresses of the rotary words in the order of the profile.
 pub(super) fn rotary_addresses(machine: &Machine) -> [Address; 2] {
-    machine.rotary_axes().each_ref().map(|axis| super::super::emit::letter(axis.letter.as_char()))
+    machine.rotary_axes().each_ref().map(|axis| crate::process::pipeline::letter(axis.letter.as_char()))
 }
 
 /// How a value is to be reached.

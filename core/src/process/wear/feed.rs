@@ -1,7 +1,7 @@
 //! The F word of a block whose path changed: no block runs faster than the source's.
 
-use super::super::emit::rounded_feed;
 use super::super::fault::LineFaultKind;
+use super::super::pipeline::rounded_feed;
 use super::super::plan::MIN_FEED;
 use crate::contact::{BlockTime, feed_word};
 use crate::motion::{AxisWords, Feed, FeedMode, Motion, MotionKind};

@@ -6,7 +6,8 @@
 use std::io::Write;
 
 use super::super::compensate::Upstream;
-use super::super::compensation::{BlockChange, LineMap};
+use super::super::compensation::BlockChange;
+use super::super::pipeline::{LineMap, Outgoing};
 use super::super::stream::{Passages, Stretch};
 use super::super::survey::Survey;
 use super::super::unknown_axes::naming_unknown_axes;
@@ -15,7 +16,7 @@ use super::parameters::{Milling, Moves, WearParameters};
 use super::posting::Posting;
 use super::report::WearReport;
 use super::run::Run;
-use super::verify::{Outgoing, WearVerifier};
+use super::verify::WearVerifier;
 use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::wear::{OneAfterAnother, SideBySide};
@@ -144,8 +145,7 @@ pub(in crate::process) fn move_program(
         // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
         return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
     }
-    run.inventory.inserted += run.emitter.feed_blocks;
-    verifier.finish(&run.inventory, stop)?;
+    verifier.finish(&run.rewriter.inventory(&run.inventory), stop)?;
     verifier.changes.drain(..).try_for_each(|change| note(&change))?;
     output.flush()?;
     passages.warn(&mut run.pilot.warnings);

@@ -1,9 +1,8 @@
 //! Stretch after stretch of a program moved and written.
 
-use super::super::compensation::{LineMap, line_ends};
-use super::super::emit::{Emitter, letter};
 use super::super::fault::{LineFaultKind, LineFaults, go_on};
 use super::super::inventory::Inventory;
+use super::super::pipeline::{Outgoing, Placed, Rewriter, letter};
 use super::super::reading::ProgramReading;
 use super::super::stream::{Passage, Stretch};
 use super::super::survey::Survey;
@@ -18,7 +17,7 @@ use super::parameters::Moves;
 use super::points::Points;
 use super::posting::Posting;
 use super::report::{CurvatureAcross, WearReport};
-use super::verify::{Expected, Outgoing, WearVerifier};
+use super::verify::{Expected, WearVerifier};
 use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
@@ -26,7 +25,7 @@ use crate::geometry::Vec3;
 use crate::kinematics::TRAVEL_SLACK;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Step, Steps, print_changed};
+use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Step, Steps};
 use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
@@ -48,10 +47,10 @@ pub(super) struct Run<'a> {
     points: Written<3>,
     /// U V W have to be written anew, because the words of every point mean another place.
     moves_points: bool,
-    pub(super) emitter: Emitter,
+    pub(super) rewriter: Rewriter,
     pub(super) faults: LineFaults,
     pub(super) inventory: Inventory,
-    pub(super) out: Outgoing,
+    pub(super) out: Outgoing<Expected>,
     /// Blocks looked through for codes that matter.
     scanned: usize,
     uses_tcp: bool,
@@ -65,7 +64,6 @@ pub(super) struct Run<'a> {
     max_shift: (f64, Option<u64>),
     contact_angles: Option<[Angle; 2]>,
     posting: Posting,
-    lines: LineMap,
 }
 
 impl<'a> Run<'a> {
@@ -104,7 +102,7 @@ impl<'a> Run<'a> {
             axes: Axes::new(machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()))),
             points: Written::new([Address::U, Address::V, Address::W]),
             moves_points: moves.moves_points(machine),
-            emitter: Emitter::default(),
+            rewriter: Rewriter::default(),
             faults: LineFaults::default(),
             inventory: Inventory::default(),
             out: Outgoing::default(),
@@ -119,30 +117,28 @@ impl<'a> Run<'a> {
             max_shift: (0.0, None),
             contact_angles: None,
             posting: Posting::default(),
-            lines: LineMap::default(),
         }
     }
 
     /// Moves a stretch and writes it.
     pub(super) fn stretch(&mut self, stretch: &Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
         for (index, passage) in stretch.passages.iter().enumerate() {
-            self.passage(passage, stretch.following(index), stop)?;
+            self.passage((index, passage), stretch.following(index), stop)?;
         }
         Ok(())
     }
 
     fn passage(
         &mut self,
-        passage: &Passage,
+        passage: Placed<'_>,
         following: Option<&Motion>,
         stop: &Stop<'_>,
     ) -> Result<(), Fault> {
-        let Passage { batch, motions, .. } = passage;
+        let Passage { batch, motions, .. } = passage.1;
         self.inventory.see(batch);
-        self.settle(batch, 0, 0)?;
+        self.rewriter.begin(passage.1, &mut self.out)?;
         self.pilot.points.prepare(motions);
         self.scanned = 0;
-        let mut copied = 0;
         for (index, motion) in motions.iter().enumerate() {
             if index % ASK_EVERY == 0 && stop().is_break() {
                 return Err(Fault::Cancelled);
@@ -152,10 +148,10 @@ impl<'a> Run<'a> {
             let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
             go_on(&self.pilot.effort)?;
             let done = match course {
-                Ok(Course::Leave) => Ok(self.leave(batch, motion, &mut copied)?),
+                Ok(Course::Leave) => Ok(self.leave(passage, motion)?),
                 Ok(Course::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
                     Some(kind) => Err(kind),
-                    None => self.shift(batch, motion, &goal, point, &mut copied)?,
+                    None => self.shift(passage, motion, &goal, point)?,
                 },
                 Err(kind) => Err(kind),
             };
@@ -167,7 +163,7 @@ impl<'a> Run<'a> {
             }
         }
         self.scan(batch, batch.blocks().len());
-        self.out.text.extend_from_slice(batch.blocks_text(copied, batch.blocks().len()));
+        self.rewriter.end(passage, &mut self.out);
         if self.faults.total > 0 {
             self.out.clear();
         }
@@ -226,7 +222,8 @@ impl<'a> Run<'a> {
     }
 
     /// Copies a block, but gives it its feed back.
-    fn leave(&mut self, batch: &Batch, motion: &Motion, copied: &mut usize) -> Result<(), Fault> {
+    fn leave(&mut self, passage: Placed<'_>, motion: &Motion) -> Result<(), Fault> {
+        let batch = &passage.1.batch;
         let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
         match motion.unfollowable {
@@ -236,36 +233,19 @@ impl<'a> Run<'a> {
         }
         let end = motion.end.map(|words| self.axes.standing(&words));
         self.foresee(motion, start, end, motion.contact, None, None);
-        if self.emitter.owes_feed() {
-            self.out.text.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-            *copied = motion.block as usize;
-            let before = (self.emitter.feed_blocks, self.out.text.len());
-            let changed = self
-                .emitter
-                .restore_feed(batch, motion, &mut self.out.text)
-                .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-            if self.emitter.feed_blocks > before.0 {
-                let block = batch.blocks().get(motion.block as usize);
-                let own = block.filter(|_| changed).map_or(0, |block| line_ends(batch.block_text(block)));
-                let inserted =
-                    line_ends(self.out.text.get(before.1..).unwrap_or_default()).saturating_sub(own);
-                self.lines.insert(line_before(batch, motion), inserted)?;
-            }
-            *copied += usize::from(changed);
-            self.blocks_changed += u64::from(changed);
-        }
+        self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, &mut self.out)?);
         Ok(())
     }
 
     /// Writes a block with its moved end.
     fn shift(
         &mut self,
-        batch: &Batch,
+        passage: Placed<'_>,
         motion: &Motion,
         goal: &Goal,
         point: Option<Point>,
-        copied: &mut usize,
     ) -> Result<Result<(), LineFaultKind>, Fault> {
+        let batch = &passage.1.batch;
         let Some(source_end) = motion.end else { return Ok(Ok(())) };
         let [linear, rotary] = self.resolutions(motion);
         let start = motion.start.map(|words| self.axes.standing(&words));
@@ -301,16 +281,11 @@ impl<'a> Run<'a> {
         let only_feed = words.is_empty();
         words.extend(feed);
         if !words.is_empty() {
-            self.out.text.extend_from_slice(batch.blocks_text(*copied, motion.block as usize));
-            print_changed(batch, motion.block as usize, &words, false, &mut self.out.text)
-                .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
-            if self.emitter.count_feed(batch, &words) {
-                self.lines.insert(line_before(batch, motion), 1)?;
-            }
-            *copied = motion.block as usize + 1;
+            self.rewriter.change(passage, motion, &words, &mut self.out)?;
             self.blocks_changed += 1;
-            self.emitter.feeds_restored += u64::from(only_feed && lowered.is_none());
-            self.settle(batch, motion.block as usize, *copied)?;
+            if only_feed && lowered.is_none() {
+                self.rewriter.count_restored();
+            }
         }
         self.feeds_lowered += u64::from(lowered.is_some());
         self.count(motion, point.as_ref());
@@ -321,27 +296,16 @@ impl<'a> Run<'a> {
         Ok(Ok(()))
     }
 
-    /// Gives an owed F back before the blocks from `first` on change what F means.
-    fn settle(&mut self, batch: &Batch, style: usize, first: usize) -> Result<(), Fault> {
-        let line = batch.blocks().get(style).map_or(0, |block| block.line);
-        let written_from = self.out.text.len();
-        self.emitter
-            .settle(batch, style, first, &mut self.out.text)
-            .map_err(|fault| Fault::Unwritable { line, fault })?;
-        let behind = line.saturating_sub(u64::from(first == style));
-        self.lines.insert(behind, line_ends(&self.out.text[written_from..]))
-    }
-
     /// The F word that the block needs: a lower one, or the source's where the written program has another.
     fn feed_word(&mut self, motion: &Motion, lowered: Option<NewWord>) -> Option<NewWord> {
         if motion.kind == MotionKind::Rapid {
             return None;
         }
         if lowered.is_none() {
-            return self.emitter.take_owed(&motion.feed);
+            return self.rewriter.take_owed(&motion.feed);
         }
         // Written even where it should stand already: an F between the blocks may have come in.
-        self.emitter.owe(&motion.feed);
+        self.rewriter.owe(&motion.feed);
         lowered
     }
 
@@ -501,7 +465,7 @@ impl<'a> Run<'a> {
             after_if_assumed: is_assumed.then(|| verifier.if_assumed.summary()),
             motions_shifted: self.motions_shifted,
             feeds_lowered: self.feeds_lowered,
-            feeds_restored: self.emitter.feeds_restored,
+            feeds_restored: self.rewriter.feeds_restored(),
             max_shift: Length::from_mm(max_shift_mm),
             max_shift_line,
             contact_angles: self.contact_angles,
@@ -512,12 +476,6 @@ impl<'a> Run<'a> {
             series: verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
         };
-        Moved { wear, posting: self.posting, lines: self.lines }
+        Moved { wear, posting: self.posting, lines: self.rewriter.into_lines() }
     }
-}
-
-/// The line before the block of a motion, in the text that is read: `motion.line` is one of the upload.
-fn line_before(batch: &Batch, motion: &Motion) -> u64 {
-    let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
-    line.saturating_sub(1)
 }

@@ -1,10 +1,9 @@
 //! The written program read back as a control would read it: every motion against what was planned, and the worn
 //! cutter's contact against the nominal one's, from the words that were read.
 
-use std::collections::VecDeque;
-
 use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
+use super::super::pipeline::Outgoing;
 use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::super::report::DeviationTotals;
 use super::super::set_ups::SetUps;
@@ -39,20 +38,6 @@ pub(super) struct Expected {
     pub(super) point: Option<Point>,
     /// How linear and rotary words were written.
     pub(super) resolutions: [Resolution; 2],
-}
-
-/// Text of the output, and what it has to mean.
-#[derive(Debug, Default)]
-pub(super) struct Outgoing {
-    pub(super) text: Vec<u8>,
-    pub(super) expected: VecDeque<Expected>,
-}
-
-impl Outgoing {
-    pub(super) fn clear(&mut self) {
-        self.text.clear();
-        self.expected.clear();
-    }
 }
 
 impl Awaited for Expected {
@@ -109,7 +94,7 @@ impl<'a> WearVerifier<'a> {
     }
 
     /// Reads this text of the output; whether to go on is asked all along.
-    pub(super) fn take(&mut self, written: &mut Outgoing, stop: &Stop<'_>) -> Result<(), Fault> {
+    pub(super) fn take(&mut self, written: &mut Outgoing<Expected>, stop: &Stop<'_>) -> Result<(), Fault> {
         self.read_back.await_all(&mut written.expected);
         self.read_back.feed(&written.text);
         self.read(stop)

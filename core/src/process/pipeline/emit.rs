@@ -1,10 +1,10 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
-use super::feed_at_risk::feed_at_risk;
-use super::inventory::Inventory;
-use super::judge::Checked;
-use super::numbering::Numbering;
-use super::plan::Division;
+use super::super::feed_at_risk::feed_at_risk;
+use super::super::inventory::Inventory;
+use super::super::judge::Checked;
+use super::super::numbering::Numbering;
+use super::super::plan::Division;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{
     AxisWords, ContactWords, Feed, FeedForm, FeedMode, FeedRules, Interpolation, Motion, Unfollowable,
@@ -25,7 +25,7 @@ const MAX_FEED_DECIMALS: u8 = 9;
 
 /// Writes blocks and keeps track of the feed that the written program has at each point.
 #[derive(Debug, Default)]
-pub(super) struct Emitter {
+pub(in crate::process) struct Emitter {
     /// F as the written program has it after divided blocks, where it differs from the source's.
     owed: Option<OwedFeed>,
     pub(super) feeds_restored: u64,
@@ -155,7 +155,7 @@ impl Emitter {
 
     /// Writes a divided block: the source block with the first part's words, then one block for each further part; not all
     /// of them where the effort is over.
-    pub(super) fn write_division(
+    pub(in crate::process) fn write_division(
         &mut self,
         batch: &Batch,
         checked: &Checked<'_>,
@@ -249,7 +249,7 @@ fn part_feed(
 }
 
 /// The F word of this value, with the source's decimals or as many more as it needs.
-pub(super) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
+pub(in crate::process) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
     let mut decimals = feed.decimals;
     while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
         && decimals < MAX_FEED_DECIMALS.max(feed.decimals)
@@ -427,7 +427,11 @@ fn contact_decimals(addresses: [Address; 3], decimals: u8) -> u8 {
 }
 
 /// The contact words of a node inside a divided block, as the control reads them back; `None` where the part states none.
-pub(super) fn node_contact(checked: &Checked<'_>, motion: &Motion, node: &Node) -> Option<ContactWords> {
+pub(in crate::process) fn node_contact(
+    checked: &Checked<'_>,
+    motion: &Motion,
+    node: &Node,
+) -> Option<ContactWords> {
     let (addresses, values, unit) = ContactEnds::of(checked, motion).at(checked, motion, node, false)?;
     let decimals = contact_decimals(addresses, motion.decimals.contact);
     let read = values.map(|value| round_to_decimals(value / unit, decimals) * unit);
@@ -457,7 +461,7 @@ fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
 }
 
 /// X Y Z in program units, rotary words in degrees.
-pub(super) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
+pub(in crate::process) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
     let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
     let [first, second] = words.rotary_deg;
     [x, y, z, first, second]
@@ -479,13 +483,13 @@ fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
 }
 
 /// The fewest decimals, at least `decimals`, that give `value` back.
-pub(super) fn exact_decimals(value: f64, decimals: u8) -> u8 {
+pub(in crate::process) fn exact_decimals(value: f64, decimals: u8) -> u8 {
     (decimals..=MAX_DECIMALS)
         .find(|&digits| !differs(round_to_decimals(value, digits), value))
         .unwrap_or(decimals)
 }
 
-pub(super) fn letter(letter: char) -> Address {
+pub(in crate::process) fn letter(letter: char) -> Address {
     match letter {
         'A' => Address::A,
         'B' => Address::B,

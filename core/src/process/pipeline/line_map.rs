@@ -117,7 +117,7 @@ impl<'a> LineCursor<'a> {
 }
 
 /// How many lines end in this text: at LF, CR LF or CR.
-pub(in crate::process) fn line_ends(text: &[u8]) -> u64 {
+pub(super) fn line_ends(text: &[u8]) -> u64 {
     let mut count = 0;
     let mut at = 0;
     while let Some(found) = memchr::memchr2(b'\n', b'\r', text.get(at..).unwrap_or_default()) {

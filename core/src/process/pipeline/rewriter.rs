@@ -1,0 +1,171 @@
+//! A program written from another one: blocks are copied or written anew, feeds that new blocks took are given back, and it is
+//! kept which lines came in.
+
+use super::super::Fault;
+use super::super::inventory::Inventory;
+use super::super::numbering::Numbering;
+use super::super::stream::Passage;
+use super::emit::Emitter;
+use super::line_map::{LineMap, line_ends};
+use super::outgoing::Outgoing;
+use crate::motion::{Feed, Motion};
+use crate::program::{Batch, NewWord, WriteFault, print_changed};
+
+/// A passage, and its place in the stretch at hand.
+pub(in crate::process) type Placed<'p> = (usize, &'p Passage);
+
+/// Writes the passages of a program one after the other.
+#[derive(Debug, Default)]
+pub(in crate::process) struct Rewriter {
+    emitter: Emitter,
+    lines: LineMap,
+    /// Blocks of the passage at hand that are written.
+    copied: usize,
+    /// Blocks that came in, but for those that state a feed and nothing else.
+    inserted: u64,
+}
+
+impl Rewriter {
+    /// For a program that numbers its blocks like this.
+    pub(in crate::process) fn new(numbering: Numbering) -> Self {
+        Self { emitter: Emitter::new(numbering), ..Self::default() }
+    }
+
+    /// Begins a passage. Where the one before ended with an F owed, gives it back before this one changes what F means.
+    pub(in crate::process) fn begin<E>(
+        &mut self,
+        passage: &Passage,
+        out: &mut Outgoing<E>,
+    ) -> Result<(), Fault> {
+        self.copied = 0;
+        let Some(first) = passage.batch.blocks().first() else { return Ok(()) };
+        let from = out.text.len();
+        self.emitter
+            .settle(&passage.batch, 0, 0, &mut out.text)
+            .map_err(|fault| Fault::Unwritable { line: first.line, fault })?;
+        self.lines.insert(first.line.saturating_sub(1), line_ends(&out.text[from..]))
+    }
+
+    /// Leaves the block of a motion as it is, but gives it its feed back. Whether it was written anew for that.
+    pub(in crate::process) fn leave<E>(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        out: &mut Outgoing<E>,
+    ) -> Result<bool, Fault> {
+        if !self.emitter.owes_feed() {
+            return Ok(false);
+        }
+        self.copy_before(passage, motion, out);
+        let batch = &passage.1.batch;
+        let (feed_blocks, from) = (self.emitter.feed_blocks, out.text.len());
+        let is_changed = self
+            .emitter
+            .restore_feed(batch, motion, &mut out.text)
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        if self.emitter.feed_blocks > feed_blocks {
+            let own = if is_changed { own_lines(batch, motion) } else { 0 };
+            self.note_lines(batch, motion, &out.text[from..], own)?;
+        }
+        self.copied += usize::from(is_changed);
+        Ok(is_changed)
+    }
+
+    /// Writes the block of a motion with these words changed or added.
+    pub(in crate::process) fn change<E>(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        words: &[NewWord],
+        out: &mut Outgoing<E>,
+    ) -> Result<(), Fault> {
+        self.anew(passage, motion, out, |emitter, text| {
+            print_changed(&passage.1.batch, motion.block as usize, words, false, text)?;
+            emitter.count_feed(&passage.1.batch, words);
+            Ok(())
+        })
+    }
+
+    /// Writes the block of a motion anew, copying those before it.
+    pub(in crate::process) fn anew<E>(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        out: &mut Outgoing<E>,
+        write: impl FnOnce(&mut Emitter, &mut Vec<u8>) -> Result<(), WriteFault>,
+    ) -> Result<(), Fault> {
+        self.copy_before(passage, motion, out);
+        let (batch, index, from) = (&passage.1.batch, motion.block as usize, out.text.len());
+        write(&mut self.emitter, &mut out.text)
+            .and_then(|()| self.emitter.settle(batch, index, index + 1, &mut out.text))
+            .map_err(|fault| Fault::Unwritable { line: motion.line, fault })?;
+        self.note_lines(batch, motion, &out.text[from..], own_lines(batch, motion))?;
+        self.copied = index + 1;
+        Ok(())
+    }
+
+    /// Ends a passage: copies the rest of it.
+    pub(in crate::process) fn end<E>(&mut self, passage: Placed<'_>, out: &mut Outgoing<E>) {
+        out.copy(passage, self.copied, passage.1.batch.blocks().len());
+    }
+
+    /// The written program now has another modal F than this one of the source.
+    pub(in crate::process) fn owe(&mut self, feed: &Feed) {
+        self.emitter.owe(feed);
+    }
+
+    /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
+    pub(in crate::process) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
+        self.emitter.take_owed(feed)
+    }
+
+    /// A block was written for its feed alone.
+    pub(in crate::process) fn count_restored(&mut self) {
+        self.emitter.feeds_restored += 1;
+    }
+
+    /// So many blocks came in behind one that was divided.
+    pub(in crate::process) fn count_inserted(&mut self, blocks: u64) {
+        self.inserted += blocks;
+    }
+
+    /// Blocks that came in so far, but for those that state a feed and nothing else.
+    pub(in crate::process) fn inserted(&self) -> u64 {
+        self.inserted
+    }
+
+    /// Blocks that got their F word back and nothing else, and those that came in for it.
+    pub(in crate::process) fn feeds_restored(&self) -> u64 {
+        self.emitter.feeds_restored
+    }
+
+    /// What the written program has to have, by what was read.
+    pub(in crate::process) fn inventory(&self, read: &Inventory) -> Inventory {
+        let mut inventory = *read;
+        inventory.inserted += self.inserted + self.emitter.feed_blocks;
+        inventory.join(&self.emitter.numbers);
+        inventory
+    }
+
+    /// The lines that came in, in those of what was read.
+    pub(in crate::process) fn into_lines(self) -> LineMap {
+        self.lines
+    }
+
+    fn copy_before<E>(&mut self, passage: Placed<'_>, motion: &Motion, out: &mut Outgoing<E>) {
+        out.copy(passage, self.copied, motion.block as usize);
+        self.copied = motion.block as usize;
+    }
+
+    /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.
+    fn note_lines(&mut self, batch: &Batch, motion: &Motion, written: &[u8], own: u64) -> Result<(), Fault> {
+        let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
+        self.lines.insert(line.saturating_sub(u64::from(own == 0)), line_ends(written).saturating_sub(own))
+    }
+}
+
+/// Lines that end in the block of this motion.
+fn own_lines(batch: &Batch, motion: &Motion) -> u64 {
+    let own = batch.blocks().get(motion.block as usize);
+    own.map_or(0, |block| line_ends(batch.block_text(block)))
+}
