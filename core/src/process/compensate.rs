@@ -1,8 +1,4 @@
-//! Cutter-contact compensation of a whole program, streamed: read, judge, divide, write, read back.
-//!
-//! Four pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch of the
-//! program is judged and written, the next is prepared, the one behind it is read, and what was written of the one before
-//! is read back. What comes out does not depend on who does what.
+//! The step that repairs the cutter-contact path: motions are judged, and divided where their contact deviates.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -10,15 +6,16 @@ use std::sync::Arc;
 use super::dialect_fit::DialectFit;
 
 use super::fault::go_on;
+use super::inventory::Inventory;
 use super::judge::{Checked, Judge, Verdict};
-use super::pipeline::{LineCursor, LineMap, Outgoing, Rewriter};
+use super::pipeline::{Course, Hands, LineMap, Look, Note, Outgoing, Placed, Rewriter, Step, Upstream};
 use super::plan::{Division, Plan, plan};
 use super::prepare::Preparation;
 use super::reading::ProgramReading;
 use super::singularity::RegionFinder;
-use super::stream::{Passage, Passages, Stretch};
+use super::stream::{Passage, Stretch};
 use super::survey::Survey;
-use super::verify::{Expected, Group, Note, SourceMotion, Verifier};
+use super::verify::{Expected, Group, Judged, SourceMotion, Verifier};
 use super::{
     CcParameters, CcReport, ContactSource, Fault, ProgramSource, SingularityParameters, SingularityReport,
     Stop, WarningKind,
@@ -26,7 +23,7 @@ use super::{
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
-use crate::program::{Dialect, Step, Steps};
+use crate::program::{self, Dialect, Steps};
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
@@ -62,7 +59,7 @@ pub fn compensate_side_by_side(
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
     let step = PathStep { parameters, regions: None };
-    let source = Upstream { source, lines: Vec::new() };
+    let source = Upstream::upload(source);
     Ok(compensate_from(machine, &step, source, output, &mut |_| Ok(()), parts, stop)?.cc)
 }
 
@@ -82,13 +79,6 @@ pub(super) struct CompensatedPath {
     pub(super) regions: Option<SingularityReport>,
 }
 
-/// A program that was itself written from the upload.
-pub(super) struct Upstream<'a> {
-    pub(super) source: &'a dyn ProgramSource,
-    /// Lead from its lines to those of the upload, one after the other.
-    pub(super) lines: Vec<LineCursor<'a>>,
-}
-
 /// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
 ///
 /// # Errors
@@ -96,109 +86,38 @@ pub(super) struct Upstream<'a> {
 pub(super) fn compensate_from(
     machine: &Machine,
     &PathStep { parameters, regions }: &PathStep<'_>,
-    Upstream { source, lines }: Upstream<'_>,
+    upstream: Upstream<'_>,
     output: &mut dyn Write,
-    note: Note<'_>,
+    note: Note<'_, Judged>,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<CompensatedPath, Fault> {
+    let source = upstream.source;
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-    survey.refuse_repeated(Steps::of(&[Step::Cc]), parameters.program.allow_repeated)?;
+    survey.refuse_repeated(Steps::of(&[program::Step::Cc]), parameters.program.allow_repeated)?;
     let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
     let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
-    let mut passages =
-        Passages::open(source, machine, &parameters.program)?.leaving_vectors().with_lines(lines);
-    // Of a stretch that is worked off the text is still to be read back.
-    let (mut worked_off, mut present, mut next, mut coming): (Stretch, Stretch, Stretch, Stretch) =
-        Default::default();
-    let mut is_of_present = false;
-    passages.fill(&mut present, stop)?;
-    let dialect = passages.dialect();
+    let mut course = Course::begin(upstream, machine, &parameters.program, true, stop)?;
+    let dialect = course.dialect();
     let effort = || parameters.budget.effort(stop);
     let mut preparation = Preparation::new(machine, parameters);
-    preparation.prepare(&mut present);
-    passages.fill(&mut next, stop)?;
-    let mut is_next_prepared = false;
     let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
     let mut verifier = Verifier::new(machine, parameters, dialect, effort());
     let mut finder =
         regions.map(|zone| RegionFinder::new(machine, parameters, zone, survey, contact, dialect, stop));
-    let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
-    while !present.passages.is_empty() || !written.text.is_empty() {
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        let is_refused = passages.is_refused();
-        work.largest_after_mm = verifier.milestones.largest_mm;
-        if !is_refused {
-            work.counted = preparation.inventory.blocks;
-        }
-        let written_of = if is_of_present { &present } else { &worked_off };
-        let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
-        // The longest first: who is done with one takes the next.
-        parts.run(vec![
-            Box::new(|| {
-                if !is_refused {
-                    worked = work.stretch(&present, &mut writing);
-                }
-            }),
-            Box::new(|| {
-                if !is_refused && !is_next_prepared {
-                    preparation.prepare(&mut next);
-                }
-            }),
-            Box::new(|| {
-                if coming.passages.is_empty() {
-                    filled = passages.fill(&mut coming, stop);
-                }
-            }),
-            Box::new(|| checked = verifier.take(&mut written, written_of)),
-            Box::new(|| {
-                if !is_refused
-                    && !is_of_present
-                    && let Some(finder) = &mut finder
-                {
-                    finder.look(&present);
-                }
-            }),
-        ]);
-        checked?;
-        output.write_all(&written.text)?;
-        verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
-        worked.and(filled)?;
-        work.check_budget(verifier.effort.evaluations())?;
-        written.clear();
-        if is_refused || work.faults() {
-            // A faulty program is looked at to its end, so that every fault is named, but no longer written.
-            writing.clear();
-        }
-        std::mem::swap(&mut writing, &mut written);
-        is_of_present = true;
-        is_next_prepared = true;
-        if is_refused || work.is_done(&present) {
-            work.at = Place::default();
-            passages.recycle_all(&mut worked_off);
-            worked_off =
-                std::mem::replace(&mut present, std::mem::replace(&mut next, std::mem::take(&mut coming)));
-            is_of_present = false;
-            is_next_prepared = false;
-        }
-    }
-    passages.refusals()?;
-    if passages.motions == 0 {
-        return Err(Fault::NoMotion);
-    }
-    if work.faults() {
+    let look = finder.as_mut().map(|finder| finder as &mut dyn Look);
+    let mut hands = Hands { prepare: &mut preparation, step: &mut work, check: &mut verifier, look };
+    course.run(&mut hands, output, note, parts)?;
+    if hands.step.has_faults() {
         return Err(Fault::Lines(work.judge.faults));
     }
-    if work.fit.is_unread(parameters.program.dialect, source)? {
+    if hands.step.fit.is_unread(parameters.program.dialect, source)? {
         return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
-    verifier.finish(&work.rewriter.inventory(&preparation.inventory))?;
-    verifier.judged.drain(..).try_for_each(|judged| note(&judged))?;
-    output.flush()?;
+    course.finish(&mut hands, output, note)?;
+    let passages = &course.passages;
     passages.warn(&mut work.judge.warnings);
-    let regions = finder.map_or(Ok(None), |finder| finder.finish(&passages))?;
+    let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;
     let (cc, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
     Ok(CompensatedPath { cc, lines, regions })
 }
@@ -253,6 +172,43 @@ struct Work<'a> {
     uses_tcp: bool,
 }
 
+impl<'a> Step for Work<'a> {
+    type Meant = Expected<'a>;
+    type Check = Verifier<'a>;
+
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+        while let Some(passage) = stretch.passages.get(self.at.passage) {
+            if !self.at.is_begun {
+                self.rewriter.begin(passage, out)?;
+                self.at.is_begun = true;
+            }
+            if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
+                return Ok(false);
+            }
+            self.at = Place { passage: self.at.passage + 1, ..Place::default() };
+            if self.has_faults() {
+                out.clear();
+            }
+        }
+        self.at = Place::default();
+        Ok(true)
+    }
+
+    fn hear(&mut self, check: &Verifier<'a>, read: &Inventory) -> Result<(), Fault> {
+        self.largest_after_mm = check.milestones.largest_mm;
+        self.counted = read.blocks;
+        self.check_budget(check.effort.evaluations())
+    }
+
+    fn has_faults(&self) -> bool {
+        self.judge.faults.total > 0
+    }
+
+    fn rewriter(&self) -> &Rewriter {
+        &self.rewriter
+    }
+}
+
 impl<'a> Work<'a> {
     fn new(
         machine: &'a Machine,
@@ -280,36 +236,10 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn faults(&self) -> bool {
-        self.judge.faults.total > 0
-    }
-
-    fn is_done(&self, stretch: &Stretch) -> bool {
-        self.at.passage >= stretch.passages.len()
-    }
-
-    /// Goes on with a prepared stretch, to its end or until enough is written to be handed over.
-    fn stretch(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
-        while let Some(passage) = stretch.passages.get(self.at.passage) {
-            if !self.at.is_begun {
-                self.rewriter.begin(passage, out)?;
-                self.at.is_begun = true;
-            }
-            if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
-                return Ok(());
-            }
-            self.at = Place { passage: self.at.passage + 1, ..Place::default() };
-            if self.faults() {
-                out.clear();
-            }
-        }
-        Ok(())
-    }
-
     /// Goes on with a batch: true at its end, false where enough is written.
     fn passage(
         &mut self,
-        passage: (usize, &Passage),
+        passage: Placed<'_>,
         following: Option<&Motion>,
         out: &mut Outgoing<Expected<'a>>,
     ) -> Result<bool, Fault> {
@@ -338,7 +268,7 @@ impl<'a> Work<'a> {
                 Kept::No => true,
                 Kept::Faulty => false,
                 Kept::As(checked) => {
-                    if !self.faults() {
+                    if !self.has_faults() {
                         let (passage, line) = (passage.0, motion.line);
                         let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
                         out.expected.push_back(Expected::Same { motion, checked });
@@ -357,7 +287,7 @@ impl<'a> Work<'a> {
     /// Copies the blocks before this motion's, then writes its parts, unless these would run too fast.
     fn divide(
         &mut self,
-        passage: (usize, &Passage),
+        passage: Placed<'_>,
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
@@ -406,7 +336,7 @@ impl<'a> Work<'a> {
         self.divided += 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
         let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
-        if !self.faults() {
+        if !self.has_faults() {
             let parts = 0..group.division.nodes.len();
             out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
         }
@@ -479,7 +409,7 @@ impl<'a> Work<'a> {
             dialect,
             interpolation,
             contact: self.contact,
-            steps: if self.divided > 0 { Steps::of(&[Step::Cc]) } else { Steps::NONE },
+            steps: if self.divided > 0 { Steps::of(&[program::Step::Cc]) } else { Steps::NONE },
             reading,
             blocks_in,
             blocks_out: verifier.blocks(),

@@ -2,6 +2,7 @@
 
 use super::CcParameters;
 use super::inventory::Inventory;
+use super::pipeline::Prepare;
 use super::set_ups::SetUps;
 use super::stream::{Passage, Stretch};
 use super::tool_vectors::ToolVectors;
@@ -29,7 +30,22 @@ pub(super) struct Preparation<'a> {
     joints: JointLanes,
     poses: PoseLanes,
     /// Of everything prepared.
-    pub(super) inventory: Inventory,
+    inventory: Inventory,
+}
+
+impl Prepare for Preparation<'_> {
+    /// Gives the motions of a stretch their words where vectors stated them, works out their poses, and counts what there is.
+    fn prepare(&mut self, stretch: &mut Stretch) {
+        stretch.resolve(&mut self.vectors);
+        for passage in &mut stretch.passages {
+            self.inventory.see(&passage.batch);
+            self.work_out(passage);
+        }
+    }
+
+    fn inventory(&self) -> &Inventory {
+        &self.inventory
+    }
 }
 
 impl<'a> Preparation<'a> {
@@ -42,15 +58,6 @@ impl<'a> Preparation<'a> {
             joints: JointLanes::default(),
             poses: PoseLanes::default(),
             inventory: Inventory::default(),
-        }
-    }
-
-    /// Gives the motions of a stretch their words where vectors stated them, works out their poses, and counts what there is.
-    pub(super) fn prepare(&mut self, stretch: &mut Stretch) {
-        stretch.resolve(&mut self.vectors);
-        for passage in &mut stretch.passages {
-            self.inventory.see(&passage.batch);
-            self.work_out(passage);
         }
     }
 

@@ -46,7 +46,7 @@ impl Milestones {
 
 impl<'a> Verifier<'a> {
     /// Looks at this text of the output, written of this stretch.
-    pub(super) fn take(
+    pub(super) fn look_at(
         &mut self,
         written: &mut Outgoing<Expected<'a>>,
         stretch: &Stretch,
@@ -187,6 +187,7 @@ mod tests {
     use crate::kinematics::Setup;
     use crate::machine::{Machine, Preset, Tool};
     use crate::process::inventory::Inventory;
+    use crate::process::pipeline::Check as _;
     use crate::process::stream::Passages;
     use crate::process::{CcParameters, ProgramSetup};
     use crate::program::Dialect;
@@ -294,7 +295,7 @@ mod tests {
         assert!(written.text == source, "the whole program");
         change(&mut written.text);
         let mut verifier = Verifier::new(&machine, &parameters, dialect, Effort::default());
-        verifier.take(&mut written, &stretch)?;
+        verifier.look_at(&mut written, &stretch)?;
         verifier.finish(&inventory)
     }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::fault::go_on;
 use super::inventory::Inventory;
 use super::judge::Checked;
+use super::pipeline::{Check, Outgoing};
 use super::plan::Division;
 use super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::stream::Stretch;
@@ -186,9 +187,6 @@ impl Judged {
     }
 }
 
-/// Takes what became of a motion, in the order of the program.
-pub(super) type Note<'n> = &'n mut dyn FnMut(&Judged) -> Result<(), Fault>;
-
 /// Reads the output back and sums up what it leaves.
 pub(super) struct Verifier<'a> {
     machine: &'a Machine,
@@ -202,6 +200,25 @@ pub(super) struct Verifier<'a> {
     /// What became of the motions read back, to be taken away.
     pub(super) judged: Vec<Judged>,
     pub(super) effort: Effort<'a>,
+}
+
+impl<'a> Check for Verifier<'a> {
+    type Meant = Expected<'a>;
+    type Became = Judged;
+
+    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, of: &Stretch) -> Result<(), Fault> {
+        self.look_at(written, of)
+    }
+
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read(&Stretch::default())?;
+        self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<Judged> {
+        &mut self.judged
+    }
 }
 
 impl<'a> Verifier<'a> {
@@ -222,13 +239,6 @@ impl<'a> Verifier<'a> {
             judged: Vec::new(),
             effort,
         }
-    }
-
-    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read(&Stretch::default())?;
-        self.read_back.is_whole(source)
     }
 
     /// Blocks of the output so far.

@@ -2,8 +2,8 @@
 
 use std::io::{BufReader, BufWriter, Read, Write};
 
-use super::super::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
-use super::super::pipeline::{LineCursor, LineMap};
+use super::super::compensate::{CompensatedPath, PathStep, compensate_from};
+use super::super::pipeline::{LineCursor, LineMap, Upstream};
 use super::super::reading::ProgramReading;
 use super::super::simulate::simulate_lines;
 use super::super::singularity::treat_from;
@@ -51,7 +51,7 @@ pub fn compensate_program(
     if !parameters.moves() && parameters.cc.is_none() {
         return Err(Fault::NothingAsked);
     }
-    let treated = treated(machine, parameters, source, spool, stop)?;
+    let treated = treated(machine, parameters, source, spool, parts, stop)?;
     let resting = Resting { spool, place: Place::Treated };
     let (source, lines) = match &treated {
         Some(Treated { lines: Some(lines), .. }) => (&resting as &dyn ProgramSource, Some(lines)),
@@ -99,6 +99,7 @@ fn treated(
     parameters: &CompensationParameters,
     source: &dyn ProgramSource,
     spool: &dyn Spool,
+    parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<Option<Treated>, Fault> {
     let Some(singularity) = &parameters.singularity else { return Ok(None) };
@@ -106,17 +107,17 @@ fn treated(
         return Ok(None);
     }
     let cc = parameters.treatment();
-    let source = Upstream { source, lines: Vec::new() };
+    let source = Upstream::upload(source);
     if singularity.action == SingularityAction::Report {
         let nowhere = &mut std::io::sink();
-        return match treat_from(machine, &cc, singularity, source, nowhere, stop) {
+        return match treat_from(machine, &cc, singularity, source, nowhere, parts, stop) {
             Ok((report, _)) => Ok(Some(Treated { report, lines: None })),
             Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
             Err(_) => Ok(None),
         };
     }
     let mut text = BufWriter::new(spool.create(Place::Treated)?);
-    let (report, lines) = treat_from(machine, &cc, singularity, source, &mut text, stop)?;
+    let (report, lines) = treat_from(machine, &cc, singularity, source, &mut text, parts, stop)?;
     text.flush()?;
     Ok(Some(Treated { report, lines: Some(lines) }))
 }

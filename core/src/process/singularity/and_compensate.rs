@@ -5,9 +5,9 @@ use std::io::{BufWriter, Write};
 use super::run::treat_from;
 use super::{SingularityAction, SingularityParameters, SingularityReport};
 use crate::machine::Machine;
-use crate::process::compensate::{CompensatedPath, PathStep, Upstream, compensate_from};
+use crate::process::compensate::{CompensatedPath, PathStep, compensate_from};
 use crate::process::compensation::{Place, Resting, Spool};
-use crate::process::pipeline::LineCursor;
+use crate::process::pipeline::{LineCursor, Upstream};
 use crate::process::{CcParameters, CcReport, Fault, ProgramSource, Stop};
 use crate::wear::SideBySide;
 
@@ -28,7 +28,7 @@ pub fn treat_and_compensate(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<(Option<SingularityReport>, CcReport), Fault> {
-    let upload = Upstream { source, lines: Vec::new() };
+    let upload = Upstream::upload(source);
     let note = &mut |_: &_| Ok(());
     if singularity.action == SingularityAction::Report {
         let step = PathStep { parameters: cc, regions: Some(singularity) };
@@ -37,7 +37,7 @@ pub fn treat_and_compensate(
         return Ok((regions, cc));
     }
     let mut text = BufWriter::new(spool.create(Place::Treated)?);
-    let (treated, lines) = treat_from(machine, cc, singularity, upload, &mut text, stop)?;
+    let (treated, lines) = treat_from(machine, cc, singularity, upload, &mut text, parts, stop)?;
     text.flush()?;
     drop(text);
     let resting = Resting { spool, place: Place::Treated };

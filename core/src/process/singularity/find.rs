@@ -4,12 +4,13 @@ use super::contact::Cutting;
 use super::measured::{as_uploaded, measured};
 use super::pending::{Collector, Seen};
 use super::plan::Planner;
-use super::regions::Regions;
+use super::regions::{Regions, Written};
 use super::{SingularityAction, SingularityParameters, SingularityReport};
 use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::machine::Machine;
 use crate::motion::Motion;
+use crate::process::pipeline::Look;
 use crate::process::stream::{Passages, Stretch};
 use crate::process::survey::Survey;
 use crate::process::warnings::Warnings;
@@ -22,11 +23,27 @@ pub(in crate::process) struct RegionFinder<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
     regions: Regions,
+    /// What is written is what was read.
+    written: Written,
     effort: Effort<'a>,
     /// Number of the next motion.
     next: u64,
     /// Why there is no list.
     fault: Option<Fault>,
+}
+
+impl Look for RegionFinder<'_> {
+    fn look(&mut self, stretch: &Stretch) {
+        for passage in &stretch.passages {
+            for motion in &passage.motions {
+                if self.fault.is_none()
+                    && let Err(fault) = self.see(&passage.batch, motion)
+                {
+                    self.fault = Some(fault);
+                }
+            }
+        }
+    }
 }
 
 impl<'a> RegionFinder<'a> {
@@ -47,22 +64,10 @@ impl<'a> RegionFinder<'a> {
             collector: Collector::new(cutting.clone(), singular_zone, dialect),
             planner: Planner { cutting, survey, singularity: *zone },
             regions: Regions::default(),
+            written: Written::default(),
             effort: cc.budget.effort(stop),
             next: 0,
             fault: None,
-        }
-    }
-
-    /// Looks at the next stretch, whose tool vectors are resolved.
-    pub(in crate::process) fn look(&mut self, stretch: &Stretch) {
-        for passage in &stretch.passages {
-            for motion in &passage.motions {
-                if self.fault.is_none()
-                    && let Err(fault) = self.see(&passage.batch, motion)
-                {
-                    self.fault = Some(fault);
-                }
-            }
         }
     }
 
@@ -85,7 +90,7 @@ impl<'a> RegionFinder<'a> {
         let planner = self.planner.on(first);
         let Some(found) = measured(&planner, &region, &mut self.effort)? else { return Ok(()) };
         let number = self.regions.add(as_uploaded([first, last], region.len(), found.before, &found.nearest));
-        found.each.iter().for_each(|figures| self.regions.written(number, figures));
+        found.each.iter().for_each(|figures| self.written.take(number, figures));
         Ok(())
     }
 
@@ -113,7 +118,7 @@ impl<'a> RegionFinder<'a> {
             blocks_out: passages.blocks,
             motions_checked: self.collector.checked,
             warnings: warnings.into_list(),
-            ..self.regions.report(passages.dialect(), SingularityAction::Report)
+            ..self.regions.report(self.written, passages.dialect(), SingularityAction::Report)
         }))
     }
 }

@@ -22,7 +22,7 @@ const LEAST_ROTARY: u8 = 3;
 
 /// What becomes of a motion.
 #[derive(Debug, Default)]
-pub(super) enum Course<'a> {
+pub(super) enum Change<'a> {
     /// Its block is copied.
     #[default]
     Keep,

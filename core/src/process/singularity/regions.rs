@@ -20,8 +20,21 @@ pub(super) struct Regions {
     nearest: Option<(u64, Angle)>,
     fastest: Option<(u64, f64)>,
     before: RegionFigures,
+}
+
+/// What stands of the regions in the written program: of the first ones by themselves, of all of them in sums.
+#[derive(Debug, Default)]
+pub(super) struct Written {
+    kept: Vec<WrittenRegion>,
     after: RegionFigures,
-    pub(super) axis_spent_rad: f64,
+    axis_spent_rad: f64,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Default)]
+struct WrittenRegion {
+    after: Option<RegionFigures>,
+    axis_spent_rad: f64,
 }
 
 impl Regions {
@@ -61,31 +74,14 @@ impl Regions {
         number
     }
 
-    /// Figures of one motion, or part of one, as it stands in the written program.
-    pub(super) fn written(&mut self, number: RegionNumber, figures: &RegionFigures) {
-        self.after.take(figures);
-        if let Some(region) = self.region(number)
-            && !matches!(region.treatment, RegionTreatment::Left(_) | RegionTreatment::Reported)
-        {
-            region.after.get_or_insert_default().take(figures);
-        }
-    }
-
-    /// The tool axis is this far from the programmed one at a point of the written program.
-    pub(super) fn spent(&mut self, number: RegionNumber, spent_rad: f64) {
-        self.axis_spent_rad = self.axis_spent_rad.max(spent_rad);
-        if let Some(SingularRegion { treatment: RegionTreatment::Smoothed { axis_spent, .. }, .. }) =
-            self.region(number)
-        {
-            *axis_spent = Angle::from_rad(axis_spent.rad().max(spent_rad));
-        }
-    }
-
-    fn region(&mut self, number: RegionNumber) -> Option<&mut SingularRegion> {
-        self.kept.get_mut(usize::try_from(number).ok()?)
-    }
-
-    pub(super) fn report(self, dialect: Dialect, action: SingularityAction) -> SingularityReport {
+    pub(super) fn report(
+        self,
+        written: Written,
+        dialect: Dialect,
+        action: SingularityAction,
+    ) -> SingularityReport {
+        let Written { kept: written, after, axis_spent_rad } = written;
+        let regions = self.kept.into_iter().zip(written.into_iter().map(Some).chain(std::iter::repeat(None)));
         let left = self.left.into_iter();
         let left = left.map(|(reason, (count, first_line))| RegionsLeft { reason, count, first_line });
         SingularityReport {
@@ -96,18 +92,56 @@ impl Regions {
             motions_checked: 0,
             motions_singular: self.motions,
             regions_found: self.found,
-            regions: self.kept,
+            regions: regions.map(|(region, written)| joined(region, &written.unwrap_or_default())).collect(),
             regions_treated: self.treated,
             left: left.collect(),
             nearest: self.nearest,
             fastest: self.fastest,
             before: self.before,
-            after: self.after,
+            after,
             blocks_changed: 0,
             blocks_inserted: 0,
             feeds_restored: 0,
-            axis_spent: Angle::from_rad(self.axis_spent_rad),
+            axis_spent: Angle::from_rad(axis_spent_rad),
             warnings: Vec::new(),
         }
+    }
+}
+
+/// A region with what stands of it in the written program.
+fn joined(region: SingularRegion, written: &WrittenRegion) -> SingularRegion {
+    let is_changed = !matches!(region.treatment, RegionTreatment::Left(_) | RegionTreatment::Reported);
+    let treatment = match region.treatment {
+        RegionTreatment::Smoothed { changed, .. } => {
+            RegionTreatment::Smoothed { changed, axis_spent: Angle::from_rad(written.axis_spent_rad) }
+        }
+        other => other,
+    };
+    SingularRegion { after: written.after.filter(|_| is_changed), treatment, ..region }
+}
+
+impl Written {
+    /// Figures of one motion, or part of one, as it stands in the written program.
+    pub(super) fn take(&mut self, number: RegionNumber, figures: &RegionFigures) {
+        self.after.take(figures);
+        if let Some(region) = self.region(number) {
+            region.after.get_or_insert_default().take(figures);
+        }
+    }
+
+    /// The tool axis is this far from the programmed one at a point of the written program.
+    pub(super) fn spent(&mut self, number: RegionNumber, spent_rad: f64) {
+        self.axis_spent_rad = self.axis_spent_rad.max(spent_rad);
+        if let Some(region) = self.region(number) {
+            region.axis_spent_rad = region.axis_spent_rad.max(spent_rad);
+        }
+    }
+
+    fn region(&mut self, number: RegionNumber) -> Option<&mut WrittenRegion> {
+        let index = usize::try_from(number).ok().filter(|index| *index < SingularityReport::MAX_REGIONS)?;
+        if self.kept.len() <= index {
+            self.kept.resize(index + 1, WrittenRegion::default());
+        }
+        self.kept.get_mut(index)
     }
 }

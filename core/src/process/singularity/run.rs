@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::contact::Cutting;
 use super::measured::{Measured, as_uploaded, measured};
 use super::pending::{Collector, Pending, Seen};
-use super::plan::{Course, Divided, Moved, Planner};
-use super::regions::RegionNumber;
+use super::plan::{Change, Divided, Moved, Planner};
+use super::regions::{RegionNumber, Regions};
 use super::report::{RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
 use super::verify::{Expected, SingularityVerifier};
 use super::{LeftReason, SingularityAction, SingularityParameters};
@@ -16,17 +16,17 @@ use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::compensate::Upstream;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
-use crate::process::pipeline::{LineMap, Outgoing, Placed, Rewriter};
-use crate::process::stream::{Passage, Passages};
+use crate::process::pipeline::{Course, Hands, LineMap, Outgoing, Placed, Rewriter, Step, Upstream};
+use crate::process::stream::{Passage, Stretch};
 use crate::process::survey::Survey;
 use crate::process::verify::{Group, Meaning};
 use crate::process::warnings::Warnings;
 use crate::process::{CcParameters, ContactSource, Fault, ProgramSource, Stop};
-use crate::program::{Dialect, Step, Steps};
+use crate::program::{self, Dialect, Steps};
 use crate::units::Angle;
+use crate::wear::{OneAfterAnother, SideBySide};
 
 /// So many batches wait for the end of a region at most; then it ends there.
 const MAX_HELD: usize = 64;
@@ -51,8 +51,8 @@ pub fn treat_singular_regions(
     output: &mut dyn Write,
     stop: &Stop<'_>,
 ) -> Result<SingularityReport, Fault> {
-    let source = Upstream { source, lines: Vec::new() };
-    Ok(treat_from(machine, cc, singularity, source, output, stop)?.0)
+    let source = Upstream::upload(source);
+    Ok(treat_from(machine, cc, singularity, source, output, &OneAfterAnother, stop)?.0)
 }
 
 /// [`treat_singular_regions`] for a program that was itself written from the upload. Beside the report the lines of
@@ -64,43 +64,43 @@ pub(in crate::process) fn treat_from(
     machine: &Machine,
     cc: &CcParameters,
     singularity: &SingularityParameters,
-    Upstream { source, lines }: Upstream<'_>,
+    upstream: Upstream<'_>,
     output: &mut dyn Write,
+    parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<(SingularityReport, LineMap), Fault> {
+    let source = upstream.source;
     let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
     if singularity.action != SingularityAction::Report {
-        survey.refuse_repeated(Steps::of(&[Step::Singularity]), cc.program.allow_repeated)?;
+        survey.refuse_repeated(Steps::of(&[program::Step::Singularity]), cc.program.allow_repeated)?;
     }
     let contact = survey.contact(cc.contact, cc.part.is_some())?;
     // Contacts that a rule would assume count for nothing here.
     let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
     let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
     let planner = Planner { cutting: Cutting::of(machine, cc, contact), survey, singularity: *singularity };
-    let mut passages = Passages::open(source, machine, &cc.program)?.with_lines(lines);
-    let mut run: Option<Run<'_>> = None;
-    passages.work(stop, |passage, _, dialect| {
-        let run = run.get_or_insert_with(|| Run::new(planner.clone(), dialect, stop));
-        run.passage(passage, output, stop)
-    })?;
-    let Some(mut run) = run.filter(|_| passages.motions > 0) else { return Err(Fault::NoMotion) };
-    if run.collector.faults.total > 0 {
+    let mut course = Course::begin(upstream, machine, &cc.program, false, stop)?;
+    let mut run = Run::new(planner.clone(), course.dialect(), stop);
+    let mut verifier = SingularityVerifier::new(machine, planner, course.dialect(), cc.budget.effort(stop));
+    let mut inventory = Inventory::default();
+    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look: None };
+    let note = &mut |(): &()| Ok(());
+    course.run(&mut hands, output, note, parts)?;
+    if hands.step.has_faults() {
         return Err(Fault::Lines(run.collector.faults));
     }
-    run.close(stop)?;
-    run.write_held(output)?;
-    run.verifier.finish(&run.rewriter.inventory(&run.inventory))?;
-    output.flush()?;
+    course.finish(&mut hands, output, note)?;
+    let passages = &course.passages;
     let mut warnings = Warnings::default();
     passages.warn(&mut warnings);
-    let (report, lines) = run.report(passages.dialect(), passages.blocks);
+    let (report, lines) = run.report(verifier, passages.dialect(), passages.blocks);
     Ok((SingularityReport { warnings: warnings.into_list(), ..report }, lines))
 }
 
 /// What becomes of a motion that is held back.
 #[derive(Debug, Default)]
 struct Fate<'a> {
-    course: Course<'a>,
+    change: Change<'a>,
     /// The region it stands in, and its figures as uploaded.
     inside: Option<(RegionNumber, RegionFigures)>,
 }
@@ -110,8 +110,7 @@ struct Run<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
     rewriter: Rewriter,
-    verifier: SingularityVerifier<'a>,
-    inventory: Inventory,
+    regions: Regions,
     /// Batches that wait for the end of a region.
     held: VecDeque<Passage>,
     /// The fates of their motions and of those at hand.
@@ -119,46 +118,74 @@ struct Run<'a> {
     /// Number of the motion of the first fate, and of the next motion to come.
     first: u64,
     next: u64,
-    out: Outgoing<Expected<'a>>,
     effort: Effort<'a>,
+    /// Evaluations of the reading back, and blocks read, as far as they are known.
+    spent_elsewhere: [u64; 2],
     blocks_changed: u64,
+    stop: &'a Stop<'a>,
+}
+
+impl<'a> Step for Run<'a> {
+    type Meant = Expected<'a>;
+    type Check = SingularityVerifier<'a>;
+
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+        stretch.passages.iter().try_for_each(|passage| self.passage(passage, out))?;
+        Ok(true)
+    }
+
+    fn end(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        self.close()?;
+        self.write_held(out)
+    }
+
+    fn hear(&mut self, check: &SingularityVerifier<'a>, read: &Inventory) -> Result<(), Fault> {
+        self.spent_elsewhere = [check.effort.evaluations(), read.blocks];
+        self.check_budget()
+    }
+
+    fn has_faults(&self) -> bool {
+        self.collector.faults.total > 0
+    }
+
+    fn rewriter(&self) -> &Rewriter {
+        &self.rewriter
+    }
 }
 
 impl<'a> Run<'a> {
     fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting.clone();
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
-        let effort = || cutting.parameters.budget.effort(stop);
         let zone = cutting.kinematics.singular_zone(sine);
         Self {
             rewriter: Rewriter::new(planner.survey.numbering),
-            verifier: SingularityVerifier::new(cutting.machine, planner.clone(), dialect, effort()),
             planner,
             collector: Collector::new(cutting.clone(), zone, dialect),
-            inventory: Inventory::default(),
+            regions: Regions::default(),
             held: VecDeque::new(),
             fates: VecDeque::new(),
             first: 0,
             next: 0,
-            out: Outgoing::default(),
-            effort: effort(),
+            effort: cutting.parameters.budget.effort(stop),
+            spent_elsewhere: [0; 2],
             blocks_changed: 0,
+            stop,
         }
     }
 
     /// Looks at one batch; writes it unless a region goes on behind it.
-    fn passage(&mut self, passage: &Passage, output: &mut dyn Write, stop: &Stop<'_>) -> Result<(), Fault> {
-        self.inventory.see(&passage.batch);
+    fn passage(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
         for motion in &passage.motions {
             self.fates.push_back(Fate::default());
             let index = self.next;
             self.next += 1;
             if self.collector.see(&passage.batch, motion, index) == Seen::Closes && self.collector.is_open() {
-                self.close(stop)?;
+                self.close()?;
                 self.collector.see(&passage.batch, motion, index);
             }
             if self.collector.is_full() {
-                self.close(stop)?;
+                self.close()?;
             }
         }
         if self.collector.is_open() && self.held.len() < MAX_HELD {
@@ -169,16 +196,16 @@ impl<'a> Run<'a> {
             });
             return Ok(());
         }
-        self.close(stop)?;
-        self.write_held(output)?;
-        self.write(passage, output)
+        self.close()?;
+        self.write_held(out)?;
+        self.write(passage, out)
     }
 
     /// Plans the region at hand.
-    fn close(&mut self, stop: &Stop<'_>) -> Result<(), Fault> {
+    fn close(&mut self) -> Result<(), Fault> {
         let region = self.collector.take();
         let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
-        if stop().is_break() {
+        if (self.stop)().is_break() {
             return Err(Fault::Cancelled);
         }
         let planner = self.planner.on(first);
@@ -186,22 +213,22 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         self.check_budget()?;
-        let mut courses: Vec<Course<'a>> = region.iter().map(|_| Course::Keep).collect();
+        let mut changes: Vec<Change<'a>> = region.iter().map(|_| Change::Keep).collect();
         let treatment = match planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
-            SingularityAction::Densify => self.densify(&planner, &region, &mut courses, stop)?,
+            SingularityAction::Densify => self.densify(&planner, &region, &mut changes)?,
             // The tolerance of the tool axis was spent the first time.
-            SingularityAction::Smooth if planner.survey.borne.steps.has(Step::Singularity) => {
+            SingularityAction::Smooth if planner.survey.borne.steps.has(program::Step::Singularity) => {
                 RegionTreatment::Left(LeftReason::SmoothedBefore)
             }
-            SingularityAction::Smooth => self.smooth(&planner, &region, &mut courses)?,
+            SingularityAction::Smooth => self.smooth(&planner, &region, &mut changes)?,
         };
         let found = as_uploaded([first, last], region.len(), before, &nearest);
-        let number = self.verifier.regions.add(SingularRegion { treatment, ..found });
-        for ((pending, course), found) in region.iter().zip(courses).zip(each) {
+        let number = self.regions.add(SingularRegion { treatment, ..found });
+        for ((pending, change), found) in region.iter().zip(changes).zip(each) {
             let at = usize::try_from(pending.index - self.first).ok();
             if let Some(fate) = at.and_then(|at| self.fates.get_mut(at)) {
-                *fate = Fate { course, inside: Some((number, found)) };
+                *fate = Fate { change, inside: Some((number, found)) };
             }
         }
         Ok(())
@@ -211,12 +238,11 @@ impl<'a> Run<'a> {
         &mut self,
         planner: &Planner<'a>,
         region: &[Pending],
-        courses: &mut [Course<'a>],
-        stop: &Stop<'_>,
+        changes: &mut [Change<'a>],
     ) -> Result<RegionTreatment, Fault> {
         let (mut divided, mut inserted, mut left, mut reason) = (0, 0, 0, None);
-        for (pending, course) in region.iter().zip(courses) {
-            if stop().is_break() {
+        for (pending, change) in region.iter().zip(changes) {
+            if (self.stop)().is_break() {
                 return Err(Fault::Cancelled);
             }
             let found = planner.densify(pending, &mut self.effort);
@@ -226,7 +252,7 @@ impl<'a> Run<'a> {
                 Ok(Some(found)) => {
                     divided += 1;
                     inserted += found.division.nodes.len() as u64 - 1;
-                    *course = Course::Divide(Box::new(found));
+                    *change = Change::Divide(Box::new(found));
                 }
                 Err(why) => {
                     left += 1;
@@ -246,7 +272,7 @@ impl<'a> Run<'a> {
         &mut self,
         planner: &Planner<'a>,
         region: &[Pending],
-        courses: &mut [Course<'a>],
+        changes: &mut [Change<'a>],
     ) -> Result<RegionTreatment, Fault> {
         let found = planner.smooth(region, &mut self.effort);
         go_on(&self.effort)?;
@@ -254,10 +280,10 @@ impl<'a> Run<'a> {
             Err(reason) => RegionTreatment::Left(reason),
             Ok(moved) => {
                 let mut changed = 0;
-                for (course, moved) in courses.iter_mut().zip(moved) {
+                for (change, moved) in changes.iter_mut().zip(moved) {
                     if let Some(moved) = moved {
                         changed += 1;
-                        *course = Course::Move(Box::new(moved));
+                        *change = Change::Move(Box::new(moved));
                     }
                 }
                 RegionTreatment::Smoothed { changed, axis_spent: Angle::ZERO }
@@ -265,39 +291,35 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn write_held(&mut self, output: &mut dyn Write) -> Result<(), Fault> {
+    fn write_held(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
         while let Some(passage) = self.held.pop_front() {
-            self.write(&passage, output)?;
+            self.write(&passage, out)?;
         }
         Ok(())
     }
 
-    /// Writes a batch whose motions' fates are known, and reads it back.
-    fn write(&mut self, passage: &Passage, output: &mut dyn Write) -> Result<(), Fault> {
+    /// Writes a batch whose motions' fates are known.
+    fn write(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
         let placed = (HELD, passage);
-        self.rewriter.begin(passage, &mut self.out)?;
+        self.rewriter.begin(passage, out)?;
         for motion in &passage.motions {
-            let Fate { course, inside } = self.fates.pop_front().unwrap_or_default();
+            let Fate { change, inside } = self.fates.pop_front().unwrap_or_default();
             self.first += 1;
-            match (course, inside) {
-                (Course::Move(moved), Some((region, _))) => self.write_moved(placed, *moved, region)?,
-                (Course::Divide(divided), Some((region, _))) => {
-                    self.write_divided(placed, motion, *divided, region)?;
+            match (change, inside) {
+                (Change::Move(moved), Some((region, _))) => self.write_moved(placed, *moved, region, out)?,
+                (Change::Divide(divided), Some((region, _))) => {
+                    self.write_divided(placed, motion, *divided, region, out)?;
                 }
                 (_, inside) => {
                     let motion_kept = Meaning::of(motion);
                     let expected = Expected::Same { motion: motion_kept, line: motion.line, inside };
-                    self.out.expected.push_back(expected);
-                    self.rewriter.leave(placed, motion, &mut self.out)?;
+                    out.expected.push_back(expected);
+                    self.rewriter.leave(placed, motion, out)?;
                 }
             }
         }
-        self.rewriter.end(placed, &mut self.out);
-        self.check_budget()?;
-        self.verifier.take(&mut self.out)?;
-        output.write_all(&self.out.text)?;
-        self.out.clear();
-        Ok(())
+        self.rewriter.end(placed, out);
+        self.check_budget()
     }
 
     /// Writes the parts of a block.
@@ -307,10 +329,11 @@ impl<'a> Run<'a> {
         motion: &Motion,
         divided: Divided<'a>,
         region: RegionNumber,
+        out: &mut Outgoing<Expected<'a>>,
     ) -> Result<(), Fault> {
         let Divided { source, checked, division } = divided;
         let effort = &mut self.effort;
-        self.rewriter.anew(passage, motion, &mut self.out, |emitter, text| {
+        self.rewriter.anew(passage, motion, out, |emitter, text| {
             emitter.write_division(&passage.1.batch, &checked, motion, &division, effort, text)
         })?;
         go_on(&self.effort)?;
@@ -319,12 +342,18 @@ impl<'a> Run<'a> {
         self.rewriter.count_inserted(parts as u64 - 1);
         let group = Arc::new(Group { source, checked, division, correction_mm: 0.0 });
         let part = |index| Expected::Part { group: Arc::clone(&group), index, region };
-        self.out.expected.extend((0..parts).map(part));
+        out.expected.extend((0..parts).map(part));
         Ok(())
     }
 
     /// Writes a block with other ends.
-    fn write_moved(&mut self, passage: Placed<'_>, moved: Moved, region: RegionNumber) -> Result<(), Fault> {
+    fn write_moved(
+        &mut self,
+        passage: Placed<'_>,
+        moved: Moved,
+        region: RegionNumber,
+        out: &mut Outgoing<Expected<'a>>,
+    ) -> Result<(), Fault> {
         let motion = moved.pending.motion;
         let mut words = moved.words.clone();
         let only_feed = words.is_empty();
@@ -338,35 +367,42 @@ impl<'a> Run<'a> {
             }
         }
         if !words.is_empty() {
-            self.rewriter.change(passage, &motion, &words, &mut self.out)?;
+            self.rewriter.change(passage, &motion, &words, out)?;
             self.blocks_changed += 1;
         }
-        self.out.expected.push_back(Expected::Moved { moved: Box::new(moved), region });
+        out.expected.push_back(Expected::Moved { moved: Box::new(moved), region });
         Ok(())
     }
 
     fn check_budget(&self) -> Result<(), Fault> {
         let budget = &self.planner.cutting.parameters.budget;
-        if self.effort.evaluations() + self.verifier.effort.evaluations() > budget.max_evaluations {
+        let [evaluations, blocks] = self.spent_elsewhere;
+        if self.effort.evaluations() + evaluations > budget.max_evaluations {
             let what = "evaluations of the deviation";
             return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
         }
-        if self.inventory.blocks + self.rewriter.inserted() > budget.max_blocks_out {
+        if blocks + self.rewriter.inserted() > budget.max_blocks_out {
             return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
         }
         Ok(())
     }
 
     /// What was done, and the lines that came in.
-    fn report(self, dialect: Dialect, blocks_in: u64) -> (SingularityReport, LineMap) {
+    fn report(
+        self,
+        verifier: SingularityVerifier<'a>,
+        dialect: Dialect,
+        blocks_in: u64,
+    ) -> (SingularityReport, LineMap) {
+        let action = self.planner.singularity.action;
         let report = SingularityReport {
             blocks_in,
-            blocks_out: self.verifier.blocks(),
+            blocks_out: verifier.blocks(),
             motions_checked: self.collector.checked,
             blocks_changed: self.blocks_changed,
             blocks_inserted: self.rewriter.inserted(),
             feeds_restored: self.rewriter.feeds_restored(),
-            ..self.verifier.regions.report(dialect, self.planner.singularity.action)
+            ..self.regions.report(verifier.written, dialect, action)
         };
         (report, self.rewriter.into_lines())
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::densify::part;
 use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, time_s};
 use super::plan::{Moved, Planner};
-use super::regions::{RegionNumber, Regions};
+use super::regions::{RegionNumber, Written};
 use super::report::RegionFigures;
 use crate::contact::{Effort, Station, within_tolerance};
 use crate::geometry::angle_between;
@@ -15,8 +15,9 @@ use crate::motion::{AxisWords, Motion, MotionKind};
 use crate::process::Fault;
 use crate::process::fault::go_on;
 use crate::process::inventory::Inventory;
-use crate::process::pipeline::Outgoing;
+use crate::process::pipeline::{Check, Outgoing};
 use crate::process::read_back::{Awaited, ReadBack, failed};
+use crate::process::stream::Stretch;
 use crate::process::verify::{Group, Meaning, Verifier, same_words};
 use crate::program::Dialect;
 
@@ -67,28 +68,36 @@ impl Awaited for Expected<'_> {
 pub(super) struct SingularityVerifier<'a> {
     planner: Planner<'a>,
     read_back: ReadBack<Expected<'a>>,
-    pub(super) regions: Regions,
+    pub(super) written: Written,
     pub(super) effort: Effort<'a>,
+    told: Vec<()>,
 }
 
-impl<'a> SingularityVerifier<'a> {
-    pub(super) fn new(machine: &Machine, planner: Planner<'a>, dialect: Dialect, effort: Effort<'a>) -> Self {
-        let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
-        Self { planner, read_back, regions: Regions::default(), effort }
-    }
+impl<'a> Check for SingularityVerifier<'a> {
+    type Meant = Expected<'a>;
+    type Became = ();
 
-    /// Reads this text of the output.
-    pub(super) fn take(&mut self, written: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, _of: &Stretch) -> Result<(), Fault> {
         self.read_back.await_all(&mut written.expected);
         self.read_back.feed(&written.text);
         self.read()
     }
 
-    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
         self.read_back.end();
         self.read()?;
         self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<()> {
+        &mut self.told
+    }
+}
+
+impl<'a> SingularityVerifier<'a> {
+    pub(super) fn new(machine: &Machine, planner: Planner<'a>, dialect: Dialect, effort: Effort<'a>) -> Self {
+        let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
+        Self { planner, read_back, written: Written::default(), told: Vec::new(), effort }
     }
 
     /// Blocks of the output so far.
@@ -104,7 +113,7 @@ impl<'a> SingularityVerifier<'a> {
                 Expected::Same { motion: source, inside, .. } => {
                     source.check(&motion)?;
                     if let Some((region, found)) = inside {
-                        self.regions.written(region, &found);
+                        self.written.take(region, &found);
                     }
                 }
                 Expected::Moved { moved, region } => self.moved(&motion, &moved, region)?,
@@ -151,8 +160,8 @@ impl<'a> SingularityVerifier<'a> {
         }
         let limits = self.planner.limits();
         let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
-        self.regions.written(region, &found);
-        self.regions.spent(region, spent_rad);
+        self.written.take(region, &found);
+        self.written.spent(region, spent_rad);
         Ok(())
     }
 
@@ -206,7 +215,7 @@ impl<'a> SingularityVerifier<'a> {
         }
         Verifier::time(read, group, &segment)?;
         let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.effort);
-        self.regions.written(region, &found);
+        self.written.take(region, &found);
         Ok(())
     }
 }

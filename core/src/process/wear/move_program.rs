@@ -1,14 +1,10 @@
-//! The course of a wear compensation, streamed: read, move, write, read back.
-//!
-//! As along the contact's path, three pieces of work are done side by side where there are hands for it: one stretch of the
-//! program is moved and written, the next is read, and what was written of the one before is read back.
+//! The step that moves the ends of motions, for a worn cutter and for location errors.
 
 use std::io::Write;
 
-use super::super::compensate::Upstream;
 use super::super::compensation::BlockChange;
-use super::super::pipeline::{LineMap, Outgoing};
-use super::super::stream::{Passages, Stretch};
+use super::super::inventory::Inventory;
+use super::super::pipeline::{Course, Hands, LineMap, Note, Step, Upstream};
 use super::super::survey::Survey;
 use super::super::unknown_axes::naming_unknown_axes;
 use super::super::{ContactSource, Fault, ProgramSource, Stop};
@@ -53,7 +49,7 @@ pub fn compensate_wear_side_by_side(
     stop: &Stop<'_>,
 ) -> Result<WearReport, Fault> {
     let moves = Moves::of_wear(parameters);
-    let source = Upstream { source, lines: Vec::new() };
+    let source = Upstream::upload(source);
     Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), parts, stop)?.wear)
 }
 
@@ -75,12 +71,13 @@ pub(in crate::process) struct Moved {
 pub(in crate::process) fn move_program(
     machine: &Machine,
     moves: &Moves<'_>,
-    Upstream { source, lines }: Upstream<'_>,
+    upstream: Upstream<'_>,
     output: &mut dyn Write,
-    note: &mut dyn FnMut(&BlockChange) -> Result<(), Fault>,
+    note: Note<'_, BlockChange>,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<Moved, Fault> {
+    let (source, from_upload) = (upstream.source, upstream.lines.clone());
     let parameters = moves.parameters;
     let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
     survey.refuse_repeated(moves.steps(), parameters.program.allow_repeated)?;
@@ -97,57 +94,31 @@ pub(in crate::process) fn move_program(
     if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
     }
-    let from_upload = lines.clone();
-    let mut passages = Passages::open(source, machine, &moves.source_program)?.with_lines(lines);
-    let (mut present, mut next) = (Stretch::default(), Stretch::default());
-    passages.fill(&mut present, stop)?;
+    let mut course = Course::begin(upstream, machine, &moves.source_program, false, stop)?;
     let mut run = Run::new(machine, moves, survey, contact, stop);
-    let mut verifier = WearVerifier::new(machine, moves, passages.dialect());
-    let mut written = Outgoing::default();
-    while !present.passages.is_empty() || !written.text.is_empty() {
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        let is_refused = passages.is_refused();
-        let (mut worked, mut checked, mut filled) = (Ok(()), Ok(()), Ok(()));
-        parts.run(vec![
-            Box::new(|| {
-                if !is_refused {
-                    worked = run.stretch(&present, stop);
-                }
-            }),
-            Box::new(|| filled = passages.fill(&mut next, stop)),
-            Box::new(|| checked = verifier.take(&mut written, stop)),
-        ]);
-        checked?;
-        output.write_all(&written.text)?;
-        verifier.changes.drain(..).try_for_each(|change| note(&change))?;
-        worked.and(filled)?;
-        written.clear();
-        if is_refused || run.faults.total > 0 {
-            // A faulty program is looked at to its end, so that every fault is named, but no longer written.
-            run.out.clear();
-        }
-        std::mem::swap(&mut run.out, &mut written);
-        std::mem::swap(&mut present, &mut next);
-    }
-    passages.refusals()?;
-    if passages.motions == 0 {
-        return Err(Fault::NoMotion);
-    }
-    if run.faults.total > 0 {
+    let mut verifier = WearVerifier::new(machine, moves, course.dialect(), stop);
+    let mut inventory = Inventory::default();
+    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look: None };
+    course.run(&mut hands, output, note, parts)?;
+    if hands.step.has_faults() {
         let program = &moves.source_program;
-        let faults = naming_unknown_axes(run.faults, machine, program, source, from_upload, stop)?;
+        let faults = naming_unknown_axes(
+            std::mem::take(&mut hands.step.faults),
+            machine,
+            program,
+            source,
+            from_upload,
+            stop,
+        )?;
         return Err(Fault::Lines(faults));
     }
-    let asks_for_nothing = has_nominal_shape && !run.pilot.moves_everything && !moves.posts;
-    if run.motions_followed == 0 && !asks_for_nothing {
+    let asks_for_nothing = has_nominal_shape && !hands.step.pilot.moves_everything && !moves.posts;
+    if hands.step.motions_followed == 0 && !asks_for_nothing {
         // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
-        return Err(Fault::NothingFollowed { first: run.pilot.warnings.first_left() });
+        return Err(Fault::NothingFollowed { first: hands.step.pilot.warnings.first_left() });
     }
-    verifier.finish(&run.rewriter.inventory(&run.inventory), stop)?;
-    verifier.changes.drain(..).try_for_each(|change| note(&change))?;
-    output.flush()?;
+    course.finish(&mut hands, output, note)?;
+    let passages = &course.passages;
     passages.warn(&mut run.pilot.warnings);
     Ok(run.moved(verifier, passages.dialect(), passages.blocks, passages.reading()))
 }

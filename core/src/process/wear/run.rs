@@ -2,7 +2,7 @@
 
 use super::super::fault::{LineFaultKind, LineFaults, go_on};
 use super::super::inventory::Inventory;
-use super::super::pipeline::{Outgoing, Placed, Rewriter, letter};
+use super::super::pipeline::{Outgoing, Placed, Rewriter, Step, letter};
 use super::super::reading::ProgramReading;
 use super::super::stream::{Passage, Stretch};
 use super::super::survey::Survey;
@@ -25,7 +25,7 @@ use crate::geometry::Vec3;
 use crate::kinematics::TRAVEL_SLACK;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Step, Steps};
+use crate::program::{self, Address, Batch, Dialect, Keyword, NewWord, Steps};
 use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
@@ -47,10 +47,8 @@ pub(super) struct Run<'a> {
     points: Written<3>,
     /// U V W have to be written anew, because the words of every point mean another place.
     moves_points: bool,
-    pub(super) rewriter: Rewriter,
+    rewriter: Rewriter,
     pub(super) faults: LineFaults,
-    pub(super) inventory: Inventory,
-    pub(super) out: Outgoing<Expected>,
     /// Blocks looked through for codes that matter.
     scanned: usize,
     uses_tcp: bool,
@@ -64,6 +62,31 @@ pub(super) struct Run<'a> {
     max_shift: (f64, Option<u64>),
     contact_angles: Option<[Angle; 2]>,
     posting: Posting,
+    stop: &'a Stop<'a>,
+}
+
+impl<'a> Step for Run<'a> {
+    type Meant = Expected;
+    type Check = WearVerifier<'a>;
+
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected>) -> Result<bool, Fault> {
+        for (index, passage) in stretch.passages.iter().enumerate() {
+            self.passage((index, passage), stretch.following(index), out)?;
+        }
+        Ok(true)
+    }
+
+    fn hear(&mut self, _check: &WearVerifier<'a>, _read: &Inventory) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn has_faults(&self) -> bool {
+        self.faults.total > 0
+    }
+
+    fn rewriter(&self) -> &Rewriter {
+        &self.rewriter
+    }
 }
 
 impl<'a> Run<'a> {
@@ -104,8 +127,6 @@ impl<'a> Run<'a> {
             moves_points: moves.moves_points(machine),
             rewriter: Rewriter::default(),
             faults: LineFaults::default(),
-            inventory: Inventory::default(),
-            out: Outgoing::default(),
             scanned: 0,
             uses_tcp: false,
             blocks_changed: 0,
@@ -117,30 +138,22 @@ impl<'a> Run<'a> {
             max_shift: (0.0, None),
             contact_angles: None,
             posting: Posting::default(),
+            stop,
         }
-    }
-
-    /// Moves a stretch and writes it.
-    pub(super) fn stretch(&mut self, stretch: &Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
-        for (index, passage) in stretch.passages.iter().enumerate() {
-            self.passage((index, passage), stretch.following(index), stop)?;
-        }
-        Ok(())
     }
 
     fn passage(
         &mut self,
         passage: Placed<'_>,
         following: Option<&Motion>,
-        stop: &Stop<'_>,
+        out: &mut Outgoing<Expected>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions, .. } = passage.1;
-        self.inventory.see(batch);
-        self.rewriter.begin(passage.1, &mut self.out)?;
+        self.rewriter.begin(passage.1, out)?;
         self.pilot.points.prepare(motions);
         self.scanned = 0;
         for (index, motion) in motions.iter().enumerate() {
-            if index % ASK_EVERY == 0 && stop().is_break() {
+            if index % ASK_EVERY == 0 && (self.stop)().is_break() {
                 return Err(Fault::Cancelled);
             }
             self.scan(batch, motion.block as usize);
@@ -148,10 +161,10 @@ impl<'a> Run<'a> {
             let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
             go_on(&self.pilot.effort)?;
             let done = match course {
-                Ok(Course::Leave) => Ok(self.leave(passage, motion)?),
+                Ok(Course::Leave) => Ok(self.leave(passage, motion, out)?),
                 Ok(Course::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
                     Some(kind) => Err(kind),
-                    None => self.shift(passage, motion, &goal, point)?,
+                    None => self.shift(passage, motion, &goal, point, out)?,
                 },
                 Err(kind) => Err(kind),
             };
@@ -163,9 +176,9 @@ impl<'a> Run<'a> {
             }
         }
         self.scan(batch, batch.blocks().len());
-        self.rewriter.end(passage, &mut self.out);
-        if self.faults.total > 0 {
-            self.out.clear();
+        self.rewriter.end(passage, out);
+        if self.has_faults() {
+            out.clear();
         }
         Ok(())
     }
@@ -222,7 +235,12 @@ impl<'a> Run<'a> {
     }
 
     /// Copies a block, but gives it its feed back.
-    fn leave(&mut self, passage: Placed<'_>, motion: &Motion) -> Result<(), Fault> {
+    fn leave(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        out: &mut Outgoing<Expected>,
+    ) -> Result<(), Fault> {
         let batch = &passage.1.batch;
         let start = motion.start.map(|words| self.axes.standing(&words));
         let stated = self.axes.stated(batch, motion);
@@ -232,8 +250,8 @@ impl<'a> Run<'a> {
             _ => self.axes.leave(&stated, motion.incremental),
         }
         let end = motion.end.map(|words| self.axes.standing(&words));
-        self.foresee(motion, start, end, motion.contact, None, None);
-        self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, &mut self.out)?);
+        self.foresee(motion, [start, end], motion.contact, None, None, out);
+        self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, out)?);
         Ok(())
     }
 
@@ -244,6 +262,7 @@ impl<'a> Run<'a> {
         motion: &Motion,
         goal: &Goal,
         point: Option<Point>,
+        out: &mut Outgoing<Expected>,
     ) -> Result<Result<(), LineFaultKind>, Fault> {
         let batch = &passage.1.batch;
         let Some(source_end) = motion.end else { return Ok(Ok(())) };
@@ -281,7 +300,7 @@ impl<'a> Run<'a> {
         let only_feed = words.is_empty();
         words.extend(feed);
         if !words.is_empty() {
-            self.rewriter.change(passage, motion, &words, &mut self.out)?;
+            self.rewriter.change(passage, motion, &words, out)?;
             self.blocks_changed += 1;
             if only_feed && lowered.is_none() {
                 self.rewriter.count_restored();
@@ -292,7 +311,7 @@ impl<'a> Run<'a> {
         if let Some(point) = &point {
             self.posting.take(self.pilot.machine, motion, point, [&source_end, &end], self.pilot.moves.posts);
         }
-        self.foresee(motion, start, Some(end), contact, lowered, point);
+        self.foresee(motion, [start, Some(end)], contact, lowered, point, out);
         Ok(Ok(()))
     }
 
@@ -362,13 +381,13 @@ impl<'a> Run<'a> {
     fn foresee(
         &mut self,
         motion: &Motion,
-        start: Option<AxisWords>,
-        end: Option<AxisWords>,
+        [start, end]: [Option<AxisWords>; 2],
         contact: ContactWords,
         lowered: Option<NewWord>,
         point: Option<Point>,
+        out: &mut Outgoing<Expected>,
     ) {
-        if self.faults.total > 0 {
+        if self.has_faults() {
             return;
         }
         let mut planned = Motion { start, end, contact, ..*motion };
@@ -376,7 +395,7 @@ impl<'a> Run<'a> {
             planned.feed.raw = feed.value;
         }
         let resolutions = self.resolutions(motion);
-        self.out.expected.push_back(Expected { motion: planned, point, resolutions });
+        out.expected.push_back(Expected { motion: planned, point, resolutions });
     }
 
     /// The axes' travel, at the place the block leads to.
@@ -445,8 +464,8 @@ impl<'a> Run<'a> {
         let did_post = moves.posts && self.posting.did_something();
         let steps = match (self.blocks_changed > 0, did_wear, did_post) {
             (false, ..) => Steps::NONE,
-            (true, true, false) => Steps::of(&[Step::Wear]),
-            (true, false, true) => Steps::of(&[Step::LocationErrors]),
+            (true, true, false) => Steps::of(&[program::Step::Wear]),
+            (true, false, true) => Steps::of(&[program::Step::LocationErrors]),
             _ => moves.steps(),
         };
         let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;

@@ -3,10 +3,11 @@
 
 use super::super::compensation::{BlockChange, BlockError, ErrorShares};
 use super::super::inventory::Inventory;
-use super::super::pipeline::Outgoing;
+use super::super::pipeline::{Check, Outgoing};
 use super::super::read_back::{Awaited, BeforeAfter, ReadBack, failed};
 use super::super::report::DeviationTotals;
 use super::super::set_ups::SetUps;
+use super::super::stream::Stretch;
 use super::super::verify::Meaning;
 use super::super::{Fault, Stop};
 use super::course::Point;
@@ -69,11 +70,33 @@ pub(super) struct WearVerifier<'a> {
     /// Angle between the tool axis read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
     /// What became of the motions read back, to be taken away.
-    pub(super) changes: Vec<BlockChange>,
+    changes: Vec<BlockChange>,
+    stop: &'a Stop<'a>,
+}
+
+impl Check for WearVerifier<'_> {
+    type Meant = Expected;
+    type Became = BlockChange;
+
+    fn take(&mut self, written: &mut Outgoing<Expected>, _of: &Stretch) -> Result<(), Fault> {
+        self.read_back.await_all(&mut written.expected);
+        self.read_back.feed(&written.text);
+        self.read()
+    }
+
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read()?;
+        self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<BlockChange> {
+        &mut self.changes
+    }
 }
 
 impl<'a> WearVerifier<'a> {
-    pub(super) fn new(machine: &'a Machine, moves: &Moves<'a>, dialect: Dialect) -> Self {
+    pub(super) fn new(machine: &'a Machine, moves: &Moves<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
         let parameters = moves.parameters;
         let [_, written] = moves.set_ups(machine);
         Self {
@@ -90,21 +113,8 @@ impl<'a> WearVerifier<'a> {
             if_assumed: DeviationTotals::default(),
             axis_left: Largest::default(),
             changes: Vec::new(),
+            stop,
         }
-    }
-
-    /// Reads this text of the output; whether to go on is asked all along.
-    pub(super) fn take(&mut self, written: &mut Outgoing<Expected>, stop: &Stop<'_>) -> Result<(), Fault> {
-        self.read_back.await_all(&mut written.expected);
-        self.read_back.feed(&written.text);
-        self.read(stop)
-    }
-
-    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
-    pub(super) fn finish(&mut self, source: &Inventory, stop: &Stop<'_>) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read(stop)?;
-        self.read_back.is_whole(source)
     }
 
     /// Blocks of the output.
@@ -112,9 +122,9 @@ impl<'a> WearVerifier<'a> {
         self.read_back.inventory.blocks
     }
 
-    fn read(&mut self, stop: &Stop<'_>) -> Result<(), Fault> {
+    fn read(&mut self) -> Result<(), Fault> {
         while let Some((motion, next)) = self.read_back.next()? {
-            if self.changes.len().is_multiple_of(ASK_EVERY) && stop().is_break() {
+            if self.changes.len().is_multiple_of(ASK_EVERY) && (self.stop)().is_break() {
                 return Err(Fault::Cancelled);
             }
             let mut change = BlockChange::none(next.motion.line, next.motion.kind);

@@ -1,0 +1,234 @@
+//! The driver. Four pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch
+//! of the program is worked on and written, the next is prepared, the one after that is read, and what was written of the one
+//! before is read back. The result does not depend on who does what.
+
+use std::io::Write;
+
+use super::super::inventory::Inventory;
+use super::super::stream::{Passages, Stretch};
+use super::super::{Fault, ProgramSetup, ProgramSource, Stop};
+use super::line_map::LineCursor;
+use super::outgoing::Outgoing;
+use super::rewriter::Rewriter;
+use crate::machine::Machine;
+use crate::program::Dialect;
+use crate::wear::SideBySide;
+
+/// A program, and its way back to the upload that it was written from.
+pub(in crate::process) struct Upstream<'a> {
+    pub(in crate::process) source: &'a dyn ProgramSource,
+    /// Lead from its lines to those of the upload, one after the other.
+    pub(in crate::process) lines: Vec<LineCursor<'a>>,
+}
+
+impl<'a> Upstream<'a> {
+    /// The upload itself.
+    pub(in crate::process) fn upload(source: &'a dyn ProgramSource) -> Self {
+        Self { source, lines: Vec::new() }
+    }
+}
+
+/// A step that writes: what it does to the motions of a program.
+pub(in crate::process) trait Step: Send {
+    /// What the next motion of the written program has to be.
+    type Meant: Send;
+    /// Who reads the written program back.
+    type Check: Check<Meant = Self::Meant>;
+
+    /// Goes on with a stretch: true at its end, false where enough is written to be handed over.
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Self::Meant>) -> Result<bool, Fault>;
+    /// Writes what was held back until the program's end.
+    fn end(&mut self, _out: &mut Outgoing<Self::Meant>) -> Result<(), Fault> {
+        Ok(())
+    }
+    /// Hears what reading back has found and what was read so far. It is told between two rounds, so that nothing depends on how
+    /// fast others are. Refuses to go on where too much was spent.
+    fn hear(&mut self, check: &Self::Check, read: &Inventory) -> Result<(), Fault>;
+    /// Whether something in the program refuses it: then it is looked at to its end, so that every fault is named, but no longer
+    /// written.
+    fn has_faults(&self) -> bool;
+    /// What it writes with.
+    fn rewriter(&self) -> &Rewriter;
+}
+
+/// Reads the written program back.
+pub(in crate::process) trait Check: Send {
+    /// What the next motion has to be.
+    type Meant;
+    /// What became of one motion.
+    type Became;
+
+    /// Reads this text, which was written of this stretch.
+    fn take(&mut self, written: &mut Outgoing<Self::Meant>, of: &Stretch) -> Result<(), Fault>;
+    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault>;
+    /// What became of the motions read back, to be taken away.
+    fn told(&mut self) -> &mut Vec<Self::Became>;
+}
+
+/// Prepares stretches before they are worked on, in the order of the program.
+pub(in crate::process) trait Prepare: Send {
+    /// Prepares the next stretch.
+    fn prepare(&mut self, stretch: &mut Stretch);
+    /// Of everything prepared.
+    fn inventory(&self) -> &Inventory;
+}
+
+/// Counts, and leaves stretches as they are.
+impl Prepare for Inventory {
+    fn prepare(&mut self, stretch: &mut Stretch) {
+        stretch.passages.iter().for_each(|passage| self.see(&passage.batch));
+    }
+
+    fn inventory(&self) -> &Inventory {
+        self
+    }
+}
+
+/// Looks at a program while a step works on it, and changes nothing.
+pub(in crate::process) trait Look: Send {
+    /// Looks at the next stretch, which is prepared.
+    fn look(&mut self, stretch: &Stretch);
+}
+
+/// Takes what became of a motion, in the order of the program.
+pub(in crate::process) type Note<'n, B> = &'n mut dyn FnMut(&B) -> Result<(), Fault>;
+
+/// Who does what.
+pub(in crate::process) struct Hands<'h, S: Step> {
+    pub(in crate::process) prepare: &'h mut dyn Prepare,
+    pub(in crate::process) step: &'h mut S,
+    pub(in crate::process) check: &'h mut S::Check,
+    pub(in crate::process) look: Option<&'h mut dyn Look>,
+}
+
+/// A program on its way.
+pub(in crate::process) struct Course<'a> {
+    pub(in crate::process) passages: Passages<'a>,
+    /// Worked off; its text is still to be read back.
+    worked_off: Stretch,
+    present: Stretch,
+    next: Stretch,
+    coming: Stretch,
+    stop: &'a Stop<'a>,
+}
+
+impl<'a> Course<'a> {
+    /// Begins to read a program. Tool vectors are given their words as it is read, unless `leaves_vectors` says that this is done
+    /// as stretches are prepared.
+    pub(in crate::process) fn begin(
+        Upstream { source, lines }: Upstream<'a>,
+        machine: &Machine,
+        program: &ProgramSetup,
+        leaves_vectors: bool,
+        stop: &'a Stop<'a>,
+    ) -> Result<Self, Fault> {
+        let mut passages = Passages::open(source, machine, program)?.with_lines(lines);
+        if leaves_vectors {
+            passages = passages.leaving_vectors();
+        }
+        let (mut present, mut next) = (Stretch::default(), Stretch::default());
+        passages.fill(&mut present, stop)?;
+        passages.fill(&mut next, stop)?;
+        let (worked_off, coming) = Default::default();
+        Ok(Self { passages, worked_off, present, next, coming, stop })
+    }
+
+    /// The dialect of what was read.
+    pub(in crate::process) fn dialect(&self) -> Dialect {
+        self.passages.dialect()
+    }
+
+    /// Takes the program through a step to its end. What was written stands in `output`; it still has to be
+    /// [finished](Self::finish).
+    pub(in crate::process) fn run<S: Step>(
+        &mut self,
+        hands: &mut Hands<'_, S>,
+        output: &mut dyn Write,
+        note: Note<'_, <S::Check as Check>::Became>,
+        parts: &dyn SideBySide,
+    ) -> Result<(), Fault> {
+        let Self { passages, worked_off, present, next, coming, stop } = self;
+        let Hands { prepare, step, check, look } = hands;
+        prepare.prepare(present);
+        let (mut is_of_present, mut is_next_prepared, mut has_ended) = (false, false, false);
+        let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
+        while !present.passages.is_empty() || !has_ended || !written.text.is_empty() {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let is_refused = passages.is_refused();
+            if present.passages.is_empty() && !has_ended {
+                has_ended = true;
+                if !is_refused {
+                    step.end(&mut writing)?;
+                }
+            }
+            let written_of = if is_of_present { &*present } else { &*worked_off };
+            let (mut worked, mut checked, mut filled) = (Ok(true), Ok(()), Ok(()));
+            // The longest first: who is done with one takes the next.
+            parts.run(vec![
+                Box::new(|| {
+                    if !is_refused && !present.passages.is_empty() {
+                        worked = step.work(present, &mut writing);
+                    }
+                }),
+                Box::new(|| {
+                    if !is_refused && !is_next_prepared {
+                        prepare.prepare(next);
+                    }
+                }),
+                Box::new(|| {
+                    if coming.passages.is_empty() {
+                        filled = passages.fill(coming, stop);
+                    }
+                }),
+                Box::new(|| checked = check.take(&mut written, written_of)),
+                Box::new(|| {
+                    if !is_refused
+                        && !is_of_present
+                        && let Some(look) = look
+                    {
+                        look.look(present);
+                    }
+                }),
+            ]);
+            checked?;
+            output.write_all(&written.text)?;
+            check.told().drain(..).try_for_each(|became| note(&became))?;
+            let is_worked_off = worked?;
+            filled?;
+            if !is_refused {
+                step.hear(check, prepare.inventory())?;
+            }
+            written.clear();
+            if is_refused || step.has_faults() {
+                writing.clear();
+            }
+            std::mem::swap(&mut writing, &mut written);
+            is_of_present = true;
+            is_next_prepared = true;
+            if is_refused || is_worked_off {
+                passages.recycle_all(worked_off);
+                *worked_off = std::mem::replace(present, std::mem::replace(next, std::mem::take(coming)));
+                is_of_present = false;
+                is_next_prepared = false;
+            }
+        }
+        passages.refusals()?;
+        if passages.motions == 0 { Err(Fault::NoMotion) } else { Ok(()) }
+    }
+
+    /// Finishes a program that nothing refuses: everything must have been read back.
+    pub(in crate::process) fn finish<S: Step>(
+        &mut self,
+        hands: &mut Hands<'_, S>,
+        output: &mut dyn Write,
+        note: Note<'_, <S::Check as Check>::Became>,
+    ) -> Result<(), Fault> {
+        let Hands { prepare, step, check, .. } = hands;
+        check.finish(&step.rewriter().inventory(prepare.inventory()))?;
+        check.told().drain(..).try_for_each(|became| note(&became))?;
+        Ok(output.flush()?)
+    }
+}
