@@ -114,7 +114,7 @@ pub(super) fn compensate_from(
     if hands.step.fit.is_unread(parameters.program.dialect, source)? {
         return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
     }
-    course.finish(&mut hands, output, note)?;
+    hands.finish(output, note)?;
     let passages = &course.passages;
     passages.warn(&mut work.judge.warnings);
     let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;

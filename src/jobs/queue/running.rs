@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use tokio_util::sync::CancellationToken;
 
 use crate::jobs::InputFile;
-use crate::wire::JobOperation;
 
 /// One job that is being computed.
 #[derive(Debug)]
@@ -22,8 +21,8 @@ pub(super) struct UnderWay {
 
 impl UnderWay {
     /// From now on the reading of this program tells how far the job is.
-    pub(super) fn follow(&self, program: &InputFile, operation: JobOperation) {
-        let all = program.length as f64 * passes(operation);
+    pub(super) fn follow(&self, program: &InputFile) {
+        let all = program.length as f64 * READINGS;
         // A job has one program.
         let _first = self.reading.set((program.counted(), all));
     }
@@ -37,18 +36,9 @@ impl UnderWay {
 /// What is read to its end is not yet stored.
 const ALMOST_DONE: f64 = 0.99;
 
-/// How often an operation reads its program, counted on programs of the tests, where every step finds something to do. A
-/// program that needs fewer readings jumps to the end of its progress, one that needs more waits there.
-const fn passes(operation: JobOperation) -> f64 {
-    match operation {
-        JobOperation::Compensation => 4.0,
-        JobOperation::CcCompensation
-        | JobOperation::WearCompensation
-        | JobOperation::Verification
-        | JobOperation::ServoSimulation
-        | JobOperation::Posting => 2.0,
-    }
-}
+/// How often an operation reads its program: once to look through it, once to work on it. A program that needs fewer readings
+/// jumps to the end of its progress, one that needs more waits there.
+const READINGS: f64 = 2.0;
 
 /// All of them.
 #[derive(Debug, Default)]

@@ -156,12 +156,9 @@ impl CompensationParameters {
         CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
     }
 
-    /// The regions that the step for the path finds in its own reading: those of a program whose ends stay, where they are only to
-    /// be reported.
-    pub(super) fn regions_beside_the_path(&self) -> Option<&SingularityParameters> {
-        let regions = self.singularity.as_ref();
-        let is_beside = !self.moves() && self.cc.is_some();
-        regions.filter(|regions| is_beside && regions.action == SingularityAction::Report)
+    /// The regions that are only to be listed: the first step finds them in its own reading.
+    pub(super) fn regions_to_list(&self) -> Option<&SingularityParameters> {
+        self.singularity.as_ref().filter(|regions| regions.action == SingularityAction::Report)
     }
 
     /// The step for the cutter-contact path as a compensation of its own; `program` is the moved program's.

@@ -6,13 +6,12 @@ use super::super::compensate::{CompensatedPath, PathStep, compensate_from};
 use super::super::pipeline::{LineCursor, LineMap, Upstream};
 use super::super::reading::ProgramReading;
 use super::super::simulate::simulate_lines;
-use super::super::singularity::treat_from;
+use super::super::singularity::{RegionSearch, treat_from};
 use super::super::stream::{CHUNK_BYTES, read_some};
 use super::super::verify::Judged;
 use super::super::wear::{Moved, Moves, move_program};
 use super::super::{
-    Fault, LeftOut, ProgramSetup, ProgramSource, SimulationParameters, SingularityAction, SingularityReport,
-    Stop,
+    Fault, LeftOut, ProgramSetup, ProgramSource, SimulationParameters, SingularityReport, Stop,
 };
 use super::budget::{NotModelled, Tally};
 use super::changes::{BlockChange, ChangeSink, ChangeTotals};
@@ -54,8 +53,8 @@ pub fn compensate_program(
     let treated = treated(machine, parameters, source, spool, parts, stop)?;
     let resting = Resting { spool, place: Place::Treated };
     let (source, lines) = match &treated {
-        Some(Treated { lines: Some(lines), .. }) => (&resting as &dyn ProgramSource, Some(lines)),
-        _ => (source, None),
+        Some(Treated { lines, .. }) => (&resting as &dyn ProgramSource, Some(lines)),
+        None => (source, None),
     };
     let course =
         Course { machine, parameters, spool, parts, stop, program: parameters.real_program(), lines };
@@ -86,14 +85,14 @@ pub fn compensate_program(
     }
 }
 
-/// Singular regions, looked for and perhaps treated.
+/// Singular regions that were treated.
 struct Treated {
     report: SingularityReport,
-    /// From the treated program, which rests in the spool, to the upload; `None` where the upload stays as it is.
-    lines: Option<LineMap>,
+    /// From the treated program, which rests in the spool, to the upload.
+    lines: LineMap,
 }
 
-/// Looks for singular regions, and treats them where that is asked for. What is only to be reported refuses nothing.
+/// Treats singular regions where that is asked for.
 fn treated(
     machine: &Machine,
     parameters: &CompensationParameters,
@@ -102,24 +101,13 @@ fn treated(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<Option<Treated>, Fault> {
-    let Some(singularity) = &parameters.singularity else { return Ok(None) };
-    if parameters.regions_beside_the_path().is_some() {
-        return Ok(None);
-    }
-    let cc = parameters.treatment();
-    let source = Upstream::upload(source);
-    if singularity.action == SingularityAction::Report {
-        let nowhere = &mut std::io::sink();
-        return match treat_from(machine, &cc, singularity, source, nowhere, parts, stop) {
-            Ok((report, _)) => Ok(Some(Treated { report, lines: None })),
-            Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
-            Err(_) => Ok(None),
-        };
-    }
+    let treatment = parameters.singularity.filter(|_| parameters.regions_to_list().is_none());
+    let Some(singularity) = treatment else { return Ok(None) };
     let mut text = BufWriter::new(spool.create(Place::Treated)?);
-    let (report, lines) = treat_from(machine, &cc, singularity, source, &mut text, parts, stop)?;
+    let (cc, source) = (parameters.treatment(), Upstream::upload(source));
+    let (report, lines) = treat_from(machine, &cc, &singularity, source, &mut text, parts, stop)?;
     text.flush()?;
-    Ok(Some(Treated { report, lines: Some(lines) }))
+    Ok(Some(Treated { report, lines }))
 }
 
 /// What every step shares.
@@ -167,7 +155,7 @@ impl Course<'_> {
             let bare =
                 &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
             let cc = self.parameters.contact_path(step, self.program.clone());
-            let step = PathStep { parameters: &cc, regions: self.parameters.regions_beside_the_path() };
+            let step = PathStep { parameters: &cc, regions: self.parameters.regions_to_list() };
             let source = self.upstream(source);
             let path = compensate_from(self.machine, &step, source, output, bare, self.parts, self.stop)?;
             return Ok(Done { moved: None, path: Some(path), has_errors, program: self.program.clone() });
@@ -200,8 +188,10 @@ impl Course<'_> {
             let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
             ProgramSetup { apply_errors, ..program.clone() }
         };
+        let cc = parameters.treatment();
         let moves = Moves {
             parameters: &moving,
+            regions: parameters.regions_to_list().map(|zone| RegionSearch { cc: &cc, zone }),
             source_program: exact(&moving.program, false),
             written_program: exact(&moving.program, true),
             posts,
@@ -360,7 +350,8 @@ impl Done {
     ) -> CompensationReport {
         let Self { moved, path, has_errors, .. } = self;
         let (cc, regions) = path.map(|path| (path.cc, path.regions)).unzip();
-        let singularity = singularity.or(regions.flatten());
+        let of_moved = moved.as_ref().and_then(|moved| moved.regions.clone());
+        let singularity = singularity.or(of_moved).or(regions.flatten());
         let location_errors = moved
             .as_ref()
             .filter(|_| parameters.location_errors)

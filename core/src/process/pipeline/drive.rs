@@ -140,7 +140,7 @@ impl<'a> Course<'a> {
     }
 
     /// Takes the program through a step to its end. What was written stands in `output`; it still has to be
-    /// [finished](Self::finish).
+    /// [finished](Hands::finish).
     pub(in crate::process) fn run<S: Step>(
         &mut self,
         hands: &mut Hands<'_, S>,
@@ -218,15 +218,16 @@ impl<'a> Course<'a> {
         passages.refusals()?;
         if passages.motions == 0 { Err(Fault::NoMotion) } else { Ok(()) }
     }
+}
 
+impl<S: Step> Hands<'_, S> {
     /// Finishes a program that nothing refuses: everything must have been read back.
-    pub(in crate::process) fn finish<S: Step>(
+    pub(in crate::process) fn finish(
         &mut self,
-        hands: &mut Hands<'_, S>,
         output: &mut dyn Write,
         note: Note<'_, <S::Check as Check>::Became>,
     ) -> Result<(), Fault> {
-        let Hands { prepare, step, check, .. } = hands;
+        let Self { prepare, step, check, .. } = self;
         check.finish(&step.rewriter().inventory(prepare.inventory()))?;
         check.told().drain(..).try_for_each(|became| note(&became))?;
         Ok(output.flush()?)

@@ -14,8 +14,38 @@ use crate::process::pipeline::Look;
 use crate::process::stream::{Passages, Stretch};
 use crate::process::survey::Survey;
 use crate::process::warnings::Warnings;
-use crate::process::{CcParameters, ContactSource, Fault, Stop};
+use crate::process::{CcParameters, ContactSource, Fault, ProgramSource, Stop};
 use crate::program::{Batch, Dialect};
+
+/// Which regions are to be listed beside a step that has other parameters.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct RegionSearch<'a> {
+    /// Tool, contact and tolerance.
+    pub(in crate::process) cc: &'a CcParameters,
+    /// What is singular.
+    pub(in crate::process) zone: &'a SingularityParameters,
+}
+
+impl RegionSearch<'_> {
+    /// The parameters with the tools of the program, and its contact; `None` where regions cannot be listed.
+    ///
+    /// # Errors
+    /// The work is not wanted any more, or the program cannot be read.
+    pub(in crate::process) fn resolved(
+        &self,
+        survey: &Survey,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        stop: &Stop<'_>,
+    ) -> Result<Option<(CcParameters, ContactSource)>, Fault> {
+        let Ok(contact) = survey.contact(self.cc.contact, self.cc.part.is_some()) else { return Ok(None) };
+        match self.cc.with_tools(contact, &survey.tools, machine, source, stop) {
+            Ok(parameters) => Ok(Some((parameters, contact))),
+            Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
+            Err(_) => Ok(None),
+        }
+    }
+}
 
 /// Finds the regions of a program while another step works on it. It refuses nothing: where regions cannot be listed, there
 /// is no list.

@@ -25,5 +25,5 @@ pub use report::{
 };
 pub use run::treat_singular_regions;
 
-pub(super) use find::RegionFinder;
+pub(super) use find::{RegionFinder, RegionSearch};
 pub(super) use run::treat_from;

@@ -89,7 +89,7 @@ pub(in crate::process) fn treat_from(
     if hands.step.has_faults() {
         return Err(Fault::Lines(run.collector.faults));
     }
-    course.finish(&mut hands, output, note)?;
+    hands.finish(output, note)?;
     let passages = &course.passages;
     let mut warnings = Warnings::default();
     passages.warn(&mut warnings);

@@ -4,7 +4,8 @@ use std::io::Write;
 
 use super::super::compensation::BlockChange;
 use super::super::inventory::Inventory;
-use super::super::pipeline::{Course, Hands, LineMap, Note, Step, Upstream};
+use super::super::pipeline::{Course, Hands, LineMap, Look, Note, Step, Upstream};
+use super::super::singularity::{RegionFinder, RegionSearch, SingularityReport};
 use super::super::survey::Survey;
 use super::super::unknown_axes::naming_unknown_axes;
 use super::super::{ContactSource, Fault, ProgramSource, Stop};
@@ -62,6 +63,8 @@ pub(in crate::process) struct Moved {
     pub(in crate::process) posting: Posting,
     /// Lines of blocks that hold F alone.
     pub(in crate::process) lines: LineMap,
+    /// `None` where no singular regions were looked for, or they cannot be listed.
+    pub(in crate::process) regions: Option<SingularityReport>,
 }
 
 /// Moves every end of a program's motions; `note` gets what that did to each, in their order, once it was read back.
@@ -94,11 +97,17 @@ pub(in crate::process) fn move_program(
     if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
         return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
     }
+    let search = moves.regions.map(|search| search.resolved(&survey, machine, source, stop));
+    let search = search.transpose()?.flatten().zip(moves.regions);
     let mut course = Course::begin(upstream, machine, &moves.source_program, false, stop)?;
     let mut run = Run::new(machine, moves, survey, contact, stop);
     let mut verifier = WearVerifier::new(machine, moves, course.dialect(), stop);
     let mut inventory = Inventory::default();
-    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look: None };
+    let mut finder = search.as_ref().map(|((cc, contact), RegionSearch { zone, .. })| {
+        RegionFinder::new(machine, cc, zone, survey, *contact, course.dialect(), stop)
+    });
+    let look = finder.as_mut().map(|finder| finder as &mut dyn Look);
+    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look };
     course.run(&mut hands, output, note, parts)?;
     if hands.step.has_faults() {
         let program = &moves.source_program;
@@ -117,8 +126,10 @@ pub(in crate::process) fn move_program(
         // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
         return Err(Fault::NothingFollowed { first: hands.step.pilot.warnings.first_left() });
     }
-    course.finish(&mut hands, output, note)?;
+    hands.finish(output, note)?;
     let passages = &course.passages;
     passages.warn(&mut run.pilot.warnings);
-    Ok(run.moved(verifier, passages.dialect(), passages.blocks, passages.reading()))
+    let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;
+    let moved = run.moved(verifier, passages.dialect(), passages.blocks, passages.reading());
+    Ok(Moved { regions, ..moved })
 }

@@ -1,5 +1,6 @@
 //! What a wear compensation is asked to do.
 
+use super::super::singularity::RegionSearch;
 use std::ops::ControlFlow;
 
 use super::super::set_ups::SetUps;
@@ -90,6 +91,8 @@ pub(in crate::process) struct Moves<'a> {
     pub(in crate::process) posts: bool,
     /// A worn cutter was named.
     pub(in crate::process) has_wear: bool,
+    /// Singular regions to be listed.
+    pub(in crate::process) regions: Option<RegionSearch<'a>>,
 }
 
 impl<'a> Moves<'a> {
@@ -101,6 +104,7 @@ impl<'a> Moves<'a> {
             written_program: parameters.program.clone(),
             posts: false,
             has_wear: true,
+            regions: None,
         }
     }
 

@@ -495,6 +495,6 @@ impl<'a> Run<'a> {
             series: verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
         };
-        Moved { wear, posting: self.posting, lines: self.rewriter.into_lines() }
+        Moved { wear, posting: self.posting, lines: self.rewriter.into_lines(), regions: None }
     }
 }
