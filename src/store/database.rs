@@ -129,9 +129,14 @@ impl Store {
         } else {
             same_form(&writer).await?;
         }
+        // All of them from the start and for good: what they keep of the file is there when it is needed, and memory does not
+        // depend on how many were needed at once.
         let readers = SqlitePoolOptions::new()
+            .min_connections(readers)
             .max_connections(readers)
             .acquire_timeout(Duration::from_secs(10))
+            .idle_timeout(None)
+            .max_lifetime(None)
             .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
             // Long answers (a trend of ten thousand runs) are handed over in fewer, larger parts.
             .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))

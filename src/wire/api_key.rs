@@ -69,12 +69,13 @@ pub struct ApiKeyRequest {
     /// Who or what will carry it, for people.
     #[schema(min_length = 1, max_length = 200, example = "MES of hall 3")]
     pub name: String,
-    /// What it allows; at least one.
-    #[schema(min_items = 1, example = json!(["read", "compute"]))]
+    /// What it allows; at least one. A scope that is named twice counts once.
+    #[schema(value_type = Vec<Scope>, min_items = 1, example = json!(["read", "compute"]))]
     pub scopes: BTreeSet<Scope>,
-    /// The only machines it reaches; absent for all. Not with `admin`, which is over every machine.
+    /// The only machines it reaches; absent for all. Not with `admin`, which is over every machine. A machine that is named twice
+    /// counts once.
     #[serde(default)]
-    #[schema(required = false, min_items = 1, max_items = 1000, example = json!(["example-ac-table"]))]
+    #[schema(value_type = Option<Vec<String>>, required = false, min_items = 1, max_items = 1000, example = json!(["example-ac-table"]))]
     pub machines: Option<BTreeSet<String>>,
     /// When it ends, RFC 3339; absent for never.
     #[serde(default)]

@@ -15,10 +15,16 @@ def before_call(context, case, kwargs):
                 case.headers[name] = f'"{value}"'
 
 
-# What a deleted machine or tool was stays readable: jobs, reports and calibrations name their revisions, and wear entries need no tool
-# in the table. DELETE cancels a job and revokes a
-# key; both stay listed, because records name them.
+# What a deleted machine or tool was stays readable, and so do the calibrations of a machine: jobs, reports and calibrations name
+# revisions, and wear entries need no tool in the table. DELETE cancels a job and revokes a key; both stay listed, because records
+# name them.
 STAYS = {
+    "list_calibrations",
+    "get_calibration",
+    "get_calibration_run",
+    "get_calibration_trend",
+    "compare_calibrations",
+    "export_calibration",
     "get_machine_revision",
     "list_machine_revisions",
     "get_tool_revision",
