@@ -86,7 +86,7 @@ impl fmt::Display for UnknownArc {
 
 /// An arc in one of the planes XY, ZX, YZ, with the third axis linear and rotary axes at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ArcPath {
+pub(in crate::process) struct ArcPath {
     start: AxisWords,
     end: AxisWords,
     /// The axes of the plane, in its right-handed order.
@@ -115,14 +115,14 @@ const SAME_MM: f64 = 1e-6;
 
 /// The modes of arcs that motions do not tell: which way round, and how centres are counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct ArcModes {
+pub(in crate::process) struct ArcModes {
     is_clockwise: bool,
     absolute_centres: bool,
 }
 
 impl ArcModes {
     /// Takes the codes of one block.
-    pub(super) fn see(&mut self, words: &[Word]) {
+    pub(in crate::process) fn see(&mut self, words: &[Word]) {
         for word in words.iter().filter(|word| word.address == Address::G) {
             match word.code_tenths() {
                 Some(CLOCKWISE) => self.is_clockwise = true,
@@ -140,7 +140,7 @@ impl ArcPath {
     ///
     /// # Errors
     /// Why its words do not make one that is known.
-    pub(super) fn of(
+    pub(in crate::process) fn of(
         modes: ArcModes,
         batch: &Batch,
         motion: &Motion,
@@ -240,7 +240,7 @@ impl ArcPath {
     }
 
     /// The words at its centre, the third axis where the arc starts, and the axis of the plane's normal (0 X, 1 Y, 2 Z).
-    pub(super) fn centre(&self) -> (AxisWords, usize) {
+    pub(in crate::process) fn centre(&self) -> (AxisWords, usize) {
         let mut words = self.start;
         for (axis, at_mm) in self.axes.into_iter().zip(self.centre_mm) {
             words.linear_mm[axis] = at_mm;
@@ -249,12 +249,12 @@ impl ArcPath {
     }
 
     /// Angle run, counter-clockwise about the plane's normal positive \[rad\].
-    pub(super) fn sweep_rad(&self) -> f64 {
+    pub(in crate::process) fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 
     /// The words at the fraction `u`: in the plane on the circle, else linear.
-    pub(super) fn words_at(&self, u: f64) -> AxisWords {
+    pub(in crate::process) fn words_at(&self, u: f64) -> AxisWords {
         if u <= 0.0 {
             return self.start;
         }
@@ -275,7 +275,7 @@ impl ArcPath {
     }
 
     /// Bounds on the first and second derivative of the words by u \[mm\].
-    pub(super) fn derivative_bounds_mm(&self) -> [f64; 2] {
+    pub(in crate::process) fn derivative_bounds_mm(&self) -> [f64; 2] {
         let [a, b] = self.arm_mm;
         let radius_mm = (a * a + b * b).sqrt() * self.growth.max(1.0);
         let spiral_mm = radius_mm * (self.growth - 1.0).abs();

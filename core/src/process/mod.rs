@@ -1,73 +1,50 @@
 //! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
 
 mod arc_path;
-mod compensate;
-mod compensation;
-mod contact_finder;
-mod dialect_fit;
+mod contact_path;
 mod fault;
-mod feed_at_risk;
-mod glance;
-mod interpretation;
-mod inventory;
-mod judge;
-mod numbering;
-mod parameters;
+mod interpret;
+mod move_ends;
+mod one_pass;
 mod pipeline;
-mod plain_lines;
-mod plan;
 mod post;
-mod prepare;
-mod program_setup;
-mod read_back;
-mod reading;
-mod report;
-mod sampler;
-mod series;
-mod set_ups;
+mod set_up;
 mod simulate;
-mod singularity;
-mod stream;
-mod survey;
-mod tool_vectors;
-mod tools;
-mod unknown_axes;
-mod untouched;
-mod verification;
-mod verify;
-mod warnings;
-mod wear;
+mod singular;
+mod text;
+mod virtual_cutting;
 
 pub use arc_path::UnknownArc;
-pub use compensate::{compensate, compensate_side_by_side};
-pub use compensation::{
-    BlockBudget, BlockChange, BlockError, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink,
-    ChangeTotals, CompensationParameters, CompensationReport, ErrorBudget, ErrorShares, LocationErrorReport,
-    MemorySpool, NotModelled, NotModelledKind, Place, ServoStep, Spool, WearStep, compensate_program,
+pub use contact_path::{CcParameters, CcReport, OutputForm, compensate, compensate_side_by_side};
+pub use fault::{
+    CutterDifference, EnteredWear, Fault, LeftOut, LeftOutReason, LineFault, LineFaultKind, LineFaults,
+    NotPosted, ToolUnknown, UnfitWear, UnknownAxes, Unstated, VerificationFault, VerificationQuantity,
+    Warning, WarningKind,
 };
-pub use fault::{Fault, LineFault, LineFaultKind, LineFaults, Unstated};
-pub use interpretation::{
+pub use interpret::{
     Interpretation, Interpreted, InterpretedArc, InterpretedKind, InterpretedMotion, interpret_program,
 };
-pub use parameters::{Budget, CcParameters, ContactSource, OutputForm};
-pub use post::{NotPosted, PostForm, PostParameters, PostReport, post};
-pub use program_setup::{ProgramSetup, StartPosition};
-pub use reading::{OffsetUse, ProgramReading, ToolUse};
-pub use report::{CcReport, DeviationSummary, Warning, WarningKind};
-pub use series::{Series, SeriesPoint};
-pub use simulate::{LeftOut, LeftOutReason, ProgramSimulation, SimulationParameters, simulate};
-pub use singularity::{
+pub use move_ends::{
+    Assumption, CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter,
+    compensate_wear, compensate_wear_side_by_side,
+};
+pub use one_pass::{
+    CcStep, CompensationParameters, CompensationReport, LocationErrorReport, ServoStep, WearStep,
+    compensate_program,
+};
+pub use pipeline::{
+    BlockBudget, BlockChange, BlockError, BudgetLine, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals,
+    DeviationSummary, ErrorBudget, ErrorShares, NotModelled, NotModelledKind, Series, SeriesPoint,
+};
+pub use post::{PostForm, PostParameters, PostReport, post};
+pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools};
+pub use simulate::{ProgramSimulation, SimulationParameters, simulate};
+pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
     SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
-pub use stream::{ProgramSource, Stop};
-pub use tools::{CutterDifference, EnteredWear, ListedTool, ToolTable, ToolUnknown, Tools, UnfitWear};
-pub use unknown_axes::UnknownAxes;
-pub use verification::{
-    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification, VerificationFault,
-    VerificationParameters, VerificationQuantity, verify_part,
-};
-pub use wear::{
-    Assumption, CurvatureAcross, LengthInControl, Milling, WearParameters, WearReport, WornCutter,
-    compensate_wear, compensate_wear_side_by_side,
+pub use text::{MemorySpool, OffsetUse, Place, ProgramReading, ProgramSource, Spool, Stop, ToolUse};
+pub use virtual_cutting::{
+    Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
+    VerificationParameters, verify_part,
 };

@@ -4,13 +4,12 @@
 
 use std::io::Write;
 
-use super::super::inventory::Inventory;
-use super::super::stream::{Passages, Stretch};
-use super::super::{Fault, ProgramSetup, ProgramSource, Stop};
-use super::line_map::LineCursor;
 use super::outgoing::Outgoing;
 use super::rewriter::Rewriter;
 use crate::machine::Machine;
+use crate::process::fault::Fault;
+use crate::process::set_up::ProgramSetup;
+use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stop, Stretch};
 use crate::program::Dialect;
 use crate::wear::SideBySide;
 

@@ -1,14 +1,12 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
-use super::super::feed_at_risk::feed_at_risk;
-use super::super::inventory::Inventory;
-use super::super::judge::Checked;
-use super::super::numbering::Numbering;
-use super::super::plan::Division;
+use super::feed_at_risk::feed_at_risk;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{
     AxisWords, ContactWords, Feed, FeedForm, FeedMode, FeedRules, Interpolation, Motion, Unfollowable,
 };
+use crate::process::contact_path::{Checked, Division};
+use crate::process::text::{Inventory, Numbering};
 use crate::program::{
     Address, Batch, Block, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed,
     print_changed_without, print_inserted_without, round_to_decimals,

@@ -1,13 +1,27 @@
 //! The one way of a program through a step that writes: read in stretches, worked on, written, read back, handed over.
 
+mod budget;
+mod changes;
+mod deviation;
 mod drive;
 mod emit;
-mod line_map;
+mod feed_at_risk;
 mod outgoing;
+mod read_back;
 mod rewriter;
+mod series;
 
-pub(super) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Upstream};
-pub(super) use emit::{exact_decimals, in_units, letter, node_contact, rounded_feed};
-pub(super) use line_map::{LineCursor, LineMap};
-pub(super) use outgoing::{Copied, Outgoing};
-pub(super) use rewriter::{Placed, Rewriter};
+pub use budget::{
+    BlockBudget, BlockError, BudgetLine, ErrorBudget, ErrorShares, NotModelled, NotModelledKind,
+};
+pub use changes::{BlockChange, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals};
+pub use deviation::DeviationSummary;
+pub use series::{Series, SeriesPoint};
+
+pub(in crate::process) use budget::Tally;
+pub(in crate::process) use deviation::DeviationTotals;
+pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Upstream};
+pub(in crate::process) use emit::{exact_decimals, in_units, letter, node_contact, rounded_feed};
+pub(in crate::process) use outgoing::{Copied, Outgoing};
+pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, failed};
+pub(in crate::process) use rewriter::{Placed, Rewriter};

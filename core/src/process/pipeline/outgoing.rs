@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::super::stream::Passage;
+use crate::process::text::Passage;
 
 /// Text of the output, and what it has to mean.
 #[derive(Debug)]

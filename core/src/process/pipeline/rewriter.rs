@@ -1,14 +1,11 @@
 //! A program written from another one: blocks are copied or written anew, feeds that new blocks took are given back, and it is
 //! kept which lines came in.
 
-use super::super::Fault;
-use super::super::inventory::Inventory;
-use super::super::numbering::Numbering;
-use super::super::stream::Passage;
 use super::emit::Emitter;
-use super::line_map::{LineMap, line_ends};
 use super::outgoing::Outgoing;
 use crate::motion::{Feed, Motion};
+use crate::process::fault::Fault;
+use crate::process::text::{Inventory, LineMap, Numbering, Passage, line_ends};
 use crate::program::{Batch, NewWord, WriteFault, print_changed};
 
 /// A passage, and its place in the stretch at hand.

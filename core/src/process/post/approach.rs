@@ -7,7 +7,7 @@
 //! 2. the two linear axes that are more across the tool axis;
 //! 3. the linear axis that is nearest to the tool axis, last: the tool comes along its own axis as nearly as one word can.
 
-use super::PostForm;
+use super::parameters::PostForm;
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
 use crate::kinematics::{Kinematics, ToolPose};

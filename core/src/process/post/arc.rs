@@ -1,7 +1,7 @@
 //! Arcs of cutter location data as chords.
 
-use super::NotPosted;
 use crate::geometry::{Vec3, angle_about, trig};
+use crate::process::fault::NotPosted;
 
 /// Ends may be off their circle by this \[mm\], or by this share of its radius, as six digits of it leave; few decimals of
 /// the text come on top.

@@ -2,7 +2,6 @@
 
 mod approach;
 mod arc;
-mod fault;
 mod parameters;
 mod points;
 mod read_back;
@@ -10,6 +9,5 @@ mod run;
 mod statement;
 mod write;
 
-pub use fault::NotPosted;
 pub use parameters::{PostForm, PostParameters};
 pub use run::{PostReport, post};

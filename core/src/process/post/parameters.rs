@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::super::ProgramSetup;
 use crate::kinematics::REWIND_DEG;
+use crate::process::set_up::ProgramSetup;
 use crate::units::Length;
 
 /// What X Y Z of the posted program are.

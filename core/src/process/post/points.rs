@@ -1,11 +1,12 @@
 //! From the motions of cutter location data to points of a posted program.
 
 use super::arc::Circle;
+use super::parameters::{PostForm, PostParameters};
 use super::statement::{Coolant, Posted, posted};
-use super::{NotPosted, PostForm, PostParameters};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::motion::{FeedMode, Motion, MotionKind, Unfollowable};
+use crate::process::fault::NotPosted;
 use crate::program::{Address, Batch, Block, Keyword, Word};
 
 /// What goes into the posted program, in its order.
@@ -84,7 +85,11 @@ impl Points {
     ///
     /// # Errors
     /// Why it cannot be posted.
-    pub(super) fn statement(&mut self, batch: &Batch, block: &Block) -> Result<Option<Item>, NotPosted> {
+    pub(in crate::process) fn statement(
+        &mut self,
+        batch: &Batch,
+        block: &Block,
+    ) -> Result<Option<Item>, NotPosted> {
         let Some(keyword) = batch.words(block).iter().find_map(Word::keyword).filter(|_| !self.ended) else {
             return Ok(None);
         };

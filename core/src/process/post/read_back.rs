@@ -2,17 +2,17 @@
 
 use std::collections::VecDeque;
 
-use super::super::ProgramSetup;
 use super::approach::Coordinates;
+use super::parameters::{PostForm, PostParameters};
 use super::points::Point;
-use super::{PostForm, PostParameters};
 use crate::contact::Station;
 use crate::geometry::angle_between;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
-use crate::process::Fault;
-use crate::process::read_back::{Awaited, MachineWord, ReadBack, failed};
+use crate::process::fault::Fault;
+use crate::process::pipeline::{Awaited, MachineWord, ReadBack, failed};
+use crate::process::set_up::ProgramSetup;
 use crate::program::{Address, Dialect};
 
 /// Beyond the rounding of the words nothing may be lost [mm, rad].
@@ -70,7 +70,11 @@ pub(super) struct PostedAgain<'a> {
 }
 
 impl<'a> PostedAgain<'a> {
-    pub(super) fn new(machine: &'a Machine, kinematics: &'a Kinematics, parameters: &PostParameters) -> Self {
+    pub(in crate::process) fn new(
+        machine: &'a Machine,
+        kinematics: &'a Kinematics,
+        parameters: &PostParameters,
+    ) -> Self {
         let half = |decimals: u8| 0.5 / 10_f64.powi(i32::from(decimals));
         Self {
             machine,

@@ -3,21 +3,19 @@
 use std::io::Write;
 use std::ops::ControlFlow;
 
-use super::super::set_ups::SetUps;
 use super::approach::{ALL, Approach};
+use super::parameters::{PostForm, PostParameters};
 use super::points::{Item, Point, Points};
 use super::read_back::{Expected, Part, PostedAgain};
 use super::write::{Writer, words};
-use super::{NotPosted, PostForm, PostParameters};
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{InverseError, Kinematics, Path, PathOptions, ToolPose, WarningKind};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, FeedMode, Interpolation};
-use crate::process::fault::LineFaultKind;
-use crate::process::stream::{Passage, Passages};
-use crate::process::tools::Need;
-use crate::process::{Fault, LineFaults, ProgramReading, ProgramSetup, ProgramSource, Tools};
+use crate::process::fault::{Fault, LineFaultKind, LineFaults, NotPosted};
+use crate::process::set_up::{Need, ProgramSetup, SetUps, Tools};
+use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 use crate::units::Angle;
 

@@ -98,7 +98,7 @@ fn spindle(minors: &[&str]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Coolant, Posted};
+    use super::*;
 
     fn posted(statement: &[u8]) -> Posted {
         super::posted(statement, &mut Coolant::default())

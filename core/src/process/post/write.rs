@@ -1,8 +1,8 @@
 //! The text of a posted program.
 
 use super::approach::{Approach, Coordinates};
+use super::parameters::{PostForm, PostParameters};
 use super::points::Point;
-use super::{PostForm, PostParameters};
 use crate::contact::rotary_rad;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;

@@ -1,0 +1,422 @@
+//! The written program read back as a control would read it, block by block against the source.
+//!
+//! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
+//! and is sampled against the source block's line from the words that were read.
+
+use std::sync::Arc;
+
+use super::division::Division;
+use super::judge::Checked;
+use super::parameters::CcParameters;
+use super::untouched::Milestones;
+use crate::contact::{
+    BlockTime, Correction, Effort, Sampled, Segment, Station, block_time_s, sample_until_sure,
+    within_tolerance,
+};
+use crate::machine::Machine;
+use crate::motion::{
+    AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
+};
+use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::{Awaited, BeforeAfter, Check, Outgoing, ReadBack, failed};
+use crate::process::text::{Inventory, Stretch};
+use crate::program::Dialect;
+
+/// Words read back may differ by this from those meant: inches and increments pass through binary fractions
+/// \[mm or deg\].
+const SAME_POSITION: f64 = 1e-7;
+/// An extruder word in between may be rounded beyond its ends by this \[program units\].
+const SAME_EXTRA: f64 = 1e-3;
+/// The time of a part may differ by this share: F words are rounded.
+const SAME_TIME: f64 = 0.01;
+
+/// A part is measured where a proof found at least this share of the largest deviation so far.
+const NEAR_LARGEST: f64 = 0.9;
+
+/// What the next motion of the written program has to be.
+#[derive(Debug)]
+pub(in crate::process) enum Expected<'a> {
+    /// A block left as it was.
+    Same {
+        motion: SourceMotion,
+        /// Contact path length and deviation, if it was checked.
+        checked: Option<(f64, Sampled)>,
+    },
+    /// Part of a divided block.
+    Part { group: Arc<Group<'a>>, index: usize },
+}
+
+/// A motion of the source.
+#[derive(Debug)]
+pub(in crate::process) enum SourceMotion {
+    /// By its place in the stretch that the text at hand was written of.
+    At { passage: usize, motion: usize, line: u64 },
+    /// Of a stretch that is worked off.
+    Kept(Box<Meaning>),
+}
+
+impl SourceMotion {
+    pub(in crate::process) fn line(&self) -> u64 {
+        match self {
+            Self::At { line, .. } => *line,
+            Self::Kept(meaning) => meaning.line,
+        }
+    }
+}
+
+/// What of a motion must not change in a block that is left alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::process) struct Meaning {
+    line: u64,
+    kind: MotionKind,
+    interpolation: Interpolation,
+    unfollowable: Option<Unfollowable>,
+    offset_changed: bool,
+    feed_mode: Option<FeedMode>,
+    feed: Option<f64>,
+    contact: ContactWords,
+    extra: Option<Extra>,
+    incremental: bool,
+    exact_stop: bool,
+    mm_per_unit: f64,
+    start: Option<AxisWords>,
+    end: Option<AxisWords>,
+}
+
+impl Meaning {
+    pub(in crate::process) fn of(motion: &Motion) -> Self {
+        Self {
+            line: motion.line,
+            kind: motion.kind,
+            interpolation: motion.interpolation,
+            unfollowable: motion.unfollowable,
+            offset_changed: motion.offset_changed,
+            feed_mode: motion.feed.mode,
+            feed: stated_feed(motion),
+            contact: motion.contact,
+            extra: motion.extra,
+            incremental: motion.incremental,
+            exact_stop: motion.exact_stop,
+            mm_per_unit: motion.mm_per_unit,
+            start: motion.start,
+            end: motion.end,
+        }
+    }
+
+    /// Whether a motion read back means this, its line apart.
+    pub(in crate::process) fn check(&self, read: &Motion) -> Result<(), Fault> {
+        if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
+            return Err(failed(self.line, "a motion starts or ends elsewhere than meant"));
+        }
+        // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
+        let same_feed = self.kind == MotionKind::Rapid || stated_feed(read) == self.feed;
+        let same = same_feed
+            && read.kind == self.kind
+            && read.interpolation == self.interpolation
+            && read.unfollowable == self.unfollowable
+            && read.offset_changed == self.offset_changed
+            && read.feed.mode == self.feed_mode
+            && read.contact == self.contact
+            && read.extra == self.extra
+            && read.incremental == self.incremental
+            && read.exact_stop == self.exact_stop
+            && read.mm_per_unit.total_cmp(&self.mm_per_unit).is_eq();
+        if same { Ok(()) } else { Err(failed(self.line, "a motion changed its meaning or its feed")) }
+    }
+}
+
+/// F as written, where it states a feed.
+fn stated_feed(motion: &Motion) -> Option<f64> {
+    motion.feed.value.map(|_| motion.feed.raw)
+}
+
+/// A divided block with its plan.
+#[derive(Debug)]
+pub(in crate::process) struct Group<'a> {
+    pub(in crate::process) source: Motion,
+    pub(in crate::process) checked: Checked<'a>,
+    pub(in crate::process) division: Division,
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(in crate::process) correction_mm: f64,
+}
+
+impl Awaited for Expected<'_> {
+    fn line(&self) -> u64 {
+        match self {
+            Self::Same { motion, .. } => motion.line(),
+            Self::Part { group, .. } => group.source.line,
+        }
+    }
+
+    fn missing(&self) -> &'static str {
+        match self {
+            Self::Same { .. } => "a motion is missing",
+            Self::Part { .. } => "a part of a divided block is missing",
+        }
+    }
+}
+
+/// What became of one motion of the source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::process) struct Judged {
+    pub(in crate::process) line: u64,
+    pub(in crate::process) kind: MotionKind,
+    /// Largest deviation before and after \[mm\]; 0 where it was not checked.
+    pub(in crate::process) deviation_mm: [f64; 2],
+    /// Largest distance of a part's end from where the source block has it \[mm\].
+    pub(in crate::process) correction_mm: f64,
+    /// How many blocks it is now.
+    pub(in crate::process) parts: u32,
+}
+
+impl Judged {
+    pub(in crate::process) fn undivided(line: u64, kind: MotionKind, deviation_mm: f64) -> Self {
+        Self { line, kind, deviation_mm: [deviation_mm; 2], correction_mm: 0.0, parts: 1 }
+    }
+
+    fn divided(group: &Group<'_>, after: &Sampled) -> Self {
+        Self {
+            line: group.source.line,
+            kind: group.source.kind,
+            deviation_mm: [group.checked.before.max_mm, after.max_mm],
+            correction_mm: group.correction_mm,
+            parts: u32::try_from(group.division.nodes.len()).unwrap_or(u32::MAX),
+        }
+    }
+}
+
+/// Reads the output back and sums up what it leaves.
+pub(in crate::process) struct Verifier<'a> {
+    machine: &'a Machine,
+    parameters: &'a CcParameters,
+    pub(in crate::process) read_back: ReadBack<Expected<'a>>,
+    parts: Vec<(f64, Sampled)>,
+    /// The motion read last, if it is one left alone that ends to the bit where the source's does.
+    pub(in crate::process) exact: Option<(usize, usize)>,
+    pub(in crate::process) milestones: Milestones,
+    pub(in crate::process) found: BeforeAfter,
+    /// What became of the motions read back, to be taken away.
+    pub(in crate::process) judged: Vec<Judged>,
+    pub(in crate::process) effort: Effort<'a>,
+}
+
+impl<'a> Check for Verifier<'a> {
+    type Meant = Expected<'a>;
+    type Became = Judged;
+
+    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, of: &Stretch) -> Result<(), Fault> {
+        self.look_at(written, of)
+    }
+
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read(&Stretch::default())?;
+        self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<Judged> {
+        &mut self.judged
+    }
+}
+
+impl<'a> Verifier<'a> {
+    pub(in crate::process) fn new(
+        machine: &'a Machine,
+        parameters: &'a CcParameters,
+        dialect: Dialect,
+        effort: Effort<'a>,
+    ) -> Self {
+        Self {
+            machine,
+            parameters,
+            read_back: ReadBack::new(machine, dialect, &parameters.program).eager(),
+            parts: Vec::new(),
+            exact: None,
+            milestones: Milestones::default(),
+            found: BeforeAfter::default(),
+            judged: Vec::new(),
+            effort,
+        }
+    }
+
+    /// Blocks of the output so far.
+    pub(in crate::process) fn blocks(&self) -> u64 {
+        self.read_back.inventory.blocks
+    }
+
+    /// Reads what there is; motions left alone are those of `stretch`.
+    pub(in crate::process) fn read(&mut self, stretch: &Stretch) -> Result<(), Fault> {
+        while self.read_back.advance()? {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
+            self.milestones.reach(self.read_back.blocks_before(), self.found.after.max_mm());
+            self.exact = None;
+            match self.read_back.pair() {
+                Some((read, Expected::Same { motion, checked })) => {
+                    let (line, kind) = match motion {
+                        SourceMotion::Kept(source) => {
+                            source.check(read)?;
+                            (source.line, source.kind)
+                        }
+                        SourceMotion::At { passage, motion, line } => {
+                            let source = stretch.motion(*passage, *motion);
+                            let source = source.ok_or(failed(*line, "a motion is missing"))?;
+                            Meaning::of(source).check(read)?;
+                            let is_exact = read.end.is_some()
+                                && read.end == source.end
+                                && (read.linear_end_mm, read.tool_axis)
+                                    == (source.linear_end_mm, source.tool_axis)
+                                && read.contact == source.contact;
+                            self.exact = is_exact.then_some((*passage, *motion));
+                            (source.line, source.kind)
+                        }
+                    };
+                    let found = checked.as_ref();
+                    if let Some((path_mm, found)) = found {
+                        self.found.record(line, *path_mm, found, found);
+                    }
+                    let deviation_mm = found.map_or(0.0, |(_, found)| found.max_mm);
+                    self.judged.push(Judged::undivided(line, kind, deviation_mm));
+                }
+                Some((read, Expected::Part { group, index })) => {
+                    let (read, group, index) = (*read, Arc::clone(group), *index);
+                    if let Some(after) = self.part(&read, &group, index)? {
+                        self.judged.push(Judged::divided(&group, &after));
+                    }
+                }
+                None => {}
+            }
+            self.read_back.drop_pair();
+        }
+        Ok(())
+    }
+
+    /// The last part of a block gives what all of them leave.
+    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<Option<Sampled>, Fault> {
+        let line = group.source.line;
+        let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
+        let block = &group.checked.block;
+        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
+        let (Some(start), Some(end)) = (read.start, read.end) else {
+            return Err(failed(line, "a part of a divided block has no known end"));
+        };
+        let planned_start = match index.checked_sub(1) {
+            None => block.ends[0].words,
+            Some(before) => group.division.nodes[before].station.words,
+        };
+        let same_modes = read.kind == MotionKind::Linear
+            && read.unfollowable.is_none()
+            && mode == block.mode
+            && read.feed.mode == group.source.feed.mode
+            && read.incremental == group.source.incremental;
+        if !same_modes {
+            return Err(failed(line, "a part of a divided block is another kind of motion"));
+        }
+        if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
+            return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
+        }
+        Self::carried_along(read, group, index)?;
+        let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
+        let ends = [start, end].map(|words| Station::new(self.machine, &block.kinematics, mode, words));
+        let segment = Segment { ends, fraction: [from, node.fraction] };
+        let tolerance_mm = self.parameters.tolerance.mm();
+        let found = if self.parameters.correction == Correction::Seed {
+            sample_until_sure(block, &segment, tolerance_mm)
+        } else {
+            within_tolerance(block, &segment, tolerance_mm)
+                .or_else(|found| {
+                    // Words that differ in the last bit may tip a block that was just inside.
+                    let slack = 1.0 + 1e-9;
+                    if found.max_mm <= tolerance_mm * slack { Ok(found) } else { Err(found) }
+                })
+                .map_err(|_found| failed(line, "a part of a divided block exceeds the tolerance"))?
+        };
+        self.effort.spend(found.evaluations);
+        // What may become the largest deviation of the report is measured, not only bounded.
+        let found = if found.max_mm > NEAR_LARGEST * self.found.after.max_mm() {
+            let measured = sample_until_sure(block, &segment, tolerance_mm);
+            self.effort.spend(measured.evaluations);
+            measured
+        } else {
+            found
+        };
+        self.parts.push((node.fraction - from, found));
+        Self::time(read, group, &segment)?;
+        if index + 1 < group.division.nodes.len() {
+            return Ok(None);
+        }
+        let after = Sampled::join(self.parts.drain(..));
+        self.found.record(line, block.line.length_mm, &group.checked.before, &after);
+        Ok(Some(after))
+    }
+
+    /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
+    /// block ends them, the extruder never running back.
+    pub(in crate::process) fn carried_along(
+        read: &Motion,
+        group: &Group<'a>,
+        index: usize,
+    ) -> Result<(), Fault> {
+        let (line, source) = (group.source.line, &group.source);
+        let last = index + 1 == group.division.nodes.len();
+        let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
+        // Where the block began without a contact, only its last part may state one.
+        let fits = match group.checked.start_contact {
+            Some(_) => same_kind,
+            None => last || read.contact == ContactWords::None,
+        };
+        if !fits || (last && !same_contact(read.contact, source.contact)) {
+            return Err(failed(line, "the contact words of a divided block are not carried on"));
+        }
+        match (read.extra, source.extra) {
+            (None, None) => Ok(()),
+            (Some(part), Some(whole)) => {
+                let start = whole.start.unwrap_or(whole.end);
+                let between = part.end >= start.min(whole.end) - SAME_EXTRA
+                    && part.end <= start.max(whole.end) + SAME_EXTRA;
+                let ends = !last || (part.end - whole.end).abs() <= SAME_POSITION;
+                if between && ends {
+                    Ok(())
+                } else {
+                    Err(failed(line, "the extruder of a divided block runs elsewhere"))
+                }
+            }
+            _ => Err(failed(line, "the extruder of a divided block is lost")),
+        }
+    }
+
+    /// Every part must take its share of the source block's time.
+    pub(in crate::process) fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
+        let (source, block) = (&group.source, &group.checked.block);
+        let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
+        let time_s = |feed, segment: &Segment| {
+            block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit, source.feed.paths))
+        };
+        // In G95 the spindle decides: the plan's formula is all there is.
+        let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };
+        let share_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
+        match time_s(read.feed.raw, segment) {
+            Some(part_s) if (part_s - share_s).abs() <= SAME_TIME * share_s => Ok(()),
+            _ => Err(failed(source.line, "a part of a divided block takes another time than its share")),
+        }
+    }
+}
+
+fn same_contact(a: ContactWords, b: ContactWords) -> bool {
+    match (a, b) {
+        (ContactWords::Point(a), ContactWords::Point(b))
+        | (ContactWords::Normal(a), ContactWords::Normal(b)) => {
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_POSITION)
+        }
+        (a, b) => a == b,
+    }
+}
+
+pub(in crate::process) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_POSITION);
+    match (a, b) {
+        (None, None) => true,
+        (Some(a), Some(b)) => near(&a.linear_mm, &b.linear_mm) && near(&a.rotary_deg, &b.rotary_deg),
+        _ => false,
+    }
+}

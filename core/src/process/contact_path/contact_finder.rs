@@ -1,0 +1,74 @@
+//! Where the cutter touches at a program point: by the point's own words, by the part's surface, or by the feed.
+
+use super::parameters::CcParameters;
+use crate::contact::{ContactFault, Effort, Station, Touch, contact_on_surface, rotary_rad};
+use crate::geometry::Vec3;
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, Tool};
+use crate::motion::{ContactWords, Interpolation};
+use crate::process::set_up::ContactSource;
+
+/// Finds contacts from one source.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct ContactFinder<'a> {
+    pub(in crate::process) machine: &'a Machine,
+    pub(in crate::process) parameters: &'a CcParameters,
+    /// Where contacts come from, `auto` resolved.
+    pub(in crate::process) source: ContactSource,
+}
+
+impl ContactFinder<'_> {
+    /// Whether contacts are assumed from the feed, motion by motion.
+    #[inline]
+    pub(in crate::process) fn assumes(&self) -> bool {
+        self.source == ContactSource::FeedPlane
+    }
+
+    /// The contact of `tool` at a point that states `words`; `None` where the source has none for this point. What the feed lets
+    /// assume belongs to a motion, not to a point. What is returned means nothing once the effort is over.
+    ///
+    /// # Errors
+    /// A contact is stated that cannot be one.
+    pub(in crate::process) fn find(
+        &self,
+        kinematics: &Kinematics,
+        tool: &Tool,
+        station: &Station,
+        mode: Interpolation,
+        words: ContactWords,
+        effort: &mut Effort<'_>,
+    ) -> Result<Option<Touch>, ContactFault> {
+        let pose = &station.pose;
+        effort.pass(1);
+        match (self.source, words) {
+            (ContactSource::Tip, _) => Ok(Some(Touch::TIP)),
+            (ContactSource::Program, ContactWords::Point(point)) => {
+                let contact_mm = match mode {
+                    Interpolation::Tcp => Vec3::from(point),
+                    Interpolation::Machine => {
+                        let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
+                        kinematics.tip_mm(Vec3::from(point), rotary_rad)
+                    }
+                };
+                Touch::from_point(tool, pose, contact_mm).map(Some)
+            }
+            (ContactSource::Normals, ContactWords::Normal(normal)) => {
+                Touch::from_normal(tool, pose, Vec3::from(normal)).map(Some)
+            }
+            (ContactSource::Surface, _) => {
+                let part = self.parameters.part.as_ref();
+                let found = part.and_then(|part| contact_on_surface(part, tool, pose, effort));
+                found.map(|found| Touch::from_normal(tool, pose, found.normal)).transpose()
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+/// The contacts that the feed lets assume at both ends of a motion. The tip stands for both where it leaves one of them
+/// open, or where there is no feed.
+pub(in crate::process) fn assumed(stations: [&Station; 2], feed: Option<Vec3>) -> Option<[Touch; 2]> {
+    let feed = feed?;
+    let [start, end] = stations.map(|station| Touch::from_feed(&station.pose, feed));
+    Some([start?, end?])
+}

@@ -1,0 +1,338 @@
+//! Into which parts a block over tolerance is divided.
+
+use super::contact_finder;
+use super::contact_finder::ContactFinder;
+use super::judge::Checked;
+use super::parameters::{CcParameters, OutputForm};
+use crate::contact::{
+    BlockTime, Carry, Correction, CutterContact, Effort, Node, Resolution, Segment, SourceBlock,
+    block_time_s, divide, feed_direction, feed_word, nodes, prove, segments, within_tolerance,
+};
+use crate::machine::Machine;
+use crate::motion::{ContactWords, FeedMode, Motion};
+use crate::process::fault::LineFaultKind;
+use crate::process::pipeline::node_contact;
+use crate::process::text::Survey;
+use crate::units::{Feedrate, UM_PER_MM};
+
+/// Plans keep this share of the tolerance free, so that what sampling and rounding leave open cannot exceed it.
+const RESERVE: f64 = 2e-4;
+/// Most parts of one block: two hundred seconds of two-millisecond steps.
+const MAX_PARTS: f64 = 100_000.0;
+/// Smallest F that is written, in the program's own unit.
+pub(in crate::process) const MIN_FEED: f64 = 1e-6;
+/// An F over its limit by no more than this share is at it.
+const SAME_FEED: f64 = 1e-9;
+
+/// A block that is divided: where its parts end, and with which decimals.
+#[derive(Debug, Clone)]
+pub(in crate::process) struct Division {
+    pub(in crate::process) nodes: Vec<Node>,
+    pub(in crate::process) resolution: Resolution,
+    /// Whether the parts can carry F words: there is a feed, and in a table a column for it.
+    pub(in crate::process) carries_feed: bool,
+}
+
+/// What is planned for a block over tolerance.
+pub(in crate::process) enum Plan {
+    /// It is divided.
+    Divide(Division),
+    /// It stays as it is: a part would need more feed than is allowed.
+    TooFast,
+    /// It stays as it is: its parts would have other contacts than the block, and would be over the tolerance again.
+    Unsettled,
+}
+
+/// Plans the division of a block over tolerance. Where the effort is over then, it means nothing.
+///
+/// # Errors
+/// What is wrong with the line.
+pub(in crate::process) fn plan(
+    finder: &ContactFinder<'_>,
+    machine: &Machine,
+    survey: Survey,
+    checked: &Checked<'_>,
+    motion: &Motion,
+    effort: &mut Effort<'_>,
+) -> Result<Plan, LineFaultKind> {
+    if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
+        return Err(LineFaultKind::NoInverseTime);
+    }
+    if motion.extra.is_some_and(|extra| extra.start.is_none()) {
+        return Err(LineFaultKind::ExtraUnknown);
+    }
+    let parameters = finder.parameters;
+    let tolerance_mm = parameters.tolerance.mm();
+    let own = resolution(checked, motion, motion.decimals.linear, motion.decimals.rotary);
+    // Posts strip trailing zeros: where the block's own decimals are too coarse, the program's finest count.
+    let finest = resolution(
+        checked,
+        motion,
+        motion.decimals.linear.max(survey.linear_decimals),
+        motion.decimals.rotary.max(survey.rotary_decimals),
+    );
+    let (mut reachable_mm, mut is_unsettled) = (f64::INFINITY, false);
+    let tries: &[Resolution] = if own == finest { &[own] } else { &[own, finest] };
+    for resolution in tries {
+        match divided(finder, machine, checked, motion, resolution, effort)? {
+            Divided::Unsettled => is_unsettled = true,
+            Divided::At(nodes) => {
+                let carries_feed = motion.feed.value.is_some() && survey.has_feed_column;
+                if carries_feed {
+                    match part_feeds(checked, motion, &nodes, parameters.max_feed) {
+                        PartFeeds::Fit => {}
+                        PartFeeds::TooHigh => return Ok(Plan::TooFast),
+                        PartFeeds::TooLow { feed } => {
+                            return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
+                        }
+                    }
+                }
+                return Ok(Plan::Divide(Division { nodes, resolution: *resolution, carries_feed }));
+            }
+            Divided::OutOfReach { least_mm } => reachable_mm = reachable_mm.min(least_mm),
+        }
+    }
+    if is_unsettled {
+        return Ok(Plan::Unsettled);
+    }
+    Err(LineFaultKind::ToleranceOutOfReach {
+        reachable_um: reachable_mm * UM_PER_MM,
+        tolerance_um: tolerance_mm * UM_PER_MM,
+    })
+}
+
+/// What came of an attempt to divide a block.
+enum Divided {
+    /// Its parts end here.
+    At(Vec<Node>),
+    /// Its parts would keep its own line of contacts, but not those that they will be found to have themselves.
+    Unsettled,
+    /// No parts keep its line of contacts.
+    OutOfReach {
+        /// The smallest deviation that can be reached.
+        least_mm: f64,
+    },
+}
+
+impl From<Result<Vec<Node>, f64>> for Divided {
+    fn from(found: Result<Vec<Node>, f64>) -> Self {
+        found.map_or_else(|least_mm| Self::OutOfReach { least_mm }, Self::At)
+    }
+}
+
+fn divided(
+    finder: &ContactFinder<'_>,
+    machine: &Machine,
+    checked: &Checked<'_>,
+    motion: &Motion,
+    resolution: &Resolution,
+    effort: &mut Effort<'_>,
+) -> Result<Divided, LineFaultKind> {
+    let parameters = finder.parameters;
+    let (block, correction) = (&checked.block, parameters.correction);
+    let within_mm = parameters.tolerance.mm() * (1.0 - RESERVE);
+    Ok(match parameters.output {
+        OutputForm::Minimal if correction == Correction::Seed => {
+            let ratio = checked.before.max_mm / parameters.tolerance.mm();
+            Divided::At(nodes(block, correction, count(ratio.sqrt())?, resolution, effort))
+        }
+        OutputForm::Minimal => {
+            let sizes_mm = [checked.before.max_mm, within_mm];
+            let again = Again { finder, checked, motion, within_mm };
+            let first = divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
+                prove(block, nodes, within_mm, effort)?;
+                again.prove(nodes, effort)
+            });
+            if let Ok(nodes) = first {
+                return Ok(Divided::At(nodes));
+            }
+            let own = divide(block, correction, sizes_mm, resolution, effort, |nodes, effort| {
+                prove(block, nodes, within_mm, effort)
+            });
+            own.map_or_else(|least_mm| Divided::OutOfReach { least_mm }, |_| Divided::Unsettled)
+        }
+        OutputForm::Interpolated => {
+            let parts = interpolation_steps(machine, checked, motion)?;
+            let nodes = nodes(block, correction, parts, resolution, effort);
+            if correction == Correction::Seed {
+                Divided::At(nodes)
+            } else {
+                prove(block, &nodes, within_mm, effort).map(|()| nodes).into()
+            }
+        }
+    })
+}
+
+/// The parts of a block, looked at as the blocks of a program that is compensated again: they have to be left alone then.
+struct Again<'p, 'a> {
+    finder: &'p ContactFinder<'p>,
+    checked: &'p Checked<'a>,
+    motion: &'p Motion,
+    within_mm: f64,
+}
+
+impl Again<'_, '_> {
+    /// Proves that each part keeps the tolerance to the line between its own contacts.
+    ///
+    /// # Errors
+    /// The largest deviation seen; also where the effort is over.
+    fn prove(&self, nodes: &[Node], effort: &mut Effort<'_>) -> Result<(), f64> {
+        let block = &self.checked.block;
+        let mut start = Some(self.checked.contacts[0]);
+        for (index, segment) in segments(block, nodes).enumerate() {
+            effort.pass(1);
+            if effort.is_over() {
+                return Err(f64::INFINITY);
+            }
+            let end = if index + 1 == nodes.len() {
+                Some(self.checked.contacts[1])
+            } else {
+                self.contact_at(&nodes[index], effort)?
+            };
+            let contacts = if self.finder.assumes() {
+                Some(self.assumed(&segment))
+            } else {
+                start.zip(end).map(|(start, end)| [start, end])
+            };
+            // Without a contact a motion is not checked.
+            if let Some(contacts) = contacts {
+                self.prove_part(&segment, &contacts, effort)?;
+            }
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn prove_part(
+        &self,
+        segment: &Segment,
+        contacts: &[CutterContact; 2],
+        effort: &mut Effort<'_>,
+    ) -> Result<(), f64> {
+        let block = &self.checked.block;
+        let axes = segment.ends.map(|end| end.pose.axis);
+        let carry = Carry::between(&block.tool, [&contacts[0], &contacts[1]], axes);
+        let part =
+            SourceBlock::new(block.machine, &block.kinematics, block.tool, block.mode, segment.ends, carry);
+        let found = within_tolerance(&part, &part.whole(), self.within_mm);
+        let (Ok(sampled) | Err(sampled)) = found;
+        effort.spend(sampled.evaluations);
+        found.map(|_| ()).map_err(|sampled| sampled.max_mm)
+    }
+
+    /// The contact that will be found at a node, from its words as they are written.
+    fn contact_at(&self, node: &Node, effort: &mut Effort<'_>) -> Result<Option<CutterContact>, f64> {
+        let block = &self.checked.block;
+        let words = node_contact(self.checked, self.motion, node).unwrap_or(ContactWords::None);
+        let (kinematics, station) = (&block.kinematics, &node.station);
+        let found = self.finder.find(kinematics, &block.tool, station, block.mode, words, effort);
+        // A contact that cannot be one would refuse the program.
+        let touch = found.map_err(|_fault| f64::INFINITY)?;
+        Ok(touch.map(|touch| touch.contact))
+    }
+
+    /// The contacts that will be assumed at the ends of a part.
+    fn assumed(&self, segment: &Segment) -> [CutterContact; 2] {
+        let [start, end] = &segment.ends;
+        let own = feed_direction(&self.checked.block.tool, [&start.pose, &end.pose]);
+        let touches = contact_finder::assumed([start, end], own.or(self.checked.pass_feed));
+        touches.map_or([CutterContact::Tip; 2], |touches| touches.map(|touch| touch.contact))
+    }
+}
+
+pub(in crate::process) fn resolution(
+    checked: &Checked<'_>,
+    motion: &Motion,
+    linear_decimals: u8,
+    rotary_decimals: u8,
+) -> Resolution {
+    let axis_decimals = motion.tool_axis.map(|_| rotary_decimals);
+    let absolute = Resolution::absolute(linear_decimals, rotary_decimals, motion.mm_per_unit);
+    let absolute = Resolution { axis_decimals, ..absolute };
+    if motion.incremental { Resolution { origin: checked.block.ends[0].words, ..absolute } } else { absolute }
+}
+
+/// P0's `n = max(1, ⌈τ/T⌉)`.
+fn interpolation_steps(
+    machine: &Machine,
+    checked: &Checked<'_>,
+    motion: &Motion,
+) -> Result<u32, LineFaultKind> {
+    let time = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit, motion.feed.paths);
+    let (Some(mode), Some(_)) = (motion.feed.mode, motion.feed.value) else {
+        return Err(LineFaultKind::NoFeed);
+    };
+    let tau_s = block_time_s(mode, motion.feed.raw, &time).ok_or(LineFaultKind::NoFeed)?;
+    count(tau_s / machine.interpolation_period_s())
+}
+
+/// Rounds up to at least one, refusing what no program would want.
+fn count(parts: f64) -> Result<u32, LineFaultKind> {
+    if !(0.0..=MAX_PARTS).contains(&parts) {
+        return Err(LineFaultKind::TooManyParts { parts, max: MAX_PARTS });
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 1 ..= MAX_PARTS")]
+    Ok(parts.ceil().max(1.0) as u32)
+}
+
+/// How the F words of all parts come out.
+pub(in crate::process) enum PartFeeds {
+    /// All can be written.
+    Fit,
+    /// One is more than allowed.
+    TooHigh,
+    /// One is less than can be written.
+    TooLow {
+        /// In program units.
+        feed: f64,
+    },
+}
+
+/// Looks at the F words of all parts: each has to be one that can be written, and no faster than allowed.
+pub(in crate::process) fn part_feeds(
+    checked: &Checked<'_>,
+    motion: &Motion,
+    nodes: &[Node],
+    max_feed: Option<Feedrate>,
+) -> PartFeeds {
+    let source = BlockTime::of(&checked.block, &checked.block.whole(), motion.mm_per_unit, motion.feed.paths);
+    for segment in segments(&checked.block, nodes) {
+        let share = segment.fraction[1] - segment.fraction[0];
+        let part = BlockTime::of(&checked.block, &segment, motion.mm_per_unit, motion.feed.paths);
+        let Some(mode) = motion.feed.mode else { return PartFeeds::TooLow { feed: 0.0 } };
+        let feed = feed_word(mode, motion.feed.raw, &source, &part, share).unwrap_or(0.0);
+        if feed < MIN_FEED {
+            return PartFeeds::TooLow { feed };
+        }
+        if is_too_fast(max_feed, motion, [&source, &part], feed) {
+            return PartFeeds::TooHigh;
+        }
+    }
+    PartFeeds::Fit
+}
+
+/// Whether a part with this F runs faster than allowed. Where the limit is no measure of this F (degrees, or a length per
+/// spindle turn), so many times the programmed one is.
+pub(in crate::process) fn is_too_fast(
+    max_feed: Option<Feedrate>,
+    motion: &Motion,
+    [source, part]: [&BlockTime; 2],
+    feed: f64,
+) -> bool {
+    let max_units_per_min = max_feed.map(|max| max.mm_per_min() / motion.mm_per_unit);
+    let programmed = motion.feed.raw;
+    let (speed, limit) = match motion.feed.mode {
+        Some(FeedMode::InverseTime) => {
+            let limit =
+                max_units_per_min.unwrap_or(CcParameters::FEED_TIMES * source.path_units * programmed);
+            // A source that only turns has no speed of its tip to compare with.
+            let has_limit = max_units_per_min.is_some() || !source.is_purely_rotary();
+            (part.path_units * feed, if has_limit { limit } else { f64::INFINITY })
+        }
+        Some(FeedMode::PerMinute) if !part.is_purely_rotary() => {
+            (feed, max_units_per_min.unwrap_or(CcParameters::FEED_TIMES * programmed))
+        }
+        _ => (feed, CcParameters::FEED_TIMES * programmed),
+    };
+    speed > limit * (1.0 + SAME_FEED)
+}

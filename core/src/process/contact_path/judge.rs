@@ -1,0 +1,572 @@
+//! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
+
+use super::contact_finder;
+use super::contact_finder::ContactFinder;
+use super::parameters::CcParameters;
+use crate::contact::{
+    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, feed_direction,
+    quick_look, rotary_rad, sample_until_sure,
+};
+use crate::geometry::{Vec3, across, angle_between};
+use crate::kinematics::ToolPose;
+use crate::machine::{Machine, Tool, Travel};
+use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::process::fault::{LineFaultKind, LineFaults, WarningKind, Warnings};
+use crate::process::set_up::{ContactSource, SetUps, turns};
+use crate::process::text::{MotionPoses, Passage};
+use crate::program::Dialect;
+
+/// Words this far outside the travel are still rounding of the decimals \[mm or deg\].
+const TRAVEL_SLACK: f64 = 1e-6;
+/// So many motions are looked at ahead for the direction in which a pass goes on.
+const MAX_LOOKAHEAD: usize = 64;
+/// What a look leaves open below this share of the tolerance needs no closer look.
+const NEGLIGIBLE: f64 = 0.02;
+/// Mean square of a parabola over its arc, as a share of its top squared.
+const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
+
+/// What a checked motion turned out to be.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "lives for one call")]
+pub(in crate::process) enum Verdict<'a> {
+    /// Within tolerance.
+    Within {
+        /// Length of the contact line \[mm\].
+        path_mm: f64,
+        before: Sampled,
+    },
+    /// To be divided.
+    Over(Checked<'a>),
+}
+
+/// A motion over tolerance.
+#[derive(Debug, Clone)]
+pub(in crate::process) struct Checked<'a> {
+    pub(in crate::process) block: SourceBlock<'a>,
+    pub(in crate::process) before: Sampled,
+    /// U V W words gave the contacts, so that new blocks get U V W of the contact aimed at.
+    pub(in crate::process) contact_from_words: bool,
+    /// U V W or nx ny nz at the start: those of the point, else the last ones stated before it, which still stand.
+    pub(in crate::process) start_contact: Option<[f64; 3]>,
+    /// Where the tool touches at both ends.
+    pub(in crate::process) contacts: [CutterContact; 2],
+    /// The feed of the pass, for a motion whose own tip does not show it.
+    pub(in crate::process) pass_feed: Option<Vec3>,
+}
+
+/// A program point on the way.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    station: Station,
+    mode: Interpolation,
+    words: ContactWords,
+    touch: Option<Touch>,
+    /// A contact was stated that cannot be one; the fault is noted.
+    faulty: bool,
+    /// The contact that the touch gives, W \[mm\].
+    contact_mm: Vec3,
+    line: u64,
+}
+
+impl Point {
+    fn new(station: Station, mode: Interpolation, motion: &Motion) -> Self {
+        let contact_mm = station.pose.tip_mm;
+        Self {
+            station,
+            mode,
+            words: motion.contact,
+            touch: None,
+            faulty: false,
+            contact_mm,
+            line: motion.line,
+        }
+    }
+
+    /// The point at the end of a motion, where a point is no longer needed.
+    #[inline]
+    fn arrive(&mut self, words: &AxisWords, pose: &ToolPose, mode: Interpolation, motion: &Motion) {
+        // Field by field: a point put together elsewhere and moved here would be read before it is written.
+        let Self { station, mode: own_mode, words: contact, touch, faulty, contact_mm, line } = self;
+        let Station { words: own_words, pose: own_pose } = station;
+        (*own_words, *own_pose, *own_mode) = (*words, *pose, mode);
+        (*contact, *touch, *faulty) = (motion.contact, None, false);
+        (*contact_mm, *line) = (pose.tip_mm, motion.line);
+    }
+}
+
+/// Looks at motion after motion, in the order of the program.
+pub(in crate::process) struct Judge<'a> {
+    machine: &'a Machine,
+    set_ups: SetUps,
+    /// The cutter in the spindle; one that nothing depends on where it is not known.
+    tool: Tool,
+    parameters: &'a CcParameters,
+    finder: ContactFinder<'a>,
+    dialect: Dialect,
+    /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
+    point: Option<Box<Point>>,
+    spare: Option<Box<Point>>,
+    /// The feed of the last motion of the pass that shows it.
+    feed_before: Option<Vec3>,
+    /// The last contact words stated, and those that stood before the motion at hand.
+    stated: ContactWords,
+    stated_before: ContactWords,
+    /// Motions whose contacts were assumed.
+    pub(in crate::process) assumed: u64,
+    pub(in crate::process) warnings: Warnings,
+    pub(in crate::process) faults: LineFaults,
+    pub(in crate::process) effort: Effort<'a>,
+}
+
+impl<'a> Judge<'a> {
+    pub(in crate::process) fn new(
+        machine: &'a Machine,
+        parameters: &'a CcParameters,
+        dialect: Dialect,
+        contact: ContactSource,
+        effort: Effort<'a>,
+    ) -> Self {
+        let set_ups = SetUps::new(machine, &parameters.program);
+        Self {
+            machine,
+            tool: set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL),
+            set_ups,
+            parameters,
+            finder: ContactFinder { machine, parameters, source: contact },
+            dialect,
+            point: None,
+            spare: None,
+            feed_before: None,
+            stated: ContactWords::None,
+            stated_before: ContactWords::None,
+            assumed: 0,
+            warnings: Warnings::default(),
+            faults: LineFaults::default(),
+            effort,
+        }
+    }
+
+    /// The mode a motion is judged in: the parameter wins over the program's own switches.
+    pub(in crate::process) fn mode(&self, motion: &Motion) -> Interpolation {
+        self.parameters.program.interpolation.unwrap_or(motion.interpolation)
+    }
+
+    /// Where contacts are found.
+    pub(in crate::process) fn finder(&self) -> &ContactFinder<'a> {
+        &self.finder
+    }
+
+    /// Judges the motion of this index in a prepared passage; `following` is the first motion after it, `text` the
+    /// motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured, smaller
+    /// ones only bounded. `None`: not checked.
+    pub(in crate::process) fn judge(
+        &mut self,
+        passage: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+        text: &[u8],
+        largest_after_mm: f64,
+    ) -> Option<Verdict<'a>> {
+        let motion = &passage.motions[index];
+        let mode = self.mode(motion);
+        if self.set_ups.enter(motion) {
+            // The same words are another place now, or another cutter touches elsewhere.
+            self.point = None;
+            self.tool = self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL);
+        }
+        self.stated_before = self.stated;
+        if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
+            // What a call or a cycle does to them is not seen.
+            self.stated = motion.contact;
+        }
+        let pose = &passage.poses[index].end;
+        let mut end = motion.end.as_ref().map(|words| match self.spare.take() {
+            Some(mut point) => {
+                point.arrive(words, pose, mode, motion);
+                point
+            }
+            None => Box::new(Point::new(Station { words: *words, pose: *pose }, mode, motion)),
+        });
+        if let Some(end) = &end {
+            self.check_travel(motion, &end.station, text);
+        }
+        if self.rests(motion, mode) {
+            self.spare = end;
+            return None;
+        }
+        let mut start = self.point.take();
+        let verdict = match (motion.start, &mut end) {
+            (Some(_), Some(_)) if self.looks_at(motion) && self.is_missing_something(motion, mode, text) => {
+                // Where it is computed with what nobody states, nothing else can be said of it.
+                self.feed_before = None;
+                None
+            }
+            (Some(start_words), Some(end)) if self.looks_at(motion) => {
+                let known = start.take().filter(|at| at.mode == mode && at.station.words == start_words);
+                if known.is_none() {
+                    self.feed_before = None;
+                }
+                let mut start_point = known.unwrap_or_else(|| {
+                    let kinematics = &self.set_ups.now.kinematics;
+                    let station = Station::new(self.machine, kinematics, mode, start_words);
+                    Box::new(Point { words: ContactWords::None, ..Point::new(station, mode, motion) })
+                });
+                let verdict =
+                    self.between(&mut start_point, end, passage, index, following, text, largest_after_mm);
+                start = Some(start_point);
+                verdict
+            }
+            _ => {
+                self.feed_before = None;
+                self.say_why_not(motion);
+                None
+            }
+        };
+        self.point = end;
+        if start.is_some() {
+            self.spare = start;
+        }
+        verdict
+    }
+
+    /// Whether something is not stated that the path of this motion depends on; that is a fault then.
+    fn is_missing_something(&mut self, motion: &Motion, mode: Interpolation, text: &[u8]) -> bool {
+        let missing = self.set_ups.now.missing_for_turning(mode, motion);
+        let is_missing = missing.is_some();
+        if let Some(kind) = missing {
+            self.faults.add(motion.line, text, kind);
+        }
+        is_missing
+    }
+
+    /// Judges the motion of this index between the points at its ends.
+    #[expect(clippy::too_many_arguments, reason = "what `judge` has, and its two points")]
+    #[inline]
+    fn between(
+        &mut self,
+        start: &mut Point,
+        end: &mut Point,
+        passage: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+        text: &[u8],
+        largest_after_mm: f64,
+    ) -> Option<Verdict<'a>> {
+        let motion = &passage.motions[index];
+        let mut pass_feed = None;
+        if self.finder.assumes() {
+            let feed = self.feed(start, end, passage, index, following);
+            pass_feed = feed;
+            self.assume(start, end, feed, motion);
+        } else {
+            if start.touch.is_none() && !start.faulty {
+                self.touch(start, text);
+            }
+            self.touch(end, text);
+        }
+        let (Some(from), Some(to)) = (start.touch, end.touch) else {
+            self.warnings.add(WarningKind::NoContact, Some(motion.line));
+            return None;
+        };
+        let mut contacts = [from.contact, to.contact];
+        if from.is_open || to.is_open {
+            self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
+            contacts = [CutterContact::Tip; 2];
+        }
+        if self.contact_swings([start, end], &contacts) {
+            self.warnings.add(WarningKind::ContactSwings, Some(motion.line));
+            return None;
+        }
+        Some(self.measure([start, end], contacts, pass_feed, &passage.poses[index], largest_after_mm))
+    }
+
+    /// The feed of a motion: the direction of its own tip, or that of its pass where the tip does not show it.
+    fn feed(
+        &mut self,
+        start: &Point,
+        end: &Point,
+        passage: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+    ) -> Option<Vec3> {
+        let tool = &self.tool;
+        if let Some(own) = feed_direction(tool, [&start.station.pose, &end.station.pose]) {
+            self.feed_before = Some(own);
+            return Some(own);
+        }
+        match (self.feed_before, self.feed_after(&end.station.pose, passage, index, following)) {
+            (Some(before), Some(after)) => {
+                let goes_on = angle_between(before, after) <= self.parameters.pass_break.rad();
+                if goes_on { (before + after).try_normalize(f64::EPSILON) } else { None }
+            }
+            (before, after) => before.or(after),
+        }
+    }
+
+    /// The feed of the next motion of the pass that shows it.
+    fn feed_after(
+        &self,
+        from: &ToolPose,
+        Passage { motions, poses, .. }: &Passage,
+        index: usize,
+        following: Option<&Motion>,
+    ) -> Option<Vec3> {
+        let mut at = *from;
+        let mut last = motions.get(index)?;
+        for (step, next) in motions.iter().skip(index + 1).chain(following).enumerate() {
+            let goes_on = step < MAX_LOOKAHEAD
+                && self.looks_at(next)
+                && next.start == last.end
+                && self.mode(next) == self.mode(last)
+                && self.set_ups.is_entered(next);
+            let end = next.end.filter(|_| goes_on)?;
+            let pose = match poses.get(index + 1 + step) {
+                Some(poses) => poses.end,
+                None => Station::new(self.machine, &self.set_ups.now.kinematics, self.mode(next), end).pose,
+            };
+            if let Some(feed) = feed_direction(&self.tool, [&at, &pose]) {
+                return Some(feed);
+            }
+            (at, last) = (pose, next);
+        }
+        None
+    }
+
+    /// Assumes the contacts of a motion from its feed. Where no rotary axis turns nothing is assumed, and where the feed
+    /// leaves the contact open the tip stands for it.
+    fn assume(&mut self, start: &mut Point, end: &mut Point, feed: Option<Vec3>, motion: &Motion) {
+        let assumed = if turns(motion) {
+            let found = contact_finder::assumed([&start.station, &end.station], feed);
+            if found.is_none() {
+                self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
+            }
+            found
+        } else {
+            None
+        };
+        self.assumed += u64::from(assumed.is_some());
+        let [from, to] = assumed.unwrap_or([Touch::TIP; 2]);
+        self.put(start, Some(from));
+        self.put(end, Some(to));
+    }
+
+    /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
+    /// the two contacts: 90° where they are stated, 45° where they are assumed.
+    fn contact_swings(&self, ends: [&Point; 2], contacts: &[CutterContact; 2]) -> bool {
+        if self.tool.is_ball() {
+            return false;
+        }
+        let least = if self.finder.assumes() { std::f64::consts::FRAC_1_SQRT_2 } else { 0.0 };
+        let side = |k: usize| match contacts[k] {
+            CutterContact::Tip => None,
+            CutterContact::Offset { radial_mm, .. } if radial_mm < CutterContact::ON_AXIS_MM => None,
+            CutterContact::Offset { inward, .. } => Some(inward),
+            CutterContact::Normal { direction, .. } => {
+                across(direction, ends[k].station.pose.axis).try_normalize(f64::EPSILON)
+            }
+        };
+        matches!((side(0), side(1)), (Some(a), Some(b)) if a.dot(&b) < least)
+    }
+
+    /// Whether a straight motion goes nowhere: then it is none, and at most states another contact for the point.
+    fn rests(&mut self, motion: &Motion, mode: Interpolation) -> bool {
+        let rests = motion.kind == MotionKind::Linear && motion.start.is_some() && motion.start == motion.end;
+        if rests {
+            self.point = self.point.take().filter(|point| point.mode == mode);
+            if let (Some(point), true) = (&mut self.point, motion.contact != ContactWords::None) {
+                (point.words, point.line) = (motion.contact, motion.line);
+                (point.touch, point.faulty) = (None, false);
+            }
+        }
+        rests
+    }
+
+    fn measure(
+        &mut self,
+        [start, end]: [&Point; 2],
+        contacts: [CutterContact; 2],
+        pass_feed: Option<Vec3>,
+        MotionPoses { middle, .. }: &MotionPoses,
+        largest_after_mm: f64,
+    ) -> Verdict<'a> {
+        let tool = self.tool;
+        let tolerance_mm = self.parameters.tolerance.mm();
+        let mode = end.mode;
+        let kinematics = &self.set_ups.now.kinematics;
+        let ends = [&start.station, &end.station];
+        let contacts_mm = match &contacts {
+            [CutterContact::Tip, CutterContact::Tip] => ends.map(|end| end.pose.tip_mm),
+            _ => [start.contact_mm, end.contact_mm],
+        };
+        let both = [&contacts[0], &contacts[1]];
+        self.effort.spend(1);
+        let look = quick_look(kinematics, &tool, mode, ends, both, contacts_mm, middle);
+        if let Some(look) = look
+            && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
+            && look.is_telling(NEGLIGIBLE * tolerance_mm)
+        {
+            let QuickLook { middle, .. } = look;
+            let before = Sampled {
+                max_mm: middle.distance_mm,
+                mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
+                max_excess_mm: middle.along_normal_mm.max(0.0),
+                max_gouge_mm: (-middle.along_normal_mm).max(0.0),
+                evaluations: 1,
+            };
+            return Verdict::Within { path_mm: (contacts_mm[1] - contacts_mm[0]).norm(), before };
+        }
+        let carry = Carry::between(&tool, both, ends.map(|end| end.pose.axis));
+        let ends = ends.map(|end| *end);
+        let block = SourceBlock::new(self.machine, kinematics, tool, mode, ends, carry);
+        let before = sample_until_sure(&block, &block.whole(), tolerance_mm);
+        self.effort.spend(before.evaluations);
+        if before.max_mm <= tolerance_mm {
+            return Verdict::Within { path_mm: block.line.length_mm, before };
+        }
+        let standing = if start.words == ContactWords::None { self.stated_before } else { start.words };
+        let start_contact = match standing {
+            ContactWords::None => None,
+            ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
+        };
+        let contact_from_words = self.finder.source == ContactSource::Program;
+        Verdict::Over(Checked { block, before, contact_from_words, start_contact, contacts, pass_feed })
+    }
+
+    /// Finds the contact at a point. Faults are noted, and the point then has no contact.
+    fn touch(&mut self, point: &mut Point, text: &[u8]) {
+        let kinematics = &self.set_ups.now.kinematics;
+        let tool = &self.tool;
+        let (station, effort) = (&point.station, &mut self.effort);
+        let found = match self.finder.find(kinematics, tool, station, point.mode, point.words, effort) {
+            Ok(found) => found,
+            Err(fault) => {
+                point.faulty = true;
+                self.faults.add(point.line, text, LineFaultKind::Contact(fault));
+                None
+            }
+        };
+        if let Some(touch) = found.filter(|touch| touch.off_tool_mm > Touch::ON_TOOL_MM) {
+            self.warnings.add_distance(WarningKind::ContactOffTool, point.line, touch.off_tool_mm);
+        }
+        self.put(point, found);
+    }
+
+    /// Puts a contact at a point.
+    fn put(&self, point: &mut Point, touch: Option<Touch>) {
+        point.touch = touch;
+        if let Some(touch) = &point.touch {
+            let pose = &point.station.pose;
+            point.contact_mm = pose.tip_mm + touch.contact.offset_mm(&self.tool, pose.axis);
+        }
+    }
+
+    fn say_why_not(&mut self, motion: &Motion) {
+        let silent = matches!(motion.unfollowable, Some(Unfollowable::Reference | Unfollowable::Return));
+        if motion.kind == MotionKind::Rapid || silent {
+            return;
+        }
+        if let Some(reason) = motion.unfollowable {
+            let warning = self.warnings.add(WarningKind::NotFollowed, Some(motion.line));
+            warning.reason.get_or_insert(reason);
+        } else if motion.offset_changed {
+            self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
+        } else if self.may_roll_over(motion) {
+            self.warnings.add(WarningKind::MayRollOver, Some(motion.line));
+        } else if motion.kind == MotionKind::Linear && self.set_ups.now.is_foreign() {
+            if self.set_ups.tells_unknown_tools() {
+                self.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
+            }
+        } else if motion.kind == MotionKind::Arc
+            && let (Some(start), Some(end)) = (motion.start, motion.end)
+            && start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > 0.0)
+        {
+            self.warnings.add(WarningKind::ArcWithRotary, Some(motion.line));
+        }
+    }
+
+    /// Whether the motion is one to be checked.
+    fn looks_at(&self, motion: &Motion) -> bool {
+        checkable(motion) && !self.may_roll_over(motion) && !self.set_ups.now.is_foreign()
+    }
+
+    fn may_roll_over(&self, motion: &Motion) -> bool {
+        may_roll_over(self.machine, self.dialect, motion)
+    }
+
+    fn check_travel(&mut self, motion: &Motion, station: &Station, text: &[u8]) {
+        if motion.kind == MotionKind::Opaque || motion.unfollowable.is_some() || motion.offset_changed {
+            return;
+        }
+        for (axis, word) in self.machine.rotary_axes().iter().zip(station.words.rotary_deg) {
+            self.check_word(motion.line, text, axis.letter.as_char(), word, axis.travel_deg);
+        }
+        let travel = *self.machine.linear_travel_mm();
+        if travel.iter().all(Option::is_none) {
+            return;
+        }
+        let mode = self.mode(motion);
+        if mode == Interpolation::Tcp && !self.set_ups.now.is_stated() {
+            // Where the axes stand depends on the set-up then.
+            self.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
+            return;
+        }
+        let words = self.axis_words(mode, &station.words, station.pose.tip_mm);
+        for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(words).zip(travel) {
+            self.check_word(motion.line, text, letter, word, travel);
+        }
+    }
+
+    /// The positions that the linear axes take: the words themselves, or with TCP those that reach the tip.
+    pub(in crate::process) fn axis_words(
+        &self,
+        mode: Interpolation,
+        words: &AxisWords,
+        tip_mm: Vec3,
+    ) -> [f64; 3] {
+        match mode {
+            Interpolation::Machine => words.linear_mm,
+            Interpolation::Tcp => {
+                let rotary_rad = rotary_rad(self.machine, words.rotary_deg);
+                self.set_ups.now.kinematics.linear_mm(tip_mm, rotary_rad).into()
+            }
+        }
+    }
+
+    pub(in crate::process) fn check_word(
+        &mut self,
+        line: u64,
+        text: &[u8],
+        axis: char,
+        word: f64,
+        travel: Option<Travel>,
+    ) {
+        if let Some(kind) = LineFaultKind::outside(axis, word, travel, TRAVEL_SLACK) {
+            self.faults.add(line, text, kind);
+        }
+    }
+}
+
+/// The turn that is as long either way \[deg\].
+const HALF_TURN_DEG: f64 = 180.0;
+
+/// Differences of words are off by less \[deg\].
+const SAME_DEG: f64 = 1e-9;
+
+/// Whether nobody can tell which way round a rotary axis goes: one without an end turns by half a turn or more, and on some
+/// controls of ISO programs it rolls over and goes the shorter way.
+pub(in crate::process) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
+    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
+    dialect == Dialect::Iso
+        && !motion.incremental
+        && machine.rotary_axes().iter().zip(start.rotary_deg.iter().zip(&end.rotary_deg)).any(
+            |(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG,
+        )
+}
+
+fn checkable(motion: &Motion) -> bool {
+    motion.kind == MotionKind::Linear
+        && motion.start.is_some()
+        && motion.end.is_some()
+        && motion.unfollowable.is_none()
+        && !motion.offset_changed
+}

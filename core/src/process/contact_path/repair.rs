@@ -1,0 +1,427 @@
+//! The step that repairs the cutter-contact path: motions are judged, and divided where their contact deviates.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use crate::process::text::DialectFit;
+
+use super::check::{Expected, Group, Judged, SourceMotion, Verifier};
+use super::division::{Division, Plan, plan};
+use super::judge::{Checked, Judge, Verdict};
+use super::parameters::CcParameters;
+use super::preparation::Preparation;
+use super::report::CcReport;
+use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
+use crate::machine::Machine;
+use crate::motion::{Interpolation, Motion, MotionKind};
+use crate::process::fault::{Fault, WarningKind, go_on};
+use crate::process::pipeline::{Course, Hands, Look, Note, Outgoing, Placed, Rewriter, Step, Upstream};
+use crate::process::set_up::ContactSource;
+use crate::process::singular::{RegionFinder, SingularityParameters, SingularityReport};
+use crate::process::text::{
+    Inventory, LineMap, Passage, ProgramReading, ProgramSource, Stop, Stretch, Survey,
+};
+use crate::program;
+use crate::program::{Dialect, Steps};
+use crate::wear::{OneAfterAnother, SideBySide};
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
+///
+/// # Errors
+/// Those of [`compensate_side_by_side`].
+pub fn compensate(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<CcReport, Fault> {
+    compensate_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
+}
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0).
+///
+/// Blocks whose contact deviates by more than the tolerance are divided and corrected; all other bytes are copied.
+/// What is written is read back with its own decimals and checked against the source's lines before this function
+/// returns; the report's `after` comes from that reading. Memory does not grow with the program.
+///
+/// `stop` is asked every few milliseconds.
+///
+/// # Errors
+/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+pub fn compensate_side_by_side(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<CcReport, Fault> {
+    let step = PathStep { parameters, regions: None };
+    let source = Upstream::upload(source);
+    Ok(compensate_from(machine, &step, source, output, &mut |_| Ok(()), parts, stop)?.cc)
+}
+
+/// What is done to the cutter-contact path, and what is looked for beside.
+pub(in crate::process) struct PathStep<'a> {
+    pub(in crate::process) parameters: &'a CcParameters,
+    /// Singular regions are listed where this says which.
+    pub(in crate::process) regions: Option<&'a SingularityParameters>,
+}
+
+/// What came of it.
+pub(in crate::process) struct CompensatedPath {
+    pub(in crate::process) cc: CcReport,
+    /// Of blocks that came in, in the lines of what was read.
+    pub(in crate::process) lines: LineMap,
+    /// `None` where no regions were looked for, or they cannot be listed.
+    pub(in crate::process) regions: Option<SingularityReport>,
+}
+
+/// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
+///
+/// # Errors
+/// As [`compensate_side_by_side`].
+pub(in crate::process) fn compensate_from(
+    machine: &Machine,
+    &PathStep { parameters, regions }: &PathStep<'_>,
+    upstream: Upstream<'_>,
+    output: &mut dyn Write,
+    note: Note<'_, Judged>,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<CompensatedPath, Fault> {
+    let source = upstream.source;
+    let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+    survey.refuse_repeated(Steps::of(&[program::Step::Cc]), parameters.program.allow_repeated)?;
+    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+    let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
+    let mut course = Course::begin(upstream, machine, &parameters.program, true, stop)?;
+    let dialect = course.dialect();
+    let effort = || parameters.budget.effort(stop);
+    let mut preparation = Preparation::new(machine, parameters);
+    let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
+    let mut verifier = Verifier::new(machine, parameters, dialect, effort());
+    let mut finder =
+        regions.map(|zone| RegionFinder::new(machine, parameters, zone, survey, contact, dialect, stop));
+    let look = finder.as_mut().map(|finder| finder as &mut dyn Look);
+    let mut hands = Hands { prepare: &mut preparation, step: &mut work, check: &mut verifier, look };
+    course.run(&mut hands, output, note, parts)?;
+    if hands.step.has_faults() {
+        return Err(Fault::Lines(work.judge.faults));
+    }
+    if hands.step.fit.is_unread(parameters.program.dialect, source)? {
+        return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
+    }
+    hands.finish(output, note)?;
+    let passages = &course.passages;
+    passages.warn(&mut work.judge.warnings);
+    let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;
+    let (cc, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
+    Ok(CompensatedPath { cc, lines, regions })
+}
+
+/// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
+const HAND_OVER_BYTES: usize = 4 << 20;
+
+/// How far the ends of the parts are from where the block has them at most \[mm\].
+fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
+    let inner = nodes.split_last().map_or(&[][..], |(_, inner)| inner);
+    let off =
+        |node: &Node| (node.station.pose.tip_mm - block.pose_at(&block.whole(), node.fraction).tip_mm).norm();
+    inner.iter().map(off).fold(0.0, f64::max)
+}
+
+/// What becomes of a motion's block.
+enum Kept {
+    /// It is copied; path length and deviation where it was checked.
+    As(Option<(f64, Sampled)>),
+    /// It was written anew.
+    No,
+    /// It refuses the program.
+    Faulty,
+}
+
+/// How far a stretch has been worked off.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    passage: usize,
+    motion: usize,
+    /// The passage was begun.
+    is_begun: bool,
+}
+
+/// The work in progress.
+struct Work<'a> {
+    parameters: &'a CcParameters,
+    machine: &'a Machine,
+    survey: Survey,
+    contact: ContactSource,
+    judge: Judge<'a>,
+    rewriter: Rewriter,
+    at: Place,
+    /// The largest deviation found in the written text so far \[mm\].
+    largest_after_mm: f64,
+    checked: u64,
+    over: u64,
+    divided: u64,
+    fit: DialectFit,
+    /// Blocks that were read so far.
+    counted: u64,
+    uses_tcp: bool,
+}
+
+impl<'a> Step for Work<'a> {
+    type Meant = Expected<'a>;
+    type Check = Verifier<'a>;
+
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+        while let Some(passage) = stretch.passages.get(self.at.passage) {
+            if !self.at.is_begun {
+                self.rewriter.begin(passage, out)?;
+                self.at.is_begun = true;
+            }
+            if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
+                return Ok(false);
+            }
+            self.at = Place { passage: self.at.passage + 1, ..Place::default() };
+            if self.has_faults() {
+                out.clear();
+            }
+        }
+        self.at = Place::default();
+        Ok(true)
+    }
+
+    fn hear(&mut self, check: &Verifier<'a>, read: &Inventory) -> Result<(), Fault> {
+        self.largest_after_mm = check.milestones.largest_mm;
+        self.counted = read.blocks;
+        self.check_budget(check.effort.evaluations())
+    }
+
+    fn has_faults(&self) -> bool {
+        self.judge.faults.total > 0
+    }
+
+    fn rewriter(&self) -> &Rewriter {
+        &self.rewriter
+    }
+}
+
+impl<'a> Work<'a> {
+    fn new(
+        machine: &'a Machine,
+        parameters: &'a CcParameters,
+        dialect: Dialect,
+        survey: Survey,
+        contact: ContactSource,
+        effort: Effort<'a>,
+    ) -> Self {
+        Self {
+            parameters,
+            machine,
+            survey,
+            contact,
+            judge: Judge::new(machine, parameters, dialect, contact, effort),
+            rewriter: Rewriter::new(survey.numbering),
+            at: Place::default(),
+            largest_after_mm: 0.0,
+            checked: 0,
+            over: 0,
+            divided: 0,
+            fit: DialectFit::default(),
+            counted: 0,
+            uses_tcp: false,
+        }
+    }
+
+    /// Goes on with a batch: true at its end, false where enough is written.
+    fn passage(
+        &mut self,
+        passage: Placed<'_>,
+        following: Option<&Motion>,
+        out: &mut Outgoing<Expected<'a>>,
+    ) -> Result<bool, Fault> {
+        let Passage { batch, motions, .. } = passage.1;
+        while let Some(motion) = motions.get(self.at.motion) {
+            let text =
+                batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
+            if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
+                self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
+            }
+            let verdict = self.judge.judge(passage.1, self.at.motion, following, text, self.largest_after_mm);
+            self.judge.effort.pass(1);
+            go_on(&self.judge.effort)?;
+            self.at.motion += 1;
+            self.fit.see(batch, motion);
+            self.checked += u64::from(verdict.is_some());
+            let kept = match verdict {
+                Some(Verdict::Over(checked)) => {
+                    self.over += 1;
+                    self.divide(passage, motion, text, checked, out)?
+                }
+                Some(Verdict::Within { path_mm, before }) => Kept::As(Some((path_mm, before))),
+                None => Kept::As(None),
+            };
+            let changed = match kept {
+                Kept::No => true,
+                Kept::Faulty => false,
+                Kept::As(checked) => {
+                    if !self.has_faults() {
+                        let (passage, line) = (passage.0, motion.line);
+                        let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
+                        out.expected.push_back(Expected::Same { motion, checked });
+                    }
+                    self.rewriter.leave(passage, motion, out)?
+                }
+            };
+            if changed && out.text.len() > HAND_OVER_BYTES {
+                return Ok(false);
+            }
+        }
+        self.rewriter.end(passage, out);
+        Ok(true)
+    }
+
+    /// Copies the blocks before this motion's, then writes its parts, unless these would run too fast.
+    fn divide(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        text: &[u8],
+        checked: Checked<'a>,
+        out: &mut Outgoing<Expected<'a>>,
+    ) -> Result<Kept, Fault> {
+        let batch = &passage.1.batch;
+        let finder = *self.judge.finder();
+        let effort = &mut self.judge.effort;
+        let planned = plan(&finder, self.machine, self.survey, &checked, motion, effort);
+        go_on(&self.judge.effort)?;
+        let division = match planned {
+            Ok(Plan::Divide(division)) => division,
+            Ok(stays @ (Plan::TooFast | Plan::Unsettled)) => {
+                let Checked { block, before, .. } = &checked;
+                let why = match stays {
+                    Plan::Unsettled => WarningKind::ContactUnsettled,
+                    _ => WarningKind::FeedTooHigh,
+                };
+                self.judge.warnings.add_distance(why, motion.line, before.max_mm);
+                return Ok(Kept::As(Some((block.line.length_mm, *before))));
+            }
+            Err(kind) => {
+                self.judge.faults.add(motion.line, text, kind);
+                return Ok(Kept::Faulty);
+            }
+        };
+        // The last node is the source block's own end, which was looked at already.
+        for node in division.nodes.iter().rev().skip(1) {
+            let station = &node.station;
+            let words = self.judge.axis_words(checked.block.mode, &station.words, station.pose.tip_mm);
+            for (k, (axis, word)) in ['X', 'Y', 'Z'].into_iter().zip(words).enumerate() {
+                let travel = self.machine.linear_travel_mm()[k];
+                self.judge.check_word(motion.line, text, axis, word, travel);
+            }
+        }
+        if !division.carries_feed {
+            self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
+        }
+        self.warn_of_times(motion, &checked, &division);
+        let effort = &mut self.judge.effort;
+        self.rewriter.anew(passage, motion, out, |emitter, text| {
+            emitter.write_division(batch, &checked, motion, &division, effort, text)
+        })?;
+        go_on(&self.judge.effort)?;
+        self.rewriter.count_inserted(division.nodes.len() as u64 - 1);
+        self.divided += 1;
+        let correction_mm = correction_mm(&checked.block, &division.nodes);
+        let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
+        if !self.has_faults() {
+            let parts = 0..group.division.nodes.len();
+            out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
+        }
+        Ok(Kept::No)
+    }
+
+    /// Warns where the machine stops after every part, and where parts are shorter than the control takes for a block.
+    fn warn_of_times(&mut self, motion: &Motion, checked: &Checked<'_>, division: &Division) {
+        let warnings = &mut self.judge.warnings;
+        if motion.exact_stop {
+            warnings.add(WarningKind::ExactStop, Some(motion.line));
+        }
+        let (Some(shortest_s), Some(mode)) = (self.parameters.block_time_s, motion.feed.mode) else { return };
+        let block = &checked.block;
+        let time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
+        let Some(whole_s) = motion.feed.value.and_then(|_| block_time_s(mode, motion.feed.raw, &time)) else {
+            return;
+        };
+        for segment in segments(block, &division.nodes) {
+            let part_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
+            if part_s < shortest_s {
+                warnings.add_time(WarningKind::ShortBlocks, motion.line, part_s);
+            }
+        }
+    }
+
+    /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
+    fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
+        let budget = &self.parameters.budget;
+        if self.judge.effort.evaluations() + verifying > budget.max_evaluations {
+            return Err(Fault::TooCostly {
+                what: "evaluations of the deviation",
+                limit: budget.max_evaluations,
+            });
+        }
+        if self.counted + self.rewriter.inserted() > budget.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
+        }
+        Ok(())
+    }
+
+    /// What was done, and the lines that came in.
+    fn report(
+        mut self,
+        verifier: Verifier<'_>,
+        dialect: Dialect,
+        blocks_in: u64,
+        reading: ProgramReading,
+    ) -> (CcReport, LineMap) {
+        let warnings = &mut self.judge.warnings;
+        if self.checked == 0 {
+            warnings.add(WarningKind::NothingChecked, None);
+        }
+        if self.contact == ContactSource::Tip && self.parameters.contact == ContactSource::Auto {
+            warnings.add(WarningKind::ContactUnknown, None).count = self.checked;
+        }
+        if self.judge.assumed > 0 {
+            warnings.add(WarningKind::ContactAssumed, None).count = self.judge.assumed;
+        }
+        let after = verifier.found.after.summary();
+        if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {
+            warnings.add_distance(
+                WarningKind::ToleranceNotReached,
+                after.worst_line.unwrap_or_default(),
+                after.max_mm,
+            );
+        }
+        let interpolation = if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine };
+        let report = CcReport {
+            dialect,
+            interpolation,
+            contact: self.contact,
+            steps: if self.divided > 0 { Steps::of(&[program::Step::Cc]) } else { Steps::NONE },
+            reading,
+            blocks_in,
+            blocks_out: verifier.blocks(),
+            motions_checked: self.checked,
+            motions_over_tolerance: self.over,
+            motions_left_over: self.over - self.divided,
+            feeds_restored: self.rewriter.feeds_restored(),
+            before: verifier.found.before.summary(),
+            after,
+            cc_path_length_mm: verifier.found.before.path_mm(),
+            series: verifier.found.series,
+            warnings: self.judge.warnings.into_list(),
+        };
+        (report, self.rewriter.into_lines())
+    }
+}

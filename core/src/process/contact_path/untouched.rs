@@ -1,0 +1,376 @@
+//! Blocks that left as they came: compared byte for byte where that says as much as reading them would.
+//!
+//! A motion that repeats the one before ([`Motion::repeats`]) is made of that motion and of its own text alone. So where the
+//! first motion of a run of copied blocks was read from the output and is the source's to the bit, and the blocks behind it
+//! repeat it and are in the output the same bytes as in the source, reading them would give the source's motions: by
+//! induction from one block to the next. Where a statement may run over lines or hang on the one behind it, the last one
+//! of the run is compared and read as well: it says where the one before it ends and what it is. Everything else is read.
+
+use super::check::{Expected, Judged, Meaning, SourceMotion, Verifier};
+use crate::motion::Motion;
+use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::{Copied, Outgoing, failed};
+use crate::process::text::{Passage, Stretch};
+use crate::program::Block;
+
+/// Shorter runs are read: that costs less than to look for their ends.
+const LEAST_RUN: usize = 4;
+
+/// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
+/// and what only bounded hangs on it, and must not hang on how far somebody has read.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct Milestones {
+    next: u64,
+    pub(in crate::process) largest_mm: f64,
+}
+
+impl Default for Milestones {
+    fn default() -> Self {
+        Self { next: Self::BLOCKS, largest_mm: 0.0 }
+    }
+}
+
+impl Milestones {
+    const BLOCKS: u64 = 512;
+
+    /// So many blocks are behind, and this is the largest deviation they leave \[mm\].
+    pub(in crate::process) fn reach(&mut self, blocks: u64, largest_mm: f64) {
+        if blocks >= self.next {
+            self.next = (blocks / Self::BLOCKS + 1) * Self::BLOCKS;
+            self.largest_mm = largest_mm;
+        }
+    }
+}
+
+impl<'a> Verifier<'a> {
+    /// Looks at this text of the output, written of this stretch.
+    pub(in crate::process) fn look_at(
+        &mut self,
+        written: &mut Outgoing<Expected<'a>>,
+        stretch: &Stretch,
+    ) -> Result<(), Fault> {
+        let Outgoing { text, expected, copied } = written;
+        self.read_back.await_all(expected);
+        let mut fed = 0;
+        for copied in copied.iter() {
+            let Some(passage) = stretch.passages.get(copied.passage) else { continue };
+            fed = self.copied(text, fed, copied, passage, stretch)?;
+        }
+        self.read_back.feed(text.get(fed..).unwrap_or_default());
+        self.read(stretch)?;
+        self.milestones.reach(self.read_back.blocks_read(), self.found.after.max_mm());
+        // The stretch goes before the rest of its text is read.
+        for expected in self.read_back.awaited_mut() {
+            if let Expected::Same { motion, .. } = expected
+                && let SourceMotion::At { passage, motion: index, .. } = *motion
+                && let Some(source) = stretch.motion(passage, index)
+            {
+                *motion = SourceMotion::Kept(Box::new(Meaning::of(source)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes through copied blocks, of text that is read up to `fed`; gives up to where it is read then.
+    fn copied(
+        &mut self,
+        text: &[u8],
+        mut fed: usize,
+        copied: &Copied,
+        passage: &Passage,
+        stretch: &Stretch,
+    ) -> Result<usize, Fault> {
+        let (blocks, [from, to]) = (passage.batch.blocks(), copied.blocks);
+        let Some(start) = blocks.get(from).map(|block| block.start as usize) else { return Ok(fed) };
+        // Where a block ends in the text that was written.
+        let end_of = |block: usize| {
+            blocks
+                .get(block)
+                .map_or(text.len(), |block| copied.at + (block.end as usize).saturating_sub(start))
+        };
+        let mut first = passage.motions.partition_point(|motion| (motion.block as usize) < from);
+        loop {
+            let before = passage.motions.get(first).filter(|motion| (motion.block as usize) < to);
+            let Some(before) = before else { return Ok(fed) };
+            let run = run_behind(&passage.motions, first, to);
+            // Where a statement hangs on what follows, the last one of a run says what the one before it is, and is read.
+            let passed = run - usize::from(self.read_back.looks_ahead && run > 0);
+            let last = passage.motions.get(first + run).filter(|_| run >= LEAST_RUN);
+            let (Some(last), Some(last_passed)) = (last, passage.motions.get(first + passed)) else {
+                first += run + 1;
+                continue;
+            };
+            let (read_to, run_to) = (end_of(before.block as usize), end_of(last.block as usize));
+            let feed_to = if self.read_back.looks_ahead { run_to } else { read_to };
+            self.read_back.feed(text.get(fed..feed_to).unwrap_or_default());
+            self.read_back.hold(feed_to - read_to);
+            fed = feed_to;
+            self.read(stretch)?;
+            let run_blocks =
+                blocks.get(before.block as usize + 1..=last_passed.block as usize).unwrap_or_default();
+            let here = text.get(read_to..run_to);
+            let there = passage.batch.blocks_text(before.block as usize + 1, last.block as usize + 1);
+            if self.exact == Some((copied.passage, first))
+                && self.read_back.can_pass_over()
+                && here == Some(there)
+            {
+                let motions = passage.motions.get(first + 1..=first + passed).unwrap_or_default();
+                self.pass_over(motions, before.block)?;
+                let lines = lines_of(blocks, before.block as usize + 1, last_passed.block as usize + 1);
+                self.read_back.pass_over(&passage.batch, run_blocks, lines, motions);
+                if !self.read_back.looks_ahead {
+                    fed = run_to;
+                }
+            }
+            self.read_back.hold(0);
+            first += run + 1;
+        }
+    }
+
+    /// Takes what was found of motions that need not be read; they come behind the block of this index.
+    fn pass_over(&mut self, motions: &[Motion], block_before: u32) -> Result<(), Fault> {
+        let blocks_before = self.read_back.blocks_before();
+        for motion in motions {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
+            let Some(Expected::Same { motion: source, checked }) = self.read_back.take_awaited() else {
+                return Err(failed(motion.line, "a motion too many"));
+            };
+            if source.line() != motion.line {
+                return Err(failed(motion.line, "a motion is missing"));
+            }
+            let blocks = blocks_before + u64::from(motion.block.saturating_sub(block_before));
+            self.milestones.reach(blocks, self.found.after.max_mm());
+            if let Some((path_mm, found)) = &checked {
+                self.found.record(motion.line, *path_mm, found, found);
+            }
+            let deviation_mm = checked.map_or(0.0, |(_, found)| found.max_mm);
+            self.judged.push(Judged::undivided(motion.line, motion.kind, deviation_mm));
+        }
+        Ok(())
+    }
+}
+
+/// On how many lines the blocks from one index to another stand. The last one may be the batch's last where every block
+/// is a line.
+fn lines_of(blocks: &[Block], from: usize, to: usize) -> u64 {
+    match (blocks.get(from), blocks.get(to)) {
+        (Some(first), Some(behind)) => behind.line - first.line,
+        _ => (to - from) as u64,
+    }
+}
+
+/// How many motions behind this one repeat it in blocks before the one of index `end`, with contacts of the same kind and
+/// either all or none with a feed. All end at known words: where a vector has none, the next one hangs on what was before.
+fn run_behind(motions: &[Motion], first: usize, end: usize) -> usize {
+    let Some(before) = motions.get(first) else { return 0 };
+    let has_feed = before.feed.word_in_block;
+    let repeats = |motion: &&Motion| {
+        motion.repeats
+            && motion.end.is_some()
+            && (motion.block as usize) < end
+            && motion.feed.word_in_block == has_feed
+            && std::mem::discriminant(&motion.contact) == std::mem::discriminant(&before.contact)
+    };
+    motions.iter().skip(first + 1).take_while(repeats).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::ops::ControlFlow;
+
+    use super::super::parameters::CcParameters;
+    use super::*;
+    use crate::contact::Effort;
+    use crate::kinematics::Setup;
+    use crate::machine::{Machine, Preset, Tool};
+    use crate::process::pipeline::Check as _;
+    use crate::process::set_up::ProgramSetup;
+    use crate::process::text::{Inventory, Passages};
+    use crate::program::Dialect;
+    use crate::units::Length;
+
+    fn tables() -> Machine {
+        Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
+    }
+
+    fn in_mm(dialect: Dialect) -> ProgramSetup {
+        ProgramSetup { dialect: Some(dialect), ..ProgramSetup::in_mm(&Setup::default()) }
+    }
+
+    /// Runs of lines that repeat and what ends them, in several dialects, each with what a line of a motion contains.
+    fn programs() -> [(Dialect, &'static str, String); 3] {
+        [
+            (Dialect::Iso, "X", program()),
+            (Dialect::Heidenhain, "L X", conversational()),
+            (Dialect::Apt, "GOTO/", cutter_locations()),
+        ]
+    }
+
+    /// Statements that run on, comments, feeds, codes, corners that the next statement cuts.
+    fn conversational() -> String {
+        let mut text = "0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 A+0 C+0 R0 F500\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            match line % 97 {
+                40 => text.push_str("; a note\n\n"),
+                45..=50 => writeln!(text, "L X{at:+.3} ~\n  Y-{at:.2} ; note").unwrap(),
+                60 => writeln!(text, "L X{at:+.3} FMAX M8").unwrap(),
+                70 => writeln!(text, "L X{at:+.3} F{:.0}", 100.0 + at).unwrap(),
+                75 => writeln!(text, "L X{at:+.3}\n; a note\n\nRND R1").unwrap(),
+                80 => text.push_str("L IX+0.25\nL IX+0.25\n"),
+                85..=88 => writeln!(text, "L\tX{at:+.3} c{at:+.1} ").unwrap(),
+                _ => writeln!(text, "{} L X{at:+.3} Y-{at:.2} Z+2 A{:+.3} C{at:+.1}", line + 2, 0.5 * at)
+                    .unwrap(),
+            }
+        }
+        text.push_str("900 END PGM P MM\n");
+        text
+    }
+
+    /// The same of points and vectors; they turn little from one to the next.
+    fn cutter_locations() -> String {
+        let mut text =
+            "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/500.,MMPM\nGOTO/0.,0.,0.,0.1,0.5,0.8\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            let (i, j) = (0.3 + 0.001 * at, 0.5 - 0.001 * at);
+            match line % 97 {
+                40 => text.push_str("$$ a note\n\n"),
+                45..=50 => writeln!(text, "GOTO/{at:.3},1.,2.,$\n  {i:.4},{j:.4},0.8 $$ note").unwrap(),
+                60 => writeln!(text, "RAPID\nGOTO/{at:.3},1.,5.,{i:.4},{j:.4},0.8").unwrap(),
+                70 => writeln!(text, "FEDRAT/{:.0}.,MMPM", 100.0 + at).unwrap(),
+                80 => text.push_str("GODLTA/0.25,0.,0.\n"),
+                85..=88 => writeln!(text, "goto/\t{at:.3} , 1.,2.,{i:.4},{j:.4},0.8").unwrap(),
+                90..=95 => writeln!(text, "GOTO/{at:.3},-1.25,2.5").unwrap(),
+                _ => writeln!(text, "GOTO/{at:.3},-1.25,2.5,{i:.4},{j:.4},0.8").unwrap(),
+            }
+        }
+        text.push_str("FINI\n");
+        text
+    }
+
+    /// Runs of lines that repeat, and what ends them: feeds, codes, comments, contacts, incremental words.
+    fn program() -> String {
+        let mut text = "%\nG21 G90 G94\nG1 F500 X0. Y0. Z0. A0. C0.\n".to_owned();
+        for line in 0..700 {
+            let at = 0.25 * f64::from(line);
+            match line % 97 {
+                40 => text.push_str("(a note)\n\n"),
+                60 => writeln!(text, "G0 X{at:.3} Z5.").unwrap(),
+                61 => text.push_str("G1 Z0.5\nM8\n"),
+                70 => writeln!(text, "X{at:.3} F{:.1}", 100.0 + at).unwrap(),
+                80 => text.push_str("G91 X0.25\nX0.25\nG90\n"),
+                85 => writeln!(text, "X{at:.3} U1. V2. W3.").unwrap(),
+                86..=90 => writeln!(text, "X{at:.3} U{at:.3}").unwrap(),
+                _ => writeln!(text, "N{} X{at:.3} Y-{at:.2} A{:.3} C{at:.1}", line + 1, 0.5 * at).unwrap(),
+            }
+        }
+        text.push_str("M30\n%\n");
+        text
+    }
+
+    /// Reads `text` back as what was written for `source`, every block left as it was.
+    fn read_back(dialect: Dialect, source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
+        let machine = tables();
+        let program = in_mm(dialect);
+        let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap();
+        let parameters = CcParameters::new(tool, program.clone());
+        let source = source.as_bytes().to_vec();
+        let mut passages = Passages::open(&source, &machine, &program)?;
+        let mut stretch = Stretch::default();
+        passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
+        let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
+        for (index, passage) in stretch.passages.iter().enumerate() {
+            inventory.see(&passage.batch);
+            written.copy((index, passage), 0, passage.batch.blocks().len());
+            written.expected.extend(passage.motions.iter().zip(0..).map(|(motion, place)| Expected::Same {
+                motion: SourceMotion::At { passage: index, motion: place, line: motion.line },
+                checked: None,
+            }));
+        }
+        assert!(written.text == source, "the whole program");
+        change(&mut written.text);
+        let mut verifier = Verifier::new(&machine, &parameters, dialect, Effort::default());
+        verifier.look_at(&mut written, &stretch)?;
+        verifier.finish(&inventory)
+    }
+
+    #[test]
+    fn what_left_as_it_came_is_found_to_be_so() {
+        for (dialect, _, source) in programs() {
+            let found = read_back(dialect, &source, |_| ()).map_err(|fault| fault.to_string());
+            assert_eq!(found, Ok(()), "{dialect}");
+        }
+    }
+
+    #[test]
+    fn no_changed_digit_goes_by() {
+        for (dialect, _, source) in programs() {
+            let digits =
+                source.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()).map(|(at, _)| at);
+            let behind_head = digits.filter(|at| (15..source.len() - 16).contains(at));
+            for at in behind_head.step_by(61) {
+                let change =
+                    |text: &mut Vec<u8>| text[at] = if text[at] == b'9' { b'8' } else { text[at] + 1 };
+                let changed = read_back(dialect, &source, change);
+                assert!(changed.is_err(), "byte {at}: {:?}", source.get(at.saturating_sub(20)..at + 5));
+            }
+        }
+    }
+
+    #[test]
+    fn no_line_is_lost_doubled_or_moved() {
+        for (dialect, motion, source) in programs() {
+            let ends: Vec<usize> = memchr::memchr_iter(b'\n', source.as_bytes()).map(|at| at + 1).collect();
+            for line in (5..ends.len() - 4).step_by(23) {
+                let (from, to, behind) = (ends[line - 1], ends[line], ends[line + 1]);
+                let own = &source.as_bytes()[from..to];
+                if !source[from..to].contains(motion) || !source[to..behind].contains(motion) {
+                    continue;
+                }
+                let without = |text: &mut Vec<u8>| drop(text.drain(from..to));
+                let twice = |text: &mut Vec<u8>| drop(text.splice(from..from, own.iter().copied()));
+                let moved = |text: &mut Vec<u8>| text[from..behind].rotate_left(to - from);
+                assert!(read_back(dialect, &source, without).is_err(), "{dialect}: line {line} lost");
+                assert!(read_back(dialect, &source, twice).is_err(), "{dialect}: line {line} twice");
+                assert!(read_back(dialect, &source, moved).is_err(), "{dialect}: line {line} moved");
+            }
+        }
+    }
+
+    /// A statement behind a copied one that cuts its corner gives it another meaning; so does a sign that it runs on.
+    #[test]
+    fn no_statement_that_changes_the_one_before_goes_by() {
+        let (dialect, _, source) = &programs()[1];
+        let lines: Vec<usize> = memchr::memmem::find_iter(source.as_bytes(), b" L X").collect();
+        for at in lines.into_iter().skip(8).step_by(37) {
+            let from = memchr::memrchr(b'\n', &source.as_bytes()[..at]).unwrap() + 1;
+            let insert = |text: &mut Vec<u8>, new: &[u8]| drop(text.splice(from..from, new.iter().copied()));
+            for new in [&b"RND R0.5\n"[..], b"CHF 1\n", b"  X+1\n"] {
+                assert!(read_back(*dialect, source, |text| insert(text, new)).is_err(), "byte {from}");
+            }
+            assert!(read_back(*dialect, source, |text| text[from - 1] = b'~').is_err(), "byte {from}");
+        }
+    }
+
+    #[test]
+    fn runs_end_where_more_than_places_change() {
+        let machine = tables();
+        let source =
+            b"G90 G1 F100\nX0 Y0 Z0 A0 C0\nX1\nX2\n\nX3\nX4 F90\nX5\nG1 X6\nM8\nX7\nX8\nX#1\nX9\n".to_vec();
+        let mut passages = Passages::open(&source, &machine, &in_mm(Dialect::Iso)).unwrap();
+        let mut stretch = Stretch::default();
+        passages.fill(&mut stretch, &|| ControlFlow::Continue(())).unwrap();
+        let motions = &stretch.passages[0].motions;
+        let repeats: Vec<bool> = motions.iter().map(|motion| motion.repeats).collect();
+        // The point of the start has none before it; behind M8 and behind an unknown number it is all new.
+        let expected = [false, false, true, true, true, true, true, false, true, false, false];
+        assert_eq!(repeats, expected);
+        let runs = [(1, 2), (4, 0), (5, 1), (7, 1)];
+        for (first, run) in runs {
+            assert_eq!(run_behind(motions, first, usize::MAX), run, "behind {first}");
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The written program read back as a control would read it: every motion against what was planned, and the worn
+//! cutter's contact against the nominal one's, from the words that were read.
+
+use super::parameters::{Moves, WearParameters};
+use super::pilot::Point;
+use super::posting::Largest;
+use super::step::ASK_EVERY;
+use super::worn_tool::WornTool;
+use super::written::Resolution;
+use crate::contact::{Sampled, Station};
+use crate::geometry::{Vec3, angle_between};
+use crate::machine::Machine;
+use crate::motion::{Motion, MotionKind};
+use crate::process::contact_path::Meaning;
+use crate::process::fault::Fault;
+use crate::process::pipeline::{
+    Awaited, BeforeAfter, BlockChange, BlockError, Check, DeviationTotals, ErrorShares, Outgoing, ReadBack,
+    failed,
+};
+use crate::process::set_up::SetUps;
+use crate::process::text::{Inventory, Stop, Stretch};
+use crate::program::Dialect;
+use crate::units::Angle;
+
+/// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
+const ROUNDING: f64 = 1.732_050_808 * 1.1;
+/// Half a unit of the last decimal on two rotary axes.
+const TURNED: f64 = std::f64::consts::SQRT_2 * 1.1;
+/// Arithmetic of inches and increments \[mm\].
+const ARITHMETIC_MM: f64 = 1e-7;
+
+/// What the next motion of the written program has to be.
+#[derive(Debug)]
+pub(super) struct Expected {
+    /// The source's motion with the ends, the contact words and the F that were planned.
+    pub(super) motion: Motion,
+    /// Its rotary words are the source's to the bit, unless it was posted anew.
+    pub(super) point: Option<Point>,
+    /// How linear and rotary words were written.
+    pub(super) resolutions: [Resolution; 2],
+}
+
+impl Awaited for Expected {
+    fn line(&self) -> u64 {
+        self.motion.line
+    }
+
+    fn missing(&self) -> &'static str {
+        "a motion is missing"
+    }
+}
+
+/// Reads the output back and sums up what it leaves.
+pub(super) struct WearVerifier<'a> {
+    machine: &'a Machine,
+    parameters: &'a WearParameters,
+    moves: Moves<'a>,
+    written: SetUps,
+    posts: bool,
+    has_wear: bool,
+    /// The cutter of the section at hand, worn and nominal.
+    tool: WornTool,
+    read_back: ReadBack<Expected>,
+    /// The last contact of the source, where a motion at feed may go on from it.
+    contact_mm: Option<Vec3>,
+    pub(super) found: BeforeAfter,
+    /// What is left at assumed contacts if they are the right ones.
+    pub(super) if_assumed: DeviationTotals,
+    /// Angle between the tool axis read and the one meant \[rad\].
+    pub(super) axis_left: Largest<Angle>,
+    /// What became of the motions read back, to be taken away.
+    changes: Vec<BlockChange>,
+    stop: &'a Stop<'a>,
+}
+
+impl Check for WearVerifier<'_> {
+    type Meant = Expected;
+    type Became = BlockChange;
+
+    fn take(&mut self, written: &mut Outgoing<Expected>, _of: &Stretch) -> Result<(), Fault> {
+        self.read_back.await_all(&mut written.expected);
+        self.read_back.feed(&written.text);
+        self.read()
+    }
+
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read()?;
+        self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<BlockChange> {
+        &mut self.changes
+    }
+}
+
+impl<'a> WearVerifier<'a> {
+    pub(in crate::process) fn new(
+        machine: &'a Machine,
+        moves: &Moves<'a>,
+        dialect: Dialect,
+        stop: &'a Stop<'a>,
+    ) -> Self {
+        let parameters = moves.parameters;
+        let [_, written] = moves.set_ups(machine);
+        Self {
+            machine,
+            parameters,
+            tool: moves.worn_tool(written.now.tool).unwrap_or(WornTool::NONE),
+            moves: moves.clone(),
+            written,
+            posts: moves.posts,
+            has_wear: moves.has_wear,
+            read_back: ReadBack::new(machine, dialect, &moves.source_program),
+            contact_mm: None,
+            found: BeforeAfter::default(),
+            if_assumed: DeviationTotals::default(),
+            axis_left: Largest::default(),
+            changes: Vec::new(),
+            stop,
+        }
+    }
+
+    /// Blocks of the output.
+    pub(super) fn blocks(&self) -> u64 {
+        self.read_back.inventory.blocks
+    }
+
+    fn read(&mut self) -> Result<(), Fault> {
+        while let Some((motion, next)) = self.read_back.next()? {
+            if self.changes.len().is_multiple_of(ASK_EVERY) && (self.stop)().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let mut change = BlockChange::none(next.motion.line, next.motion.kind);
+            self.check(&motion, &next, &mut change)?;
+            self.changes.push(change);
+        }
+        Ok(())
+    }
+
+    fn check(&mut self, read: &Motion, next: &Expected, change: &mut BlockChange) -> Result<(), Fault> {
+        let line = next.motion.line;
+        Meaning::of(&next.motion).check(read)?;
+        let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
+        if read.tool_axis != next.motion.tool_axis {
+            return Err(failed(line, "a stated tool axis changed"));
+        }
+        // Words that are solved from a stated axis hang, in their last bits, on the points around.
+        if !self.posts && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
+            return Err(failed(line, "a rotary word changed"));
+        }
+        let (Some(point), Some(words)) = (&next.point, read.end) else {
+            self.contact_mm = self.contact_mm.filter(|_| read.end.is_some());
+            return Ok(());
+        };
+        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
+        if self.written.enter(read) {
+            self.tool = self.moves.worn_tool(self.written.now.tool).unwrap_or(WornTool::NONE);
+        }
+        let written = &self.written.now.kinematics;
+        let mut pose = Station::new(self.machine, written, mode, words).pose;
+        if read.tool_axis.is_some() {
+            pose.axis = point.pose.axis;
+        }
+        // Where the control believes in the nominal length, the worn tip stands ΔL behind.
+        pose.tip_mm += pose.axis * point.behind_mm;
+        let hold = &point.contact.hold;
+        let (nominal, actual) = (&self.tool.nominal, &self.tool.actual());
+        let off_mm = hold.residual_mm(nominal, actual, &point.pose, &pose);
+        let [linear, turned] = next.resolutions;
+        let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
+        if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
+            return Err(failed(line, "the worn cutter's contact is elsewhere"));
+        }
+        let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
+        // Near the pole the axis is not reached, by no more than the cone.
+        let cone_rad = if point.held { written.pole_cone_rad() } else { written.tilt_rad() };
+        if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
+            return Err(failed(line, "the tool axis is elsewhere"));
+        }
+        self.axis_left.take(Angle::from_rad(axis_rad), line);
+        self.tell(point, axis_rad, off_mm.norm(), change);
+        if !point.has_contact {
+            self.contact_mm = None;
+            return Ok(());
+        }
+        let contact_mm = point.pose.tip_mm + hold.offset_mm(nominal, point.pose.axis);
+        let from_mm = self.contact_mm.filter(|_| read.kind != MotionKind::Rapid).unwrap_or(contact_mm);
+        let normal = hold.normal(point.pose.axis);
+        let left_mm = -point.contact.shift_mm.dot(&normal);
+        let path_mm = (contact_mm - from_mm).norm();
+        self.contact_mm = Some(contact_mm);
+        let (before, after) = (sampled(left_mm.abs(), left_mm), sampled(off_mm.norm(), off_mm.dot(&normal)));
+        if point.is_assumed {
+            self.if_assumed.add(line, path_mm, &after);
+        }
+        self.found.record(line, path_mm, &before, if point.is_assumed { &before } else { &after });
+        Ok(())
+    }
+
+    /// What moving did to a motion, and what of its errors.
+    fn tell(&self, point: &Point, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
+        let contact = &point.contact;
+        let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
+        after.rounding_mm = rounding_mm;
+        if self.has_wear {
+            change.wear_mm = contact.shift_mm.norm();
+            if point.has_contact {
+                before.wear_mm = contact.shift_mm.dot(&contact.hold.normal(point.pose.axis)).abs();
+                if point.is_assumed {
+                    after.wear_mm = before.wear_mm;
+                }
+            }
+        }
+        let mut axis_before_rad = 0.0;
+        if self.posts {
+            change.location_errors_mm = (point.real.tip_mm - point.pose.tip_mm).norm();
+            axis_before_rad = angle_between(point.real.axis, point.pose.axis);
+            change.axis_rad = axis_before_rad;
+            before.location_errors_mm =
+                contact.hold.miss_mm(&self.tool.nominal, &point.pose, &point.real).norm();
+        }
+        change.error = BlockError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
+    }
+}
+
+/// One place's distance, and its part along the normal.
+fn sampled(distance_mm: f64, along_mm: f64) -> Sampled {
+    Sampled {
+        max_mm: distance_mm,
+        mean_square_mm2: distance_mm * distance_mm,
+        max_excess_mm: along_mm.max(0.0),
+        max_gouge_mm: (-along_mm).max(0.0),
+        evaluations: 1,
+    }
+}

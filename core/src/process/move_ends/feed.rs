@@ -1,0 +1,41 @@
+//! The F word of a block whose path changed: no block runs faster than the source's.
+
+use crate::contact::{BlockTime, feed_word};
+use crate::motion::{AxisWords, Feed, FeedMode, Motion, MotionKind};
+use crate::process::contact_path::MIN_FEED;
+use crate::process::fault::LineFaultKind;
+use crate::process::pipeline::rounded_feed;
+use crate::program::NewWord;
+
+/// A block may take so much less of its time before its F is lowered (share).
+const SAME_TIME: f64 = 0.01;
+/// The lower F that a block needs because F counts along a shorter path now, or along millimetres instead of
+/// degrees: a purely rotary block that gains 0.02 mm of X would run through its degrees in no time. `None`: the
+/// source's F serves.
+///
+/// # Errors
+/// The F is not known where its meaning changes, or too small to be written.
+pub(super) fn lowered_feed(
+    motion: &Motion,
+    written: [&AxisWords; 2],
+    has_feed_column: bool,
+) -> Result<Option<NewWord>, LineFaultKind> {
+    let Feed { mode, value, raw, .. } = motion.feed;
+    let (Some(start), Some(end)) = (&motion.start, &motion.end) else { return Ok(None) };
+    if motion.kind != MotionKind::Linear || mode == Some(FeedMode::InverseTime) || !has_feed_column {
+        return Ok(None);
+    }
+    let [before, after] = [[start, end], written].map(|ends| BlockTime::of_words(ends, motion.mm_per_unit));
+    // In G95 the same lengths count along the turns of the spindle.
+    let share = feed_word(mode.unwrap_or(FeedMode::PerMinute), 1.0, &before, &after, 1.0);
+    let Some(share) = share.filter(|share| *share < 1.0 - SAME_TIME) else { return Ok(None) };
+    if value.is_none() {
+        let changes = before.is_purely_rotary() != after.is_purely_rotary();
+        return if changes { Err(LineFaultKind::FeedUnknown) } else { Ok(None) };
+    }
+    let feed = raw * share;
+    if feed < MIN_FEED {
+        return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
+    }
+    Ok(Some(rounded_feed(&motion.feed, feed)))
+}

@@ -1,0 +1,25 @@
+//! A whole program for a worn cutter: every block's end is moved so that the contact stays, written, read back.
+//! Blocks are never divided. Tool axis and rotary words never change, but where the program is posted anew for the machine
+//! as it is: then every end keeps its tool pose in W, and rotary words change with the rest.
+
+mod assumption;
+mod check;
+mod contact;
+mod feed;
+mod move_program;
+mod parameters;
+mod pilot;
+mod points;
+mod posting;
+mod report;
+mod step;
+mod worn_tool;
+mod written;
+
+pub use assumption::Assumption;
+pub use move_program::{compensate_wear, compensate_wear_side_by_side};
+pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
+pub use report::{CurvatureAcross, WearReport};
+
+pub(in crate::process) use move_program::{Moved, move_program};
+pub(in crate::process) use parameters::Moves;

@@ -1,0 +1,519 @@
+//! Where a motion of the source has to end for the worn cutter and the machine as it is, or why it cannot be moved there.
+
+use super::assumption::Assumption;
+use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
+use super::parameters::{Moves, WearParameters};
+use super::points::{Points, rests};
+use super::report::CurvatureAcross;
+use super::worn_tool::WornTool;
+use super::written::{Axes, Resolution};
+use crate::contact::{
+    Effort, SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
+};
+use crate::geometry::{Vec3, angle_between};
+use crate::kinematics::{InverseError, NearWords, ToolPose};
+use crate::machine::{Machine, Side};
+use crate::motion::{ArcCourse, AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::process::fault::{LineFaultKind, WarningKind, Warnings};
+use crate::process::set_up::{ContactSource, SetUps, turn_between, turns};
+use crate::units::Length;
+use crate::wear::{FlatContact, ShiftFault};
+
+/// A chord shorter than this has no direction but that of rounding \[mm\].
+const RESTING_MM: f64 = 1e-6;
+
+/// What becomes of a motion.
+#[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "lives for one motion")]
+pub(super) enum Course {
+    /// It is copied.
+    Leave,
+    /// It ends elsewhere.
+    Move {
+        goal: Goal,
+        /// The source's pose, and the contact kept; none where the point was looked at before.
+        point: Option<Point>,
+    },
+}
+
+/// Where a motion has to end.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Goal {
+    /// At these words.
+    Words(AxisWords),
+    /// At these rotary words, and at the linear words that put its point's tip where it has to be for the rotary words
+    /// as they are written.
+    Point { rotary_deg: [f64; 2] },
+}
+
+/// A point looked at.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    /// As meant.
+    pub(super) pose: ToolPose,
+    /// As the machine would take the words of the source.
+    pub(super) real: ToolPose,
+    /// The contact, or the tip itself where none is known.
+    pub(super) contact: WornContact,
+    pub(super) has_contact: bool,
+    /// It is assumed from the feed.
+    pub(super) is_assumed: bool,
+    /// What the control's length is too long by \[mm\].
+    pub(super) behind_mm: f64,
+    /// Inside the pole cone.
+    pub(super) held: bool,
+}
+
+/// Finds the course of motion after motion, in the order of the program.
+pub(super) struct Pilot<'a> {
+    pub(super) machine: &'a Machine,
+    pub(super) moves: Moves<'a>,
+    pub(super) parameters: &'a WearParameters,
+    /// The cutter of the section at hand, worn and nominal.
+    pub(super) tool: WornTool,
+    /// The machine under which the written program runs.
+    pub(super) written: SetUps,
+    pub(super) contact: ContactSource,
+    pub(super) points: Points<'a>,
+    /// G90.1 is active: centres of arcs are points.
+    pub(super) absolute_centres: bool,
+    /// The cutter that is compensated for is in the spindle.
+    pub(super) is_its_tool: bool,
+    /// The shift of the last contact, ΔL apart \[mm\].
+    pub(super) carried_mm: Vec3,
+    /// The correction of the axis next to the workpiece outside the pole cone, last \[deg\].
+    pub(super) held_deg: f64,
+    /// Whether the words of every point mean another place.
+    pub(super) moves_everything: bool,
+    pub(super) warnings: Warnings,
+    /// Of the part across the feed, at the contacts.
+    pub(super) curvature: CurvatureAcross,
+    /// What the feed lets assume.
+    pub(super) assumption: Assumption,
+    /// Of the search for contacts on the part.
+    pub(super) effort: Effort<'a>,
+}
+
+impl Pilot<'_> {
+    /// The course of the motion of this index; `following` is the first motion behind the batch, `axes` say where the
+    /// written program stands, `resolutions` how linear and rotary words are written.
+    pub(super) fn course(
+        &mut self,
+        motions: &[Motion],
+        index: usize,
+        following: Option<&Motion>,
+        axes: &Axes,
+        resolutions: [Resolution; 2],
+    ) -> Result<Course, LineFaultKind> {
+        let motion = &motions[index];
+        self.points.enter(motion);
+        if self.written.enter(motion) {
+            self.take_tool();
+        }
+        if !self.is_its_tool {
+            self.carried_mm = Vec3::zeros();
+            if !self.moves.posts {
+                let cuts = matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
+                    && motion.unfollowable.is_none()
+                    && motion.end.is_some();
+                if cuts && self.written.tells_unknown_tools() {
+                    self.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
+                }
+                return as_in_the_source(motion, axes);
+            }
+        }
+        if let Some(reason) = motion.unfollowable {
+            self.carried_mm = Vec3::zeros();
+            return self.unfollowed(motion, reason, axes);
+        }
+        if motion.offset_changed {
+            if motion.kind != MotionKind::Rapid && axes.is_off() {
+                return Err(LineFaultKind::OtherWorkOffset);
+            }
+            self.carried_mm = Vec3::zeros();
+            self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
+            return Ok(Course::Leave);
+        }
+        let Some(end) = motion.end else {
+            if motion.kind != MotionKind::Rapid && self.would_move(motion, axes) {
+                return Err(LineFaultKind::PositionUnknown);
+            }
+            if self.moves_everything || axes.is_off() {
+                self.warnings.add(WarningKind::PositionUnknown, Some(motion.line));
+            }
+            return Ok(Course::Leave);
+        };
+        if motion.tool_axis.is_some() && axes.rotary.is_off() {
+            // Words before it were turned; from where the control turns to the vector cannot be said.
+            return Err(LineFaultKind::NotMovable(Unfollowable::ToolVector));
+        }
+        if let Some(kind) = self.missing(motion) {
+            return Err(kind);
+        }
+        let pose = self.points.pose(motion, index, &end);
+        let mut real = self.points.real_pose(motion, index, &end);
+        if motion.tool_axis.is_some() {
+            real.axis = pose.axis;
+        }
+        let touched = match self.contact {
+            ContactSource::Surface if !rests(motion) && self.is_its_tool => self.on_surface(&pose),
+            _ => None,
+        };
+        let stated = match (self.contact, &touched) {
+            _ if !self.is_its_tool => None,
+            (ContactSource::Surface, None) => None,
+            (ContactSource::Surface, Some(touched)) => Some(by_normal(&self.tool, &pose, touched.normal)?),
+            _ => self.stated(motion, &end, &pose)?,
+        };
+        if stated.is_none() && rests(motion) {
+            return Ok(Course::Move { goal: Goal::Words(axes.standing(&end)), point: None });
+        }
+        let near = self.near(motion, &pose, &end)?;
+        if motion.kind == MotionKind::Arc {
+            return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
+        }
+        let is_assumed = self.contact == ContactSource::FeedPlane && self.wears();
+        let contact = if is_assumed { self.feed_plane(motions, index, following, &pose)? } else { stated };
+        if contact.is_none() && motion.kind == MotionKind::Linear && self.wears() && !is_assumed {
+            self.warnings.add(WarningKind::NoContactAtEnd, Some(motion.line));
+        }
+        if contact.is_some() {
+            self.note_curvature(motion, &pose, touched);
+        }
+        let mut point = self.point(motion, [pose, real], near, contact);
+        point.is_assumed = is_assumed && point.has_contact;
+        Ok(Course::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
+    }
+
+    /// Goes over to the cutter of the section at hand.
+    pub(super) fn take_tool(&mut self) {
+        let tool = self.moves.worn_tool(self.written.now.tool);
+        self.is_its_tool = tool.is_some() || !self.moves.has_wear;
+        self.tool = tool.unwrap_or(WornTool::NONE);
+    }
+
+    /// What has to be stated before it can be said where this motion has to end.
+    fn missing(&self, motion: &Motion) -> Option<LineFaultKind> {
+        let mode = self.points.mode(motion);
+        let set_up = &self.points.source.now;
+        if mode == Interpolation::Machine && (self.moves.posts || self.looks_at_part()) {
+            return set_up.missing_for_place();
+        }
+        if self.contact == ContactSource::FeedPlane && self.wears() {
+            return set_up.missing_for_turning(mode, motion);
+        }
+        None
+    }
+
+    /// Whether contacts are looked for on the part.
+    fn looks_at_part(&self) -> bool {
+        self.contact == ContactSource::Surface && self.wears()
+    }
+
+    /// Whether the tool in the spindle is worn.
+    fn wears(&self) -> bool {
+        self.moves.has_wear && self.is_its_tool
+    }
+
+    /// Whether linear words depend on the length of the tool.
+    pub(super) fn needs_length(&self, motion: &Motion) -> bool {
+        self.points.mode(motion) == Interpolation::Machine
+            && self.machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
+    }
+
+    /// Rotary words that point the tool as meant on the machine that runs the program.
+    fn near(
+        &mut self,
+        motion: &Motion,
+        pose: &ToolPose,
+        end: &AxisWords,
+    ) -> Result<NearWords, LineFaultKind> {
+        let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
+        // A vector says where the axis points in W, whatever the machine.
+        if !self.moves.posts || motion.tool_axis.is_some() {
+            return Ok(as_they_are);
+        }
+        let near = self.written.now.kinematics.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
+            |fault| match fault {
+                InverseError::OutOfReach { tilt_deg, min_deg, max_deg, .. } => {
+                    LineFaultKind::OutOfReach { tilt_deg, min_deg, max_deg }
+                }
+                _ => LineFaultKind::PositionUnknown,
+            },
+        )?;
+        if !near.held {
+            let kinematics = &self.written.now.kinematics;
+            self.held_deg = kinematics.turn_next_to_workpiece(end.rotary_deg, near.words_deg);
+        }
+        Ok(near)
+    }
+
+    fn point(
+        &mut self,
+        motion: &Motion,
+        [pose, real]: [ToolPose; 2],
+        near: NearWords,
+        contact: Option<WornContact>,
+    ) -> Point {
+        let behind = if self.is_its_tool { self.tool.unknown_to_control } else { Length::ZERO };
+        let behind_mm = behind.mm();
+        if let Some(found) = &contact {
+            self.note(motion.line, found);
+            self.carried_mm = found.shift_mm + pose.axis * behind_mm;
+        }
+        let has_contact = contact.is_some();
+        // A larger cutter that went back to the nominal tip would cut into what it has just left.
+        let contact = contact.unwrap_or_else(|| {
+            if !self.is_its_tool {
+                TIP
+            } else if self.tool.is_larger() {
+                carried(&self.tool, &pose, self.carried_mm)
+            } else {
+                flat(&self.tool, &pose, 0.0)
+            }
+        });
+        Point { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
+    }
+
+    /// The linear words that put the written program's tip at the place a point asks for, with rotary words as written.
+    pub(in crate::process) fn linear_mm(
+        &self,
+        motion: &Motion,
+        rotary_deg: [f64; 2],
+        point: &Point,
+    ) -> [f64; 3] {
+        let rotary_rad = rotary_rad(self.machine, rotary_deg);
+        let Point { pose, contact, behind_mm, .. } = point;
+        let mut tip_mm = pose.tip_mm + contact.shift_mm;
+        if self.moves.posts {
+            let by_vector = motion.tool_axis.is_some();
+            let axis = if by_vector { pose.axis } else { self.written.now.kinematics.axis(rotary_rad) };
+            let tools = [&self.tool.nominal, &self.tool.actual()];
+            tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
+        }
+        match self.points.mode(motion) {
+            Interpolation::Tcp => tip_mm.into(),
+            Interpolation::Machine => self.written.now.kinematics.linear_mm(tip_mm, rotary_rad).into(),
+        }
+    }
+
+    /// The contact that the block states in the words asked for.
+    fn stated(
+        &self,
+        motion: &Motion,
+        end: &AxisWords,
+        pose: &ToolPose,
+    ) -> Result<Option<WornContact>, ShiftFault> {
+        match (self.contact, motion.contact) {
+            (ContactSource::Program, ContactWords::Point(words)) => {
+                let contact_mm = match self.points.mode(motion) {
+                    Interpolation::Tcp => Vec3::from(words),
+                    Interpolation::Machine => {
+                        let rotary_rad = rotary_rad(self.machine, end.rotary_deg);
+                        self.points.source.now.kinematics.tip_mm(Vec3::from(words), rotary_rad)
+                    }
+                };
+                by_point(&self.tool, pose, contact_mm).map(Some)
+            }
+            (ContactSource::Normals, ContactWords::Normal(normal)) => {
+                by_normal(&self.tool, pose, Vec3::from(normal)).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Where the nominal cutter touches the part.
+    fn on_surface(&mut self, pose: &ToolPose) -> Option<SurfaceContact> {
+        let part = self.parameters.part.as_ref()?;
+        contact_on_surface(part, &self.tool.nominal, pose, &mut self.effort)
+    }
+
+    /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid hands over to one. Nothing is
+    /// assumed at a point where no rotary axis turns on either side, nor where the feed leaves the contact open.
+    fn feed_plane(
+        &mut self,
+        motions: &[Motion],
+        index: usize,
+        following: Option<&Motion>,
+        pose: &ToolPose,
+    ) -> Result<Option<WornContact>, ShiftFault> {
+        let motion = &motions[index];
+        let next = self.points.goes_on(motions, index, following);
+        let is_cut = motion.kind == MotionKind::Linear;
+        let before = motion.start.filter(|_| is_cut).map(|start| self.points.pose_at(motion, start));
+        let after = next.and_then(|next| next.end).map(|end| self.points.pose_at(motion, end));
+        let turns = [is_cut && turns(motion), next.is_some_and(turns)];
+        let feed = if turns.contains(&true) { self.feed_at([before, after], pose, turns) } else { None };
+        let found = feed.and_then(|feed| feed_plane_normal(pose.axis, feed));
+        let path_mm = before.map_or(0.0, |before| (pose.tip_mm - before.tip_mm).norm());
+        if is_cut {
+            self.assumption.take(path_mm, turns.contains(&true), found.is_some());
+        }
+        found.map(|normal| by_normal(&self.tool, pose, normal)).transpose()
+    }
+
+    /// The feed at a point between the poses before and after it: along the chord of both where one pass goes through, else
+    /// along the side on which a rotary axis turns, the motion that ends here first.
+    fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
+        let tool = &self.tool.nominal;
+        let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
+        let after = sides[1].and_then(|after| feed_direction(tool, [pose, &after]));
+        match (before, after) {
+            (Some(from), Some(to)) if angle_between(from, to) <= self.parameters.pass_break.rad() => {
+                let [Some(before), Some(after)] = sides else { return None };
+                (after.tip_mm - before.tip_mm).try_normalize(RESTING_MM)
+            }
+            (Some(from), _) if turns[0] => Some(from),
+            (_, Some(to)) if turns[1] => Some(to),
+            _ => None,
+        }
+    }
+
+    /// An arc stays one where both ends move alike.
+    #[expect(clippy::too_many_arguments, reason = "what was found of one motion, used here only")]
+    fn arc(
+        &mut self,
+        motion: &Motion,
+        end: &AxisWords,
+        poses: [ToolPose; 2],
+        near: NearWords,
+        stated: Option<WornContact>,
+        axes: &Axes,
+        [linear, rotary]: [Resolution; 2],
+    ) -> Result<Course, LineFaultKind> {
+        // An arc does not turn the tool, and nothing is assumed of it.
+        let point = self.point(motion, poses, near, stated);
+        let together = axes.standing(end);
+        let far = |wanted: &[f64], kept: &[f64], half: f64| {
+            wanted.iter().zip(kept).any(|(wanted, kept)| (wanted - kept).abs() > half)
+        };
+        if far(&near.words_deg, &together.rotary_deg, rotary.half()) {
+            return Err(LineFaultKind::ArcShift { why: "the rotary axes have to turn along it" });
+        }
+        let target_mm = self.linear_mm(motion, together.rotary_deg, &point);
+        if far(&target_mm, &together.linear_mm, linear.half()) {
+            return Err(LineFaultKind::ArcShift { why: "its ends move by different vectors" });
+        }
+        if axes.is_off() {
+            let why = match motion.start {
+                None => Some("where it starts is not known"),
+                Some(start) if turn_between(&start, end) => Some("rotary axes turn along it"),
+                Some(_) if self.absolute_centres && axes.linear.is_off() => {
+                    Some("its centre is an absolute point (G90.1)")
+                }
+                Some(_) if motion.arc == ArcCourse::Neighbour => {
+                    Some("it goes on in the direction in which the motion before it ends")
+                }
+                Some(_) if motion.arc == ArcCourse::Centre && moves_across(motion, end, &together) => {
+                    Some("its centre is a point of its own, which stays where it is")
+                }
+                Some(_) => None,
+            };
+            if let Some(why) = why {
+                return Err(LineFaultKind::ArcShift { why });
+            }
+        }
+        Ok(Course::Move { goal: Goal::Words(together), point: Some(point) })
+    }
+
+    /// A motion that cannot be followed is left alone only where it would not have to move.
+    fn unfollowed(
+        &mut self,
+        motion: &Motion,
+        reason: Unfollowable,
+        axes: &Axes,
+    ) -> Result<Course, LineFaultKind> {
+        let has_to_move = match reason {
+            // These go to places of the machine, or nowhere.
+            Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return => {
+                return Ok(Course::Leave);
+            }
+            // What is called moves by its own words, from where the source would stand.
+            Unfollowable::Call | Unfollowable::UnknownCode => axes.is_off(),
+            _ => self.would_move(motion, axes),
+        };
+        if has_to_move {
+            return Err(LineFaultKind::NotMovable(reason));
+        }
+        self.warnings.add(WarningKind::NotFollowed, Some(motion.line)).reason.get_or_insert(reason);
+        Ok(Course::Leave)
+    }
+
+    /// Whether this motion could not stay as it is, were it to be followed.
+    fn would_move(&self, motion: &Motion, axes: &Axes) -> bool {
+        let touches = match (self.contact, motion.contact) {
+            (ContactSource::Program, ContactWords::Point(_))
+            | (ContactSource::Normals, ContactWords::Normal(_)) => true,
+            (ContactSource::FeedPlane | ContactSource::Surface, _) => {
+                matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
+            }
+            _ => false,
+        };
+        let touches = touches && self.is_its_tool && !self.tool.has_nominal_shape();
+        axes.is_off() || self.moves_everything || touches
+    }
+
+    /// How the part is curved across the feed where the nominal cutter touches it, by the contact `touched` if that was
+    /// looked for already.
+    fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, touched: Option<SurfaceContact>) {
+        let Some(part) = &self.parameters.part else { return };
+        let (MotionKind::Linear, Some(start)) = (motion.kind, motion.start) else { return };
+        let feed_mm = pose.tip_mm - self.points.tip_mm(self.points.mode(motion), start);
+        if feed_mm.norm() <= RESTING_MM {
+            return;
+        }
+        let across = touched
+            .or_else(|| self.on_surface(pose))
+            .and_then(|touched| touched.curvature_across_per_mm(&part.mesh, feed_mm, &mut self.effort));
+        if let Some(curvature_per_mm) = across {
+            self.curvature.note(curvature_per_mm, motion.line);
+        }
+    }
+
+    fn note(&mut self, line: u64, contact: &WornContact) {
+        if contact.off_tool_mm > Touch::ON_TOOL_MM {
+            self.warnings.add_distance(WarningKind::NearestContact, line, contact.off_tool_mm);
+        }
+        match contact.note {
+            Some(FlatContact::Whole) => {
+                self.warnings.add(WarningKind::FlatContact, Some(line));
+            }
+            Some(FlatContact::Nearly { .. }) => {
+                self.warnings.add(WarningKind::NearlyFlatContact, Some(line));
+            }
+            None => {}
+        }
+    }
+}
+
+/// The course of a motion of another tool: where the source leads, so that what stands elsewhere comes back.
+fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKind> {
+    let goes_to_the_machine = matches!(
+        motion.unfollowable,
+        Some(Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return)
+    );
+    if !axes.is_off() || goes_to_the_machine {
+        return Ok(Course::Leave);
+    }
+    match (motion.unfollowable, motion.end) {
+        (Some(reason), _) => Err(LineFaultKind::NotMovable(reason)),
+        (None, _) if motion.offset_changed => Err(LineFaultKind::OtherWorkOffset),
+        (None, _) if motion.kind == MotionKind::Arc => {
+            Err(LineFaultKind::ArcShift { why: "it begins where another tool was moved to" })
+        }
+        (None, None) if motion.kind == MotionKind::Rapid => Ok(Course::Leave),
+        (None, None) => Err(LineFaultKind::PositionUnknown),
+        // A cut would begin where another tool was moved to.
+        (None, Some(_)) if motion.start.is_none() && motion.kind != MotionKind::Rapid => {
+            Err(LineFaultKind::PositionUnknown)
+        }
+        (None, Some(end)) => Ok(Course::Move { goal: Goal::Words(end), point: None }),
+    }
+}
+
+/// Whether these ends of an arc are apart by more than rounding, and not only along the axis across its plane. Cutter
+/// location data has planes of any direction.
+fn moves_across(motion: &Motion, end: &AxisWords, moved: &AxisWords) -> bool {
+    let plane = motion.plane.filter(|_| motion.tool_axis.is_none()).map(usize::from);
+    (0..3).any(|k| Some(k) != plane && (moved.linear_mm[k] - end.linear_mm[k]).abs() > RESTING_MM)
+}

@@ -1,0 +1,15 @@
+//! One pass over a program for everything its parameters name: tool wear, location errors, cutter-contact path.
+//!
+//! First every end of a motion is moved, for the worn cutter and from the nominal machine to the calibrated one, with one
+//! rounding; then the cutter-contact path of the moved program is compensated. What each step did to every block is
+//! streamed to the caller, and what is left of every error is summed up.
+
+mod parameters;
+mod record;
+mod report;
+mod run;
+mod unmodelled;
+
+pub use parameters::{CcStep, CompensationParameters, ServoStep, WearStep};
+pub use report::{CompensationReport, LocationErrorReport};
+pub use run::compensate_program;

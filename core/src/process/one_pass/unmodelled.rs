@@ -1,0 +1,123 @@
+//! What an error budget does not look at, gathered from the program and the steps.
+
+use super::parameters::CompensationParameters;
+use crate::motion::{Interpolation, MotionKind};
+use crate::process::contact_path::CcReport;
+use crate::process::fault::{LeftOut, Warning, WarningKind};
+use crate::process::move_ends::WearReport;
+use crate::process::pipeline::{BlockChange, NotModelled, NotModelledKind};
+
+/// How many motions, and the first line.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    count: u64,
+    first_line: Option<u64>,
+}
+
+impl Count {
+    fn add(&mut self, count: u64, line: Option<u64>) {
+        self.count += count;
+        self.first_line = match (self.first_line, line) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+
+    fn of(warnings: &[Warning], kinds: &[WarningKind]) -> Self {
+        let mut sum = Self::default();
+        for warning in warnings.iter().filter(|warning| kinds.contains(&warning.kind)) {
+            sum.add(warning.count, warning.line);
+        }
+        sum
+    }
+
+    /// Two looks at the same motions.
+    fn larger(self, other: Self) -> Self {
+        if other.count > self.count { other } else { self }
+    }
+}
+
+/// Motions that are not looked at by their kind.
+#[derive(Debug, Default)]
+pub(super) struct Unmodelled {
+    arcs: Count,
+    rapids: Count,
+}
+
+impl Unmodelled {
+    pub(super) fn see(&mut self, change: &BlockChange) {
+        match change.kind {
+            MotionKind::Arc => self.arcs.add(1, Some(change.line)),
+            MotionKind::Rapid => self.rapids.add(1, Some(change.line)),
+            MotionKind::Linear | MotionKind::Opaque => {}
+        }
+    }
+
+    /// Everything that was not looked at; `lags`: what the drives left out, if they were run through.
+    pub(super) fn list(
+        &self,
+        parameters: &CompensationParameters,
+        moving: Option<&WearReport>,
+        cc: Option<&CcReport>,
+        lags: Option<Vec<LeftOut>>,
+    ) -> Vec<NotModelled> {
+        use NotModelledKind as Kind;
+        let always = [
+            (Kind::Thermal, true),
+            (Kind::Deflection, true),
+            (Kind::Holder, true),
+            (Kind::ErrorMotions, true),
+            (Kind::Scallop, true),
+            (Kind::ProgramChords, true),
+            (Kind::LocationErrors, !parameters.location_errors),
+            (Kind::Wear, parameters.wear.is_none()),
+            (Kind::Interpolation, cc.is_none()),
+            (Kind::Drives, parameters.servo.is_none()),
+            (Kind::ServoRefused, parameters.servo.is_some() && lags.is_none()),
+            (Kind::ControlCalibration, uses_tcp(moving, cc)),
+        ];
+        let mut list: Vec<NotModelled> = always
+            .into_iter()
+            .filter(|(_, holds)| *holds)
+            .map(|(kind, _)| NotModelled { kind, count: None, first_line: None })
+            .collect();
+        let moved = moving.map_or(&[][..], |report| &report.warnings);
+        let judged = cc.map_or(&[][..], |report| &report.warnings);
+        let both = |kinds: &[WarningKind]| Count::of(moved, kinds).larger(Count::of(judged, kinds));
+        let mut left_out = Count::default();
+        for entry in lags.unwrap_or_default() {
+            left_out.add(entry.count, Some(entry.first_line));
+        }
+        let counted = [
+            (Kind::ContactAssumed, both(&[WarningKind::ContactAssumed])),
+            (
+                Kind::ContactUnknown,
+                both(&[WarningKind::NoContact, WarningKind::NoContactAtEnd, WarningKind::ContactSwings]),
+            ),
+            (Kind::Arcs, self.arcs),
+            (Kind::Rapids, self.rapids),
+            (
+                Kind::NotFollowed,
+                both(&[
+                    WarningKind::NotFollowed,
+                    WarningKind::MayRollOver,
+                    WarningKind::WorkOffsetChanged,
+                    WarningKind::PositionUnknown,
+                ]),
+            ),
+            (Kind::ServoLeftOut, left_out),
+        ];
+        let counted = counted.into_iter().filter(|(_, count)| count.count > 0);
+        list.extend(counted.map(|(kind, count)| NotModelled {
+            kind,
+            count: Some(count.count),
+            first_line: count.first_line,
+        }));
+        list
+    }
+}
+
+fn uses_tcp(moving: Option<&WearReport>, cc: Option<&CcReport>) -> bool {
+    moving.is_some_and(|report| report.interpolation == Interpolation::Tcp)
+        || cc.is_some_and(|report| report.interpolation == Interpolation::Tcp)
+}

@@ -1,0 +1,245 @@
+//! What every step did to every block, streamed, summed up and down-sampled.
+
+use super::budget::BlockError;
+use crate::motion::MotionKind;
+use crate::process::fault::Fault;
+
+/// What became of one motion of the upload. Lengths are of the tool tip in W; ends are moved by location errors and
+/// wear, the course between them by the cutter-contact step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockChange {
+    /// 1-based line of the upload.
+    pub line: u64,
+    /// What kind of motion it is.
+    pub kind: MotionKind,
+    /// How far its end was moved because the machine is not the nominal one \[mm\].
+    pub location_errors_mm: f64,
+    /// By how much the tool axis at its end was turned for the same \[rad\].
+    pub axis_rad: f64,
+    /// How far its end was moved for the worn cutter \[mm\].
+    pub wear_mm: f64,
+    /// Largest correction of its course \[mm\].
+    pub cc_mm: f64,
+    /// How many blocks it became; 1 where it was not divided.
+    pub blocks_out: u32,
+    /// What is wrong with it before and after.
+    pub error: BlockError,
+}
+
+impl BlockChange {
+    /// A motion that nothing happened to.
+    #[must_use]
+    pub fn none(line: u64, kind: MotionKind) -> Self {
+        Self {
+            line,
+            kind,
+            location_errors_mm: 0.0,
+            axis_rad: 0.0,
+            wear_mm: 0.0,
+            cc_mm: 0.0,
+            blocks_out: 1,
+            error: BlockError::default(),
+        }
+    }
+
+    /// Whether any step did anything to it.
+    #[must_use]
+    pub fn is_change(&self) -> bool {
+        self.blocks_out > 1
+            || [self.location_errors_mm, self.axis_rad, self.wear_mm, self.cc_mm]
+                .iter()
+                .any(|share| *share > 0.0)
+    }
+
+    /// All shares of its change \[mm\].
+    #[must_use]
+    pub fn sum_mm(&self) -> f64 {
+        self.location_errors_mm + self.wear_mm + self.cc_mm
+    }
+}
+
+/// Where changes go: every motion that any step did something to, in the order of the program, once all is verified.
+pub trait ChangeSink {
+    /// The next one.
+    ///
+    /// # Errors
+    /// It cannot be kept; the compensation then stops.
+    fn changed(&mut self, change: &BlockChange) -> std::io::Result<()>;
+}
+
+/// For those who do not care.
+impl ChangeSink for () {
+    fn changed(&mut self, _: &BlockChange) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl ChangeSink for Vec<BlockChange> {
+    fn changed(&mut self, change: &BlockChange) -> std::io::Result<()> {
+        self.push(*change);
+        Ok(())
+    }
+}
+
+/// One bucket of the series: the largest shares and errors of the motions it stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ChangePoint {
+    /// Line of the upload with the largest sum in the bucket.
+    pub line: u64,
+    /// Largest move by location errors \[mm\].
+    pub location_errors_mm: f64,
+    /// Largest move by wear \[mm\].
+    pub wear_mm: f64,
+    /// Largest correction of a course \[mm\].
+    pub cc_mm: f64,
+    /// That largest sum \[mm\].
+    pub sum_mm: f64,
+    /// Largest sum of the errors of a motion as programmed \[mm\].
+    pub error_before_mm: f64,
+    /// The same as written \[mm\].
+    pub error_after_mm: f64,
+}
+
+/// Changes along the program, motion after motion, in at most [`ChangeSeries::MAX_POINTS`] points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChangeSeries {
+    points: Vec<ChangePoint>,
+    motions_per_point: u64,
+    motions_in_last: u64,
+}
+
+impl Default for ChangeSeries {
+    fn default() -> Self {
+        Self { points: Vec::new(), motions_per_point: 1, motions_in_last: 0 }
+    }
+}
+
+impl ChangeSeries {
+    /// Most points kept.
+    pub const MAX_POINTS: usize = 2000;
+
+    fn push(&mut self, point: ChangePoint) {
+        if self.motions_in_last == self.motions_per_point || self.points.is_empty() {
+            if self.points.len() == Self::MAX_POINTS {
+                let halved =
+                    self.points.chunks(2).map(|pair| pair.iter().skip(1).fold(pair[0], joined)).collect();
+                self.points = halved;
+                self.motions_per_point *= 2;
+            }
+            self.points.push(point);
+            self.motions_in_last = 1;
+        } else if let Some(last) = self.points.last_mut() {
+            *last = joined(*last, &point);
+            self.motions_in_last += 1;
+        }
+    }
+
+    /// The points so far.
+    #[must_use]
+    pub fn points(&self) -> &[ChangePoint] {
+        &self.points
+    }
+}
+
+fn joined(a: ChangePoint, b: &ChangePoint) -> ChangePoint {
+    ChangePoint {
+        line: if b.sum_mm > a.sum_mm { b.line } else { a.line },
+        location_errors_mm: a.location_errors_mm.max(b.location_errors_mm),
+        wear_mm: a.wear_mm.max(b.wear_mm),
+        cc_mm: a.cc_mm.max(b.cc_mm),
+        sum_mm: a.sum_mm.max(b.sum_mm),
+        error_before_mm: a.error_before_mm.max(b.error_before_mm),
+        error_after_mm: a.error_after_mm.max(b.error_after_mm),
+    }
+}
+
+/// The changes of a whole program.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChangeTotals {
+    /// Motions that any step did something to.
+    pub motions_changed: u64,
+    /// Those with the largest sum of shares, the largest first.
+    pub worst: Vec<BlockChange>,
+    /// Those of all motions, down-sampled.
+    pub series: ChangeSeries,
+}
+
+impl ChangeTotals {
+    /// How many of the worst are kept.
+    pub const WORST: usize = 10;
+
+    pub(in crate::process) fn take(
+        &mut self,
+        change: &BlockChange,
+        sink: &mut dyn ChangeSink,
+    ) -> Result<(), Fault> {
+        let &BlockChange { line, location_errors_mm, wear_mm, cc_mm, error, .. } = change;
+        self.series.push(ChangePoint {
+            line,
+            location_errors_mm,
+            wear_mm,
+            cc_mm,
+            sum_mm: change.sum_mm(),
+            error_before_mm: error.before.sum_mm(),
+            error_after_mm: error.after.sum_mm(),
+        });
+        if !change.is_change() {
+            return Ok(());
+        }
+        self.motions_changed += 1;
+        keep_worst(&mut self.worst, change, BlockChange::sum_mm);
+        Ok(sink.changed(change)?)
+    }
+}
+
+/// Puts a block among the worst by `measure`, the first met of equals first.
+pub(in crate::process) fn keep_worst(
+    worst: &mut Vec<BlockChange>,
+    change: &BlockChange,
+    measure: impl Fn(&BlockChange) -> f64,
+) {
+    let size = measure(change);
+    let at = worst.partition_point(|kept| measure(kept) >= size);
+    if at < ChangeTotals::WORST {
+        worst.truncate(ChangeTotals::WORST - 1);
+        worst.insert(at, *change);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(line: u64, wear_mm: f64) -> BlockChange {
+        BlockChange { wear_mm, ..BlockChange::none(line, MotionKind::Linear) }
+    }
+
+    #[test]
+    fn the_worst_are_the_largest_in_order_and_the_first_of_equals() {
+        let mut totals = ChangeTotals::default();
+        let mut sink = Vec::new();
+        for line in 1..=5000 {
+            let size = f64::from(u32::try_from(line * 7919 % 1000).unwrap());
+            totals.take(&moved(line, size), &mut sink).unwrap();
+        }
+        let expected: Vec<f64> =
+            (0..ChangeTotals::WORST).map(|k| 999.0 - f64::from(u32::try_from(k / 5).unwrap())).collect();
+        assert_eq!(totals.worst.iter().map(BlockChange::sum_mm).collect::<Vec<_>>(), expected);
+        assert!(totals.worst[..5].is_sorted_by_key(|change| change.line));
+        assert!(totals.worst[5..].is_sorted_by_key(|change| change.line));
+        // Every thousandth is not moved at all.
+        assert_eq!((totals.motions_changed, sink.len()), (4995, 4995));
+    }
+
+    #[test]
+    fn a_long_series_stays_short_and_keeps_its_peaks() {
+        let mut series = ChangeTotals::default();
+        for line in 1..=100_000 {
+            series.take(&moved(line, if line == 77_777 { 1.0 } else { 0.001 }), &mut ()).unwrap();
+        }
+        let points = series.series.points();
+        assert!(points.len() <= ChangeSeries::MAX_POINTS && points.is_sorted_by_key(|point| point.line));
+        let peak = points.iter().find(|point| point.sum_mm > 0.5);
+        assert_eq!(peak.map(|point| point.line), Some(77_777));
+    }
+}

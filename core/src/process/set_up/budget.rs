@@ -1,0 +1,28 @@
+//! What one program may cost.
+
+use crate::contact::Effort;
+use crate::process::text::Stop;
+
+/// Bounds on what one program may cost, checked as it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Most evaluations of the deviation.
+    pub max_evaluations: u64,
+    /// Most blocks written.
+    pub max_blocks_out: u64,
+    /// Most steps of searches on the part's surface.
+    pub max_surface_steps: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { max_evaluations: 1_000_000_000, max_blocks_out: 20_000_000, max_surface_steps: 2_000_000_000 }
+    }
+}
+
+impl Budget {
+    /// An effort that may take as much.
+    pub(in crate::process) fn effort<'s>(&self, stop: &'s Stop<'s>) -> Effort<'s> {
+        Effort::new(stop, self.max_evaluations).searching_at_most(self.max_surface_steps)
+    }
+}

@@ -1,0 +1,21 @@
+//! What a program runs with: unit, work offsets, tools, and the machine set up with them.
+
+mod budget;
+mod contact_source;
+mod program_setup;
+mod set_ups;
+mod tool_calls;
+mod tool_table;
+mod tool_vectors;
+mod tooling;
+
+pub use budget::Budget;
+pub use contact_source::ContactSource;
+pub use program_setup::{ProgramSetup, StartPosition};
+pub use tool_table::{ListedTool, ToolTable};
+pub use tooling::Tools;
+
+pub(in crate::process) use set_ups::{SetUps, turn_between, turns};
+pub(in crate::process) use tool_calls::ToolCalls;
+pub(in crate::process) use tool_vectors::ToolVectors;
+pub(in crate::process) use tooling::{Need, ToolUsed, Tooling};

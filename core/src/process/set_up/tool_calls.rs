@@ -1,0 +1,84 @@
+//! What the text of a program tells of its tools at a first look: none, one, or several.
+
+use crate::motion::{CalledTool, Spindle, ToolKey, ToolName};
+use crate::program::{Address, Batch, Block, WordForm};
+
+/// The calls of tools in a text so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::process) struct ToolCalls {
+    spindle: Spindle,
+    /// The first tool that came in.
+    first: Option<CalledTool>,
+    /// Another one came in, or something may have moved before the first.
+    several: bool,
+    has_moved: bool,
+    /// The last name that was called.
+    name: Option<ToolName>,
+    /// `CUTTER/` was there.
+    pub(in crate::process) has_shapes: bool,
+}
+
+impl Default for ToolCalls {
+    fn default() -> Self {
+        Self {
+            spindle: Spindle::START,
+            first: None,
+            several: false,
+            has_moved: false,
+            name: None,
+            has_shapes: false,
+        }
+    }
+}
+
+impl ToolCalls {
+    /// Takes a block that was read.
+    #[inline]
+    pub(in crate::process) fn see(&mut self, batch: &Batch, block: &Block) {
+        let mut calls = false;
+        for word in batch.words(block) {
+            calls |= matches!(word.address, Address::T | Address::M | Address::D)
+                || (word.address == Address::G && word.form == WordForm::Keyword);
+            self.has_moved |= matches!(
+                word.address,
+                Address::X | Address::Y | Address::Z | Address::A | Address::B | Address::C
+            );
+        }
+        if calls {
+            self.take(batch, block);
+        }
+    }
+
+    /// Lines were passed over that call no tool.
+    #[inline]
+    pub(in crate::process) fn pass_over(&mut self) {
+        self.has_moved = true;
+    }
+
+    fn take(&mut self, batch: &Batch, block: &Block) {
+        let before = self.spindle.tool();
+        let name = self.spindle.see(batch, block);
+        self.has_shapes |= self.spindle.has_shape();
+        self.name = name.or(self.name);
+        let tool = self.spindle.tool();
+        let is_same = tool.key().is_some() && tool.key() == before.key();
+        if tool == before || is_same || tool.key() == Some(ToolKey::NONE) {
+            return;
+        }
+        let is_first = |first: CalledTool| first.key().is_some() && first.key() == tool.key();
+        self.several |= self.has_moved && self.first.is_none() || !self.first.is_none_or(is_first);
+        self.first = self.first.or(Some(tool));
+    }
+
+    /// The one tool that may be at work, as far as the text tells without following it; `None` where there may be several.
+    pub(in crate::process) fn only(&self) -> Option<(CalledTool, Option<ToolName>)> {
+        let tool = self.first.unwrap_or_default();
+        let name = self.name.filter(|name| Some(name.key()) == tool.key());
+        (!self.several).then_some((tool, name))
+    }
+
+    /// Whether M6 changes tools in the text so far.
+    pub(in crate::process) fn has_changer(&self) -> bool {
+        self.spindle.has_changer()
+    }
+}

@@ -1,0 +1,71 @@
+//! The tools of a machine, by what programs call them.
+
+use std::collections::BTreeMap;
+
+use crate::machine::Tool;
+use crate::motion::{ToolKey, ToolName};
+use crate::process::fault::UnfitWear;
+use crate::units::Length;
+
+/// A tool of the table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ListedTool {
+    /// The number that programs call it by.
+    pub number: Option<u32>,
+    /// The name that programs call it by.
+    pub name: Option<ToolName>,
+    /// The nominal cutter; none of a drill or a probe.
+    pub cutter: Option<Tool>,
+    /// Its length.
+    pub length: Option<Length>,
+    /// The cutter as it was measured last, where its wear is asked for.
+    pub worn: Option<Tool>,
+}
+
+/// The tool table of a machine.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ToolTable {
+    tools: Vec<ListedTool>,
+    by_key: BTreeMap<ToolKey, usize>,
+    /// By the tools' places.
+    unfit: BTreeMap<usize, UnfitWear>,
+}
+
+impl ToolTable {
+    /// A table of these tools, which keep their places. Of two with one number or one name the first counts.
+    #[must_use]
+    pub fn new(tools: Vec<ListedTool>) -> Self {
+        let mut by_key = BTreeMap::new();
+        for (place, tool) in tools.iter().enumerate() {
+            let number = tool.number.map(ToolKey::Number).filter(|key| *key != ToolKey::NONE);
+            for key in number.into_iter().chain(tool.name.as_ref().map(ToolName::key)) {
+                by_key.entry(key).or_insert(place);
+            }
+        }
+        Self { tools, by_key, unfit: BTreeMap::new() }
+    }
+
+    /// The same where the wear entries of the tools at these places do not tell their worn cutters.
+    #[must_use]
+    pub fn with_unfit_wear(self, unfit: BTreeMap<usize, UnfitWear>) -> Self {
+        Self { unfit, ..self }
+    }
+
+    /// Why the wear entries of the tool that programs call so do not tell its worn cutter, where there are any.
+    pub(in crate::process) fn unfit_wear(&self, key: ToolKey) -> Option<&UnfitWear> {
+        self.unfit.get(self.by_key.get(&key)?)
+    }
+
+    /// Whether it has no tool.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.tools.is_empty()
+    }
+
+    /// The tool that programs call so, with its place.
+    #[must_use]
+    pub fn find(&self, key: ToolKey) -> Option<(usize, &ListedTool)> {
+        let place = *self.by_key.get(&key)?;
+        Some((place, self.tools.get(place)?))
+    }
+}

@@ -1,0 +1,8 @@
+//! A whole program through the drives of its machine: what servo lag does to the part.
+
+mod run;
+mod sampler;
+
+pub use run::{ProgramSimulation, SimulationParameters, simulate};
+
+pub(in crate::process) use run::{LeftOuts, simulate_lines};

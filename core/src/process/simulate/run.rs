@@ -1,0 +1,272 @@
+//! A whole program through the drives of its machine: what servo lag does to the part.
+
+use crate::process::fault::{LeftOut, LeftOutReason};
+use std::ops::ControlFlow;
+
+use super::sampler::{Piece, Sampler};
+use crate::geometry::Vec3;
+use crate::machine::Machine;
+use crate::motion::Motion;
+use crate::process::fault::{Fault, LineFaults};
+use crate::process::set_up::{Need, ProgramSetup, SetUps, turns};
+use crate::process::text::{LineCursor, Passages, ProgramReading, ProgramSource};
+use crate::program::Dialect;
+use crate::servo::{AxisLetter, DriveSet, FeedProfile, ToolOutcome};
+
+/// The parameters of a program's servo simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulationParameters {
+    /// Drives of the axes that move.
+    pub drives: DriveSet,
+    /// What the text does not say.
+    pub program: ProgramSetup,
+    /// Sample period of the command \[s\].
+    pub period_s: f64,
+    /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
+    pub profile: Option<FeedProfile>,
+    /// With a profile: corners of the tip's path sharper than this are exact stops \[rad\].
+    pub stop_at_corners_above_rad: f64,
+    /// Normal of the plane in which the contour error gets a sign.
+    pub plane_normal: Option<Vec3>,
+    /// Most samples the program may take.
+    pub max_samples: u64,
+}
+
+impl SimulationParameters {
+    /// The defaults of the contract: 1 ms, no profile.
+    #[must_use]
+    pub fn new(drives: DriveSet, program: ProgramSetup) -> Self {
+        Self {
+            drives,
+            program,
+            period_s: 0.001,
+            profile: None,
+            stop_at_corners_above_rad: 10_f64.to_radians(),
+            plane_normal: None,
+            max_samples: 50_000_000,
+        }
+    }
+}
+
+/// What became of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProgramSimulation {
+    /// The dialect it was read in.
+    pub dialect: Dialect,
+    /// How the program was read.
+    pub reading: ProgramReading,
+    /// Blocks: non-empty lines that are not only comments.
+    pub blocks: u64,
+    /// Motions that were simulated.
+    pub motions: u64,
+    /// Runs of motions between rapids and motions left out; each starts from rest.
+    pub passes: u64,
+    /// Time of the simulated motions \[s\].
+    pub duration_s: f64,
+    /// X, Y, Z and the rotary axes in the profile's order.
+    pub axes: [AxisLetter; 5],
+    /// Following errors, contour error and trace.
+    pub outcome: ToolOutcome,
+    /// What was not simulated.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Simulates the motions of a program at feed through the drives (`math.md` §3) and judges the contour error of
+/// the tool against the commanded path in W: the poses of the commanded samples, so that neither interpolation
+/// error nor location errors count, only the servo.
+///
+/// The control's interpolator is taken as ideal: every block at its F (G94 along the tip, or degrees where only
+/// rotary axes turn; G93 by its time), axes linear in machine interpolation, the tip straight with TCP.
+/// Motions follow each other without a stop unless a profile asks for one. Rapids and what cannot be followed are
+/// left out; the axes are at rest where the next pass begins.
+///
+/// # Errors
+/// The program cannot be read, has no motion to simulate, takes too many samples; a drive is missing, unstable or
+/// too stiff.
+pub fn simulate(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    source: &dyn ProgramSource,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ProgramSimulation, Fault> {
+    simulate_lines(machine, parameters, source, Vec::new(), None, stop)
+}
+
+/// Takes the largest contour error of a line \[mm\], line after line.
+pub(in crate::process) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
+
+/// [`simulate`] for a program that was written from the upload: `lines` lead to the upload's, `peaks` gets the largest
+/// contour error of every line.
+///
+/// # Errors
+/// As [`simulate`].
+pub(in crate::process) fn simulate_lines(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    source: &dyn ProgramSource,
+    lines: Vec<LineCursor<'_>>,
+    peaks: Option<LinePeaks<'_>>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ProgramSimulation, Fault> {
+    let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    let parameters = &SimulationParameters { program, ..parameters.clone() };
+    let mut outlook = Outlook::default();
+    for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {
+        outlook.see(piece);
+        Ok(())
+    })?;
+    outlook.check(parameters)?;
+    let mut sampler = Sampler::new(machine, parameters, outlook.fastest, stop);
+    sampler.peaks = match peaks {
+        Some(peaks) => Some(peaks),
+        None => None,
+    };
+    sampler.tell_peaks(false)?;
+    let mut left_out = LeftOuts::default();
+    let read = for_each_motion(machine, parameters, source, lines, stop, &mut |piece| match piece {
+        Seen::Piece(motion, piece) => sampler.add(motion, *piece),
+        Seen::LeftOut(reason, line) => {
+            left_out.add(reason, line);
+            sampler.lift()
+        }
+    })?;
+    sampler.lift()?;
+    sampler.tell_peaks(true)?;
+    let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
+    Ok(ProgramSimulation {
+        dialect: read.dialect,
+        reading: read.reading,
+        blocks: read.blocks,
+        motions,
+        passes,
+        duration_s,
+        axes,
+        outcome: run.finish()?,
+        left_out: left_out.0,
+    })
+}
+
+/// A motion as the simulation takes it.
+#[derive(Clone, Copy)]
+enum Seen<'a> {
+    Piece(&'a Motion, &'a Piece),
+    /// No reason: a rapid.
+    LeftOut(Option<LeftOutReason>, u64),
+}
+
+/// What is known of a program once it is read.
+struct Text {
+    dialect: Dialect,
+    reading: ProgramReading,
+    blocks: u64,
+}
+
+fn for_each_motion(
+    machine: &Machine,
+    parameters: &SimulationParameters,
+    source: &dyn ProgramSource,
+    lines: Vec<LineCursor<'_>>,
+    stop: &dyn Fn() -> ControlFlow<()>,
+    take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
+) -> Result<Text, Fault> {
+    let mut passages = Passages::open(source, machine, &parameters.program)?.with_lines(lines);
+    let (mut set_ups, mut faults) = (SetUps::new(machine, &parameters.program), LineFaults::default());
+    passages.work(stop, |passage, _, _| {
+        for motion in &passage.motions {
+            match Piece::of(parameters, motion) {
+                Ok(Some(piece)) => {
+                    set_ups.enter(motion);
+                    if set_ups.now.lacks_foreign_length() && turns(motion) {
+                        take(Seen::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
+                        continue;
+                    }
+                    // Where the axes go while the tool turns hangs on the set-up, whoever interpolates.
+                    if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
+                        let block = passage.batch.blocks().get(motion.block as usize);
+                        let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
+                        faults.add(motion.line, text, kind);
+                    }
+                    take(Seen::Piece(motion, &piece))?;
+                }
+                Ok(None) => {}
+                Err(reason) => take(Seen::LeftOut(reason, motion.line))?,
+            }
+        }
+        Ok(())
+    })?;
+    if faults.total > 0 {
+        return Err(Fault::Lines(faults));
+    }
+    Ok(Text { dialect: passages.dialect(), reading: passages.reading(), blocks: passages.blocks })
+}
+
+/// What a first reading tells: how long the program runs, how fast, in how many passes.
+#[derive(Debug, Default)]
+struct Outlook {
+    duration_s: f64,
+    /// Largest speed in what F counts along [mm/s, or deg/s].
+    fastest: f64,
+    motions: u64,
+    passes: u64,
+    left_out: u64,
+    first_left_out: Option<(LeftOutReason, u64)>,
+    under_way: bool,
+}
+
+/// Most samples that the averages of a profile may hold: bounds their memory.
+const MAX_AVERAGED: u64 = 1_000_000;
+
+impl Outlook {
+    fn see(&mut self, seen: Seen<'_>) {
+        match seen {
+            Seen::Piece(_, piece) => {
+                self.duration_s += piece.duration_s;
+                self.fastest = self.fastest.max(piece.length / piece.duration_s);
+                self.motions += 1;
+                self.passes += u64::from(!self.under_way);
+                self.under_way = true;
+            }
+            Seen::LeftOut(reason, line) => {
+                self.left_out += u64::from(reason.is_some());
+                self.first_left_out = self.first_left_out.or(reason.map(|reason| (reason, line)));
+                self.under_way = false;
+            }
+        }
+    }
+
+    /// Refuses before any work what would cost too much.
+    fn check(&self, parameters: &SimulationParameters) -> Result<(), Fault> {
+        if self.motions == 0 {
+            return Err(Fault::NothingToSimulate { left_out: self.left_out, first: self.first_left_out });
+        }
+        let limit = parameters.max_samples;
+        let period_s = parameters.period_s;
+        let averages = parameters.profile.map_or([0; 2], |profile| profile.averages(self.fastest, period_s));
+        let settling_s = parameters.drives.settling_s(&AxisLetter::ALL);
+        let rest = settling_s / period_s + averages[0] as f64 + averages[1] as f64;
+        if averages[0].saturating_add(averages[1]) as u64 > MAX_AVERAGED {
+            return Err(Fault::TooCostly {
+                what: "samples that the feed profile averages",
+                limit: MAX_AVERAGED,
+            });
+        }
+        let samples = self.duration_s / period_s + self.passes as f64 * rest;
+        if samples <= limit as f64 {
+            return Ok(());
+        }
+        Err(Fault::TooCostly { what: "samples of the simulation", limit })
+    }
+}
+
+#[derive(Debug, Default)]
+pub(in crate::process) struct LeftOuts(pub(in crate::process) Vec<LeftOut>);
+
+impl LeftOuts {
+    pub(in crate::process) fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
+        let Some(reason) = reason else { return };
+        match self.0.iter_mut().find(|kind| kind.reason.name() == reason.name()) {
+            Some(kind) => kind.count += 1,
+            None => self.0.push(LeftOut { reason, count: 1, first_line: line }),
+        }
+    }
+}

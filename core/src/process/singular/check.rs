@@ -1,0 +1,223 @@
+//! The written program read back as a control would read it: every motion against what was planned, tool axis and
+//! contact from the words that were read.
+
+use std::sync::Arc;
+
+use super::densify::part;
+use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, time_s};
+use super::planner::{Moved, Planner};
+use super::regions::{RegionNumber, Written};
+use super::report::RegionFigures;
+use crate::contact::{Effort, Station, within_tolerance};
+use crate::geometry::angle_between;
+use crate::machine::Machine;
+use crate::motion::{AxisWords, Motion, MotionKind};
+use crate::process::contact_path::{Group, Meaning, Verifier, same_words};
+use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::{Awaited, Check, Outgoing, ReadBack, failed};
+use crate::process::text::{Inventory, Stretch};
+use crate::program::Dialect;
+
+/// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
+const ROUNDING: f64 = 1.732_050_808 * 1.1;
+/// Arithmetic of inches and increments \[mm\].
+const ARITHMETIC_MM: f64 = 1e-7;
+/// Words that differ in the last bit may tip what was just inside (share).
+const LAST_BIT: f64 = 1e-9;
+/// Words pass through binary fractions \[deg\].
+const SAME_STEP_DEG: f64 = 1e-6;
+/// The time of a block may differ by this share: F words are rounded.
+const SAME_TIME: f64 = 0.01;
+
+/// What the next motion of the written program has to be.
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are the large one; a box each would cost an allocation a block"
+)]
+pub(super) enum Expected<'a> {
+    /// A block left as it was, with its figures if it stands in a region.
+    Same { motion: Meaning, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
+    /// A block with other ends.
+    Moved { moved: Box<Moved>, region: RegionNumber },
+    /// Part of a divided block.
+    Part { group: Arc<Group<'a>>, index: usize, region: RegionNumber },
+}
+
+impl Awaited for Expected<'_> {
+    fn line(&self) -> u64 {
+        match self {
+            Self::Same { line, .. } => *line,
+            Self::Moved { moved, .. } => moved.pending.motion.line,
+            Self::Part { group, .. } => group.source.line,
+        }
+    }
+
+    fn missing(&self) -> &'static str {
+        match self {
+            Self::Part { .. } => "a part of a divided block is missing",
+            Self::Same { .. } | Self::Moved { .. } => "a motion is missing",
+        }
+    }
+}
+
+/// Reads the output back.
+pub(super) struct SingularityVerifier<'a> {
+    planner: Planner<'a>,
+    read_back: ReadBack<Expected<'a>>,
+    pub(super) written: Written,
+    pub(super) effort: Effort<'a>,
+    told: Vec<()>,
+}
+
+impl<'a> Check for SingularityVerifier<'a> {
+    type Meant = Expected<'a>;
+    type Became = ();
+
+    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, _of: &Stretch) -> Result<(), Fault> {
+        self.read_back.await_all(&mut written.expected);
+        self.read_back.feed(&written.text);
+        self.read()
+    }
+
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read()?;
+        self.read_back.is_whole(source)
+    }
+
+    fn told(&mut self) -> &mut Vec<()> {
+        &mut self.told
+    }
+}
+
+impl<'a> SingularityVerifier<'a> {
+    pub(in crate::process) fn new(
+        machine: &Machine,
+        planner: Planner<'a>,
+        dialect: Dialect,
+        effort: Effort<'a>,
+    ) -> Self {
+        let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
+        Self { planner, read_back, written: Written::default(), told: Vec::new(), effort }
+    }
+
+    /// Blocks of the output so far.
+    pub(super) fn blocks(&self) -> u64 {
+        self.read_back.inventory.blocks
+    }
+
+    fn read(&mut self) -> Result<(), Fault> {
+        while let Some((motion, next)) = self.read_back.next()? {
+            self.effort.pass(1);
+            go_on(&self.effort)?;
+            match next {
+                Expected::Same { motion: source, inside, .. } => {
+                    source.check(&motion)?;
+                    if let Some((region, found)) = inside {
+                        self.written.take(region, &found);
+                    }
+                }
+                Expected::Moved { moved, region } => self.moved(&motion, &moved, region)?,
+                Expected::Part { group, index, region } => self.part(&motion, &group, index, region)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn moved(&mut self, read: &Motion, moved: &Moved, region: RegionNumber) -> Result<(), Fault> {
+        let pending = &moved.pending;
+        let planner = self.planner.on(pending);
+        let line = pending.motion.line;
+        let mut planned = pending.motion;
+        (planned.start, planned.end) = (Some(moved.ends[0]), Some(moved.ends[1]));
+        planned.contact = moved.contact;
+        if let Some(feed) = moved.feed {
+            planned.feed.raw = feed.value;
+        }
+        Meaning::of(&planned).check(read)?;
+        let (Some(start), Some(end)) = (read.start, read.end) else {
+            return Err(failed(line, "a moved block has no known ends"));
+        };
+        let ends = [start, end].map(|words| planner.station(pending.mode, words));
+        let (source, pose) = (&pending.ends[1].pose, &ends[1].pose);
+        let spent_rad = angle_between(pose.axis, source.axis);
+        let tolerance_rad = self.planner.singularity.axis_tolerance.rad();
+        if spent_rad.is_nan() || spent_rad > tolerance_rad * (1.0 + LAST_BIT) {
+            return Err(failed(line, "the tool axis is farther from the programmed one than allowed"));
+        }
+        let tip_mm = planner.cutting.kept_tip_mm(source, moved.touch.as_ref(), pose.axis);
+        let off_mm = (pose.tip_mm - tip_mm).norm();
+        if off_mm.is_nan() || off_mm > ROUNDING * moved.half_mm + ARITHMETIC_MM {
+            return Err(failed(line, "the tip, or the contact, of a moved block is elsewhere"));
+        }
+        let block = planner.cutting.block(pending.mode, ends, [None, None]);
+        let meant = planner.cutting.block(pending.mode, pending.ends, [None, None]);
+        let time = time_s(&block, read);
+        if self.planner.survey.has_feed_column
+            && let (Some(written_s), Some(source_s)) = (time, time_s(&meant, &pending.motion))
+            && (written_s - source_s).abs() > SAME_TIME * source_s
+        {
+            return Err(failed(line, "a moved block takes another time"));
+        }
+        let limits = self.planner.limits();
+        let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
+        self.written.take(region, &found);
+        self.written.spent(region, spent_rad);
+        Ok(())
+    }
+
+    fn part(
+        &mut self,
+        read: &Motion,
+        group: &Group<'a>,
+        index: usize,
+        region: RegionNumber,
+    ) -> Result<(), Fault> {
+        let (line, block) = (group.source.line, &group.checked.block);
+        let nodes = &group.division.nodes;
+        let node = nodes.get(index).ok_or(failed(line, "a part too many"))?;
+        let (Some(start), Some(end)) = (read.start, read.end) else {
+            return Err(failed(line, "a part of a divided block has no known end"));
+        };
+        let mode = self.planner.cutting.parameters.program.interpolation.unwrap_or(read.interpolation);
+        let before: Option<AxisWords> = match index.checked_sub(1) {
+            None => Some(block.ends[0].words),
+            Some(before) => nodes.get(before).map(|node| node.station.words),
+        };
+        let same_modes = read.kind == MotionKind::Linear
+            && read.unfollowable.is_none()
+            && mode == block.mode
+            && read.feed.mode == group.source.feed.mode
+            && read.incremental == group.source.incremental;
+        if !same_modes {
+            return Err(failed(line, "a part of a divided block is another kind of motion"));
+        }
+        if !same_words(Some(start), before) || !same_words(Some(end), Some(node.station.words)) {
+            return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
+        }
+        Verifier::carried_along(read, group, index)?;
+        let ends = [start, end].map(|words| Station::new(block.machine, &block.kinematics, mode, words));
+        let segment = part(nodes, index, ends).ok_or(failed(line, "a part too many"))?;
+        let limits = self.planner.limits();
+        let found = within_tolerance(block, &segment, limits.tolerance_mm);
+        let (Ok(sampled) | Err(sampled)) = found;
+        self.effort.spend(sampled.evaluations);
+        if found.is_err_and(|sampled| sampled.max_mm > limits.tolerance_mm * (1.0 + LAST_BIT)) {
+            return Err(failed(line, "a part of a divided block exceeds the tolerance"));
+        }
+        let arc = great_circle(block);
+        let axis = axis_deviation(block, &segment, &arc, limits.axis_tolerance_rad);
+        if axis.sampled_rad > limits.axis_tolerance_rad * (1.0 + LAST_BIT) {
+            return Err(failed(line, "the tool axis of a divided block leaves the great circle"));
+        }
+        let max_step_deg = self.planner.singularity.max_step.deg() + SAME_STEP_DEG;
+        if rotary_steps_deg(&segment).into_iter().any(|step| step > max_step_deg) {
+            return Err(failed(line, "a rotary axis turns too far in a part of a divided block"));
+        }
+        Verifier::time(read, group, &segment)?;
+        let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.effort);
+        self.written.take(region, &found);
+        Ok(())
+    }
+}

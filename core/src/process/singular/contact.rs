@@ -1,0 +1,125 @@
+//! Where the cutter touches at the points of a region, as far as the program or the part says so.
+
+use std::sync::Arc;
+
+use super::pending::Pending;
+use crate::contact::{Carry, CutterContact, Effort, SourceBlock, Station, rotary_rad};
+use crate::geometry::{Vec3, across};
+use crate::kinematics::{Kinematics, ToolPose};
+use crate::machine::{Machine, Tool};
+use crate::motion::{ContactWords, Interpolation};
+use crate::process::contact_path::{CcParameters, ContactFinder};
+use crate::process::set_up::{ContactSource, SetUps};
+
+/// Machine, set-up and cutter, and where contacts come from.
+#[derive(Debug, Clone)]
+pub(super) struct Cutting<'a> {
+    pub(super) machine: &'a Machine,
+    /// The machine as it is set up for the motions at hand.
+    pub(super) kinematics: Arc<Kinematics>,
+    /// Their cutter; one that nothing depends on where it is not known.
+    pub(super) tool: Tool,
+    pub(super) parameters: &'a CcParameters,
+    pub(super) contact: ContactSource,
+}
+
+impl<'a> Cutting<'a> {
+    /// As the program begins.
+    pub(in crate::process) fn of(
+        machine: &'a Machine,
+        parameters: &'a CcParameters,
+        contact: ContactSource,
+    ) -> Self {
+        let first = SetUps::new(machine, &parameters.program).now;
+        let tool = first.cutter().unwrap_or(Tool::UNIT_BALL);
+        Self { machine, kinematics: first.kinematics, tool, parameters, contact }
+    }
+
+    /// The contact at a point; `None` where it is not known, or on which side it is: the tip stands for it then.
+    /// Contacts that a rule would assume count for nothing here.
+    pub(super) fn touch(
+        &self,
+        station: &Station,
+        mode: Interpolation,
+        words: ContactWords,
+        effort: &mut Effort<'_>,
+    ) -> Option<CutterContact> {
+        if matches!(self.contact, ContactSource::FeedPlane | ContactSource::Tip) {
+            return None;
+        }
+        let found = self.finder().find(&self.kinematics, &self.tool, station, mode, words, effort);
+        found.ok().flatten().filter(|touch| !touch.is_open).map(|touch| touch.contact)
+    }
+
+    fn finder(&self) -> ContactFinder<'a> {
+        ContactFinder { machine: self.machine, parameters: self.parameters, source: self.contact }
+    }
+
+    /// The same with machine and cutter of this motion.
+    pub(super) fn on(&self, pending: &Pending) -> Self {
+        Self { kinematics: Arc::clone(&pending.kinematics), tool: pending.tool, ..self.clone() }
+    }
+
+    /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.
+    pub(in crate::process) fn point_mm(
+        &self,
+        words_mm: [f64; 3],
+        station: &Station,
+        mode: Interpolation,
+    ) -> Vec3 {
+        match mode {
+            Interpolation::Tcp => Vec3::from(words_mm),
+            Interpolation::Machine => {
+                let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
+                self.kinematics.tip_mm(Vec3::from(words_mm), rotary_rad)
+            }
+        }
+    }
+
+    /// The block between two stations. Where the contact is not known at both ends, or runs across the tool's end in
+    /// between, the tip stands for it.
+    pub(super) fn block(
+        &self,
+        mode: Interpolation,
+        ends: [Station; 2],
+        contacts: [Option<CutterContact>; 2],
+    ) -> SourceBlock<'a> {
+        let tool = self.tool;
+        let axes = ends.map(|end| end.pose.axis);
+        let carry = match &contacts {
+            [Some(start), Some(end)] if is_one_side(&tool, [start, end], axes) => {
+                Carry::between(&tool, [start, end], axes)
+            }
+            _ => Carry::Tip,
+        };
+        SourceBlock::new(self.machine, &self.kinematics, tool, mode, ends, carry)
+    }
+
+    /// The tip with which a cutter that leans along `axis` touches where it did at this pose \[mm\]; without a contact
+    /// the same tip.
+    pub(in crate::process) fn kept_tip_mm(
+        &self,
+        pose: &ToolPose,
+        contact: Option<&CutterContact>,
+        axis: Vec3,
+    ) -> Vec3 {
+        let Some(contact) = contact else { return pose.tip_mm };
+        let [before, now] = [pose.axis, axis].map(|axis| self.offset_mm(contact, pose.axis, axis));
+        pose.tip_mm + before - now
+    }
+
+    /// From the tip to a contact that was found with the tool along `found_at`, the tool now along `axis` \[mm\].
+    pub(super) fn offset_mm(&self, contact: &CutterContact, found_at: Vec3, axis: Vec3) -> Vec3 {
+        let tool = &self.tool;
+        Carry::between(tool, [contact, contact], [found_at; 2]).at(tool, 0.0, axis).offset_mm
+    }
+}
+
+/// Whether a bull-nose or flat cutter touches within a right angle of the same side at both ends.
+fn is_one_side(tool: &Tool, contacts: [&CutterContact; 2], axes: [Vec3; 2]) -> bool {
+    if tool.is_ball() {
+        return true;
+    }
+    let [a, b] = [0, 1].map(|k| across(contacts[k].offset_mm(tool, axes[k]), axes[k]));
+    a.dot(&b) >= 0.0
+}

@@ -1,0 +1,155 @@
+//! Singular regions looked for in the reading of another step: they are listed, and nothing is changed.
+
+use super::contact::Cutting;
+use super::measured::{as_uploaded, measured};
+use super::parameters::{SingularityAction, SingularityParameters};
+use super::pending::{Collector, Seen};
+use super::planner::Planner;
+use super::regions::{Regions, Written};
+use super::report::SingularityReport;
+use crate::contact::Effort;
+use crate::geometry::trig;
+use crate::machine::Machine;
+use crate::motion::Motion;
+use crate::process::contact_path::CcParameters;
+use crate::process::fault::{Fault, Warnings};
+use crate::process::pipeline::Look;
+use crate::process::set_up::ContactSource;
+use crate::process::text::{Passages, ProgramSource, Stop, Stretch, Survey};
+use crate::program::{Batch, Dialect};
+
+/// Which regions are to be listed beside a step that has other parameters.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct RegionSearch<'a> {
+    /// Tool, contact and tolerance.
+    pub(in crate::process) cc: &'a CcParameters,
+    /// What is singular.
+    pub(in crate::process) zone: &'a SingularityParameters,
+}
+
+impl RegionSearch<'_> {
+    /// The parameters with the tools of the program, and its contact; `None` where regions cannot be listed.
+    ///
+    /// # Errors
+    /// The work is not wanted any more, or the program cannot be read.
+    pub(in crate::process) fn resolved(
+        &self,
+        survey: &Survey,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        stop: &Stop<'_>,
+    ) -> Result<Option<(CcParameters, ContactSource)>, Fault> {
+        let Ok(contact) = survey.contact(self.cc.contact, self.cc.part.is_some()) else { return Ok(None) };
+        match self.cc.with_tools(contact, &survey.tools, machine, source, stop) {
+            Ok(parameters) => Ok(Some((parameters, contact))),
+            Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
+            Err(_) => Ok(None),
+        }
+    }
+}
+
+/// Finds the regions of a program while another step works on it. It refuses nothing: where regions cannot be listed, there
+/// is no list.
+pub(in crate::process) struct RegionFinder<'a> {
+    planner: Planner<'a>,
+    collector: Collector<'a>,
+    regions: Regions,
+    /// What is written is what was read.
+    written: Written,
+    effort: Effort<'a>,
+    /// Number of the next motion.
+    next: u64,
+    /// Why there is no list.
+    fault: Option<Fault>,
+}
+
+impl Look for RegionFinder<'_> {
+    fn look(&mut self, stretch: &Stretch) {
+        for passage in &stretch.passages {
+            for motion in &passage.motions {
+                if self.fault.is_none()
+                    && let Err(fault) = self.see(&passage.batch, motion)
+                {
+                    self.fault = Some(fault);
+                }
+            }
+        }
+    }
+}
+
+impl<'a> RegionFinder<'a> {
+    /// Tool, contact, tolerance, set-up and budget are those of `cc`, whose tools are known; `survey` is of its program.
+    pub(in crate::process) fn new(
+        machine: &'a Machine,
+        cc: &'a CcParameters,
+        zone: &SingularityParameters,
+        survey: Survey,
+        contact: ContactSource,
+        dialect: Dialect,
+        stop: &'a Stop<'a>,
+    ) -> Self {
+        let cutting = Cutting::of(machine, cc, contact);
+        let (sine, _) = trig::sin_cos(zone.zone.rad());
+        let singular_zone = cutting.kinematics.singular_zone(sine);
+        Self {
+            collector: Collector::new(cutting.clone(), singular_zone, dialect),
+            planner: Planner { cutting, survey, singularity: *zone },
+            regions: Regions::default(),
+            written: Written::default(),
+            effort: cc.budget.effort(stop),
+            next: 0,
+            fault: None,
+        }
+    }
+
+    fn see(&mut self, batch: &Batch, motion: &Motion) -> Result<(), Fault> {
+        let index = self.next;
+        self.next += 1;
+        if self.collector.see(batch, motion, index) == Seen::Closes && self.collector.is_open() {
+            self.close()?;
+            self.collector.see(batch, motion, index);
+        }
+        if self.collector.is_full() {
+            self.close()?;
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), Fault> {
+        let region = self.collector.take();
+        let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
+        let planner = self.planner.on(first);
+        let Some(found) = measured(&planner, &region, &mut self.effort)? else { return Ok(()) };
+        let number = self.regions.add(as_uploaded([first, last], region.len(), found.before, &found.nearest));
+        found.each.iter().for_each(|figures| self.written.take(number, figures));
+        Ok(())
+    }
+
+    /// The list, once the program that `passages` read has ended; `None` where regions cannot be listed.
+    ///
+    /// # Errors
+    /// The work is not wanted any more.
+    pub(in crate::process) fn finish(
+        mut self,
+        passages: &Passages<'_>,
+    ) -> Result<Option<SingularityReport>, Fault> {
+        let last = if self.fault.is_none() { self.close() } else { Ok(()) };
+        match self.fault.or(last.err()) {
+            Some(fault @ Fault::Cancelled) => return Err(fault),
+            Some(_) => return Ok(None),
+            None => {}
+        }
+        if self.collector.faults.total > 0 {
+            return Ok(None);
+        }
+        let mut warnings = Warnings::default();
+        passages.warn(&mut warnings);
+        Ok(Some(SingularityReport {
+            blocks_in: passages.blocks,
+            blocks_out: passages.blocks,
+            motions_checked: self.collector.checked,
+            warnings: warnings.into_list(),
+            ..self.regions.report(self.written, passages.dialect(), SingularityAction::Report)
+        }))
+    }
+}

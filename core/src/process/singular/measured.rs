@@ -1,0 +1,67 @@
+//! What the motions of a region need as they were uploaded.
+
+use super::figures::{figures, time_s};
+use super::pending::Pending;
+use super::planner::Planner;
+use super::report::{RegionFigures, RegionTreatment, SingularRegion};
+use crate::contact::Effort;
+use crate::kinematics::Singularity;
+use crate::process::fault::{Fault, go_on};
+use crate::units::Angle;
+
+/// The figures of a region.
+pub(super) struct Measured {
+    /// Of each motion.
+    pub(super) each: Vec<RegionFigures>,
+    /// Of all of them.
+    pub(super) before: RegionFigures,
+    /// Where it comes nearest to a singularity.
+    pub(super) nearest: Singularity,
+}
+
+/// Measures the motions of a region with a plan for its first one; `None` where there are none.
+pub(super) fn measured(
+    planner: &Planner<'_>,
+    region: &[Pending],
+    effort: &mut Effort<'_>,
+) -> Result<Option<Measured>, Fault> {
+    let limits = planner.limits();
+    let mut before = RegionFigures::default();
+    let mut each = Vec::with_capacity(region.len());
+    let mut nearest: Option<Singularity> = None;
+    for pending in region {
+        let block = planner.block(pending, effort);
+        let time = time_s(&block, &pending.motion);
+        let found = figures(&block, &block.whole(), time, &limits, effort);
+        go_on(effort)?;
+        before.take(&found);
+        each.push(found);
+        for polar_rad in pending.polar_rad {
+            let found = planner.cutting.kinematics.singularity_at(polar_rad);
+            if nearest.is_none_or(|least| found.gain < least.gain) {
+                nearest = Some(found);
+            }
+        }
+    }
+    Ok(nearest.map(|nearest| Measured { each, before, nearest }))
+}
+
+/// A region with these first and last motions that nothing was done about.
+pub(super) fn as_uploaded(
+    [first, last]: [&Pending; 2],
+    motions: usize,
+    before: RegionFigures,
+    nearest: &Singularity,
+) -> SingularRegion {
+    SingularRegion {
+        first_line: first.motion.line,
+        last_line: last.motion.line,
+        motions: motions as u64,
+        kind: nearest.kind,
+        least_angle: Angle::from_rad(nearest.angle_rad),
+        least_gain: nearest.gain,
+        before,
+        after: None,
+        treatment: RegionTreatment::Reported,
+    }
+}

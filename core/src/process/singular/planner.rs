@@ -1,0 +1,158 @@
+//! What becomes of the motions of a region.
+
+use super::contact::Cutting;
+use super::figures::Limits;
+use super::parameters::SingularityParameters;
+use super::pending::Pending;
+use super::report::LeftReason;
+use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word, rotary_rad};
+use crate::kinematics::TRAVEL_SLACK;
+use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
+use crate::process::contact_path::{Checked, Division, MIN_FEED, is_too_fast};
+use crate::process::pipeline::rounded_feed;
+use crate::process::text::Survey;
+use crate::program::NewWord;
+use crate::units::MM_PER_INCH;
+
+/// A block whose path changes gets an F word where its time would change by more than this share.
+const SAME_TIME: f64 = 0.002;
+/// Fewest decimals of linear words that are written anew, in mm and in inches, and of rotary words.
+const LEAST_LINEAR: [u8; 2] = [3, 4];
+const LEAST_ROTARY: u8 = 3;
+
+/// What becomes of a motion.
+#[derive(Debug, Default)]
+pub(super) enum Change<'a> {
+    /// Its block is copied.
+    #[default]
+    Keep,
+    /// It gets other ends.
+    Move(Box<Moved>),
+    /// It is divided.
+    Divide(Box<Divided<'a>>),
+}
+
+/// A motion between other ends.
+#[derive(Debug, Clone)]
+pub(super) struct Moved {
+    pub(super) pending: Pending,
+    /// As written.
+    pub(super) ends: [AxisWords; 2],
+    pub(super) contact: ContactWords,
+    /// Words that change or come in.
+    pub(super) words: Vec<NewWord>,
+    /// The F word that keeps its time, where the source's does not.
+    pub(super) feed: Option<NewWord>,
+    /// The contact kept at its end.
+    pub(super) touch: Option<CutterContact>,
+    /// Half a unit of the last decimal \[mm\].
+    pub(super) half_mm: f64,
+}
+
+/// A divided motion.
+#[derive(Debug)]
+pub(super) struct Divided<'a> {
+    pub(super) source: Motion,
+    pub(super) checked: Checked<'a>,
+    pub(super) division: Division,
+}
+
+/// What plans are made with.
+#[derive(Debug, Clone)]
+pub(super) struct Planner<'a> {
+    pub(super) cutting: Cutting<'a>,
+    pub(super) survey: Survey,
+    pub(super) singularity: SingularityParameters,
+}
+
+impl<'a> Planner<'a> {
+    pub(super) fn limits(&self) -> Limits {
+        Limits {
+            tolerance_mm: self.cutting.parameters.tolerance.mm(),
+            axis_tolerance_rad: self.singularity.axis_tolerance.rad(),
+            max_deg_per_s: self.singularity.max_rotary_deg_per_s,
+        }
+    }
+
+    /// The source block of a motion, by its contacts where both are known.
+    pub(super) fn block(&self, pending: &Pending, effort: &mut Effort<'_>) -> SourceBlock<'a> {
+        let mut touch = |k: usize, words| self.cutting.touch(&pending.ends[k], pending.mode, words, effort);
+        let contacts = [touch(0, pending.start_contact), touch(1, pending.motion.contact)];
+        self.cutting.block(pending.mode, pending.ends, contacts)
+    }
+
+    /// The same with machine and cutter of this motion.
+    pub(super) fn on(&self, pending: &Pending) -> Self {
+        Self { cutting: self.cutting.on(pending), ..*self }
+    }
+
+    pub(super) fn station(&self, mode: Interpolation, words: AxisWords) -> Station {
+        Station::new(self.cutting.machine, &self.cutting.kinematics, mode, words)
+    }
+
+    /// Decimals of linear and rotary words that are written anew: the finest of the program, at least what a control's
+    /// increments want. Posts strip trailing zeros.
+    pub(super) fn decimals(&self, motion: &Motion) -> [u8; 2] {
+        let inches = (motion.mm_per_unit - MM_PER_INCH).abs() < 1e-9;
+        [
+            self.survey.linear_decimals.max(LEAST_LINEAR[usize::from(inches)]),
+            self.survey.rotary_decimals.max(LEAST_ROTARY),
+        ]
+    }
+
+    /// Whether an axis would leave its travel at these words.
+    pub(super) fn is_outside(&self, mode: Interpolation, words: &AxisWords) -> bool {
+        let Cutting { machine, kinematics, .. } = &self.cutting;
+        let rotary = machine.rotary_axes().iter().zip(words.rotary_deg);
+        let outside = |travel: Option<crate::machine::Travel>, word: f64| {
+            travel.is_some_and(|travel| !travel.contains(word, TRAVEL_SLACK))
+        };
+        if rotary.into_iter().any(|(axis, word)| outside(axis.travel_deg, word)) {
+            return true;
+        }
+        let travel = machine.linear_travel_mm();
+        if travel.iter().all(Option::is_none) {
+            return false;
+        }
+        let linear_mm: [f64; 3] = match mode {
+            Interpolation::Machine => words.linear_mm,
+            Interpolation::Tcp => {
+                let angles = rotary_rad(machine, words.rotary_deg);
+                kinematics.linear_mm(words.linear_mm.into(), angles).into()
+            }
+        };
+        travel.iter().zip(linear_mm).any(|(travel, word)| outside(*travel, word))
+    }
+
+    /// The F word with which a motion takes the source's time between these ends, where its own does not.
+    pub(super) fn feed(
+        &self,
+        pending: &Pending,
+        ends: [AxisWords; 2],
+    ) -> Result<Option<NewWord>, LeftReason> {
+        let feed = &pending.motion.feed;
+        let (Some(mode), Some(_)) = (feed.mode, feed.value) else { return Ok(None) };
+        if mode == FeedMode::InverseTime || !self.survey.has_feed_column {
+            return Ok(None);
+        }
+        let unit = pending.motion.mm_per_unit;
+        let time = |block: &SourceBlock<'_>| BlockTime::of(block, &block.whole(), unit, feed.paths);
+        let source = self.cutting.block(pending.mode, pending.ends, [None, None]);
+        let stations = ends.map(|words| self.station(pending.mode, words));
+        let written = self.cutting.block(pending.mode, stations, [None, None]);
+        let Some(value) = feed_word(mode, feed.raw, &time(&source), &time(&written), 1.0) else {
+            return Ok(None);
+        };
+        if (value / feed.raw - 1.0).abs() <= SAME_TIME {
+            return Ok(None);
+        }
+        if value < MIN_FEED {
+            return Err(LeftReason::FeedTooSmall);
+        }
+        let max_feed = self.cutting.parameters.max_feed;
+        if is_too_fast(max_feed, &pending.motion, [&time(&source), &time(&written)], value) {
+            return Err(LeftReason::FeedTooHigh);
+        }
+        Ok(Some(rounded_feed(feed, value)))
+    }
+}

@@ -1,0 +1,407 @@
+//! The course of the treatment, streamed: read, collect regions, plan, write, read back.
+
+use std::collections::VecDeque;
+use std::io::Write;
+use std::sync::Arc;
+
+use super::check::{Expected, SingularityVerifier};
+use super::contact::Cutting;
+use super::measured::{Measured, as_uploaded, measured};
+use super::parameters::{SingularityAction, SingularityParameters};
+use super::pending::{Collector, Pending, Seen};
+use super::planner::{Change, Divided, Moved, Planner};
+use super::regions::{RegionNumber, Regions};
+use super::report::{LeftReason, RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
+use crate::contact::Effort;
+use crate::geometry::trig;
+use crate::machine::Machine;
+use crate::motion::Motion;
+use crate::process::contact_path::{CcParameters, Group, Meaning};
+use crate::process::fault::{Fault, Warnings, go_on};
+use crate::process::pipeline::{Course, Hands, Outgoing, Placed, Rewriter, Step, Upstream};
+use crate::process::set_up::ContactSource;
+use crate::process::text::{Inventory, LineMap, Passage, ProgramSource, Stop, Stretch, Survey};
+use crate::program;
+use crate::program::{Dialect, Steps};
+use crate::units::Angle;
+use crate::wear::{OneAfterAnother, SideBySide};
+
+/// So many batches wait for the end of a region at most; then it ends there.
+const MAX_HELD: usize = 64;
+/// The place of a passage that was held back: it is in no stretch.
+const HELD: usize = usize::MAX;
+
+/// Finds the singular regions of a program and treats them: reports, divides or smooths (§1 "Conditioning", "Pole").
+///
+/// Tool, contact, tolerance, set-up, dialect and budget are those of `cc`; contacts that a rule would assume from the feed count
+/// for nothing here, the tip stands for them. Blocks outside the regions are copied byte for byte, and so are those
+/// whose words need not change. What is written is read back with its own decimals before this function returns; the
+/// report's `after` comes from that reading. Memory does not grow with the program. To be run before a compensation
+/// of the contact's path, which then takes the written program for its source.
+///
+/// # Errors
+/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+pub fn treat_singular_regions(
+    machine: &Machine,
+    cc: &CcParameters,
+    singularity: &SingularityParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<SingularityReport, Fault> {
+    let source = Upstream::upload(source);
+    Ok(treat_from(machine, cc, singularity, source, output, &OneAfterAnother, stop)?.0)
+}
+
+/// [`treat_singular_regions`] for a program that was itself written from the upload. Beside the report the lines of
+/// blocks that came in.
+///
+/// # Errors
+/// As [`treat_singular_regions`].
+pub(in crate::process) fn treat_from(
+    machine: &Machine,
+    cc: &CcParameters,
+    singularity: &SingularityParameters,
+    upstream: Upstream<'_>,
+    output: &mut dyn Write,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<(SingularityReport, LineMap), Fault> {
+    let source = upstream.source;
+    let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
+    if singularity.action != SingularityAction::Report {
+        survey.refuse_repeated(Steps::of(&[program::Step::Singularity]), cc.program.allow_repeated)?;
+    }
+    let contact = survey.contact(cc.contact, cc.part.is_some())?;
+    // Contacts that a rule would assume count for nothing here.
+    let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
+    let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
+    let planner = Planner { cutting: Cutting::of(machine, cc, contact), survey, singularity: *singularity };
+    let mut course = Course::begin(upstream, machine, &cc.program, false, stop)?;
+    let mut run = Run::new(planner.clone(), course.dialect(), stop);
+    let mut verifier = SingularityVerifier::new(machine, planner, course.dialect(), cc.budget.effort(stop));
+    let mut inventory = Inventory::default();
+    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look: None };
+    let note = &mut |(): &()| Ok(());
+    course.run(&mut hands, output, note, parts)?;
+    if hands.step.has_faults() {
+        return Err(Fault::Lines(run.collector.faults));
+    }
+    hands.finish(output, note)?;
+    let passages = &course.passages;
+    let mut warnings = Warnings::default();
+    passages.warn(&mut warnings);
+    let (report, lines) = run.report(verifier, passages.dialect(), passages.blocks);
+    Ok((SingularityReport { warnings: warnings.into_list(), ..report }, lines))
+}
+
+/// What becomes of a motion that is held back.
+#[derive(Debug, Default)]
+struct Fate<'a> {
+    change: Change<'a>,
+    /// The region it stands in, and its figures as uploaded.
+    inside: Option<(RegionNumber, RegionFigures)>,
+}
+
+/// The work in progress.
+struct Run<'a> {
+    planner: Planner<'a>,
+    collector: Collector<'a>,
+    rewriter: Rewriter,
+    regions: Regions,
+    /// Batches that wait for the end of a region.
+    held: VecDeque<Passage>,
+    /// The fates of their motions and of those at hand.
+    fates: VecDeque<Fate<'a>>,
+    /// Number of the motion of the first fate, and of the next motion to come.
+    first: u64,
+    next: u64,
+    effort: Effort<'a>,
+    /// Evaluations of the reading back, and blocks read, as far as they are known.
+    spent_elsewhere: [u64; 2],
+    blocks_changed: u64,
+    stop: &'a Stop<'a>,
+}
+
+impl<'a> Step for Run<'a> {
+    type Meant = Expected<'a>;
+    type Check = SingularityVerifier<'a>;
+
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+        stretch.passages.iter().try_for_each(|passage| self.passage(passage, out))?;
+        Ok(true)
+    }
+
+    fn end(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        self.close()?;
+        self.write_held(out)
+    }
+
+    fn hear(&mut self, check: &SingularityVerifier<'a>, read: &Inventory) -> Result<(), Fault> {
+        self.spent_elsewhere = [check.effort.evaluations(), read.blocks];
+        self.check_budget()
+    }
+
+    fn has_faults(&self) -> bool {
+        self.collector.faults.total > 0
+    }
+
+    fn rewriter(&self) -> &Rewriter {
+        &self.rewriter
+    }
+}
+
+impl<'a> Run<'a> {
+    fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
+        let cutting = planner.cutting.clone();
+        let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
+        let zone = cutting.kinematics.singular_zone(sine);
+        Self {
+            rewriter: Rewriter::new(planner.survey.numbering),
+            planner,
+            collector: Collector::new(cutting.clone(), zone, dialect),
+            regions: Regions::default(),
+            held: VecDeque::new(),
+            fates: VecDeque::new(),
+            first: 0,
+            next: 0,
+            effort: cutting.parameters.budget.effort(stop),
+            spent_elsewhere: [0; 2],
+            blocks_changed: 0,
+            stop,
+        }
+    }
+
+    /// Looks at one batch; writes it unless a region goes on behind it.
+    fn passage(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        for motion in &passage.motions {
+            self.fates.push_back(Fate::default());
+            let index = self.next;
+            self.next += 1;
+            if self.collector.see(&passage.batch, motion, index) == Seen::Closes && self.collector.is_open() {
+                self.close()?;
+                self.collector.see(&passage.batch, motion, index);
+            }
+            if self.collector.is_full() {
+                self.close()?;
+            }
+        }
+        if self.collector.is_open() && self.held.len() < MAX_HELD {
+            self.held.push_back(Passage {
+                batch: passage.batch.clone(),
+                motions: passage.motions.clone(),
+                ..Passage::default()
+            });
+            return Ok(());
+        }
+        self.close()?;
+        self.write_held(out)?;
+        self.write(passage, out)
+    }
+
+    /// Plans the region at hand.
+    fn close(&mut self) -> Result<(), Fault> {
+        let region = self.collector.take();
+        let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
+        if (self.stop)().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        let planner = self.planner.on(first);
+        let Some(Measured { each, before, nearest }) = measured(&planner, &region, &mut self.effort)? else {
+            return Ok(());
+        };
+        self.check_budget()?;
+        let mut changes: Vec<Change<'a>> = region.iter().map(|_| Change::Keep).collect();
+        let treatment = match planner.singularity.action {
+            SingularityAction::Report => RegionTreatment::Reported,
+            SingularityAction::Densify => self.densify(&planner, &region, &mut changes)?,
+            // The tolerance of the tool axis was spent the first time.
+            SingularityAction::Smooth if planner.survey.borne.steps.has(program::Step::Singularity) => {
+                RegionTreatment::Left(LeftReason::SmoothedBefore)
+            }
+            SingularityAction::Smooth => self.smooth(&planner, &region, &mut changes)?,
+        };
+        let found = as_uploaded([first, last], region.len(), before, &nearest);
+        let number = self.regions.add(SingularRegion { treatment, ..found });
+        for ((pending, change), found) in region.iter().zip(changes).zip(each) {
+            let at = usize::try_from(pending.index - self.first).ok();
+            if let Some(fate) = at.and_then(|at| self.fates.get_mut(at)) {
+                *fate = Fate { change, inside: Some((number, found)) };
+            }
+        }
+        Ok(())
+    }
+
+    fn densify(
+        &mut self,
+        planner: &Planner<'a>,
+        region: &[Pending],
+        changes: &mut [Change<'a>],
+    ) -> Result<RegionTreatment, Fault> {
+        let (mut divided, mut inserted, mut left, mut reason) = (0, 0, 0, None);
+        for (pending, change) in region.iter().zip(changes) {
+            if (self.stop)().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let found = planner.densify(pending, &mut self.effort);
+            go_on(&self.effort)?;
+            match found {
+                Ok(None) => {}
+                Ok(Some(found)) => {
+                    divided += 1;
+                    inserted += found.division.nodes.len() as u64 - 1;
+                    *change = Change::Divide(Box::new(found));
+                }
+                Err(why) => {
+                    left += 1;
+                    reason = reason.or(Some(why));
+                }
+            }
+            self.check_budget()?;
+        }
+        Ok(match (divided, reason) {
+            (0, Some(reason)) => RegionTreatment::Left(reason),
+            (0, None) => RegionTreatment::Left(LeftReason::NothingToGain),
+            _ => RegionTreatment::Densified { divided, inserted, left, reason },
+        })
+    }
+
+    fn smooth(
+        &mut self,
+        planner: &Planner<'a>,
+        region: &[Pending],
+        changes: &mut [Change<'a>],
+    ) -> Result<RegionTreatment, Fault> {
+        let found = planner.smooth(region, &mut self.effort);
+        go_on(&self.effort)?;
+        Ok(match found {
+            Err(reason) => RegionTreatment::Left(reason),
+            Ok(moved) => {
+                let mut changed = 0;
+                for (change, moved) in changes.iter_mut().zip(moved) {
+                    if let Some(moved) = moved {
+                        changed += 1;
+                        *change = Change::Move(Box::new(moved));
+                    }
+                }
+                RegionTreatment::Smoothed { changed, axis_spent: Angle::ZERO }
+            }
+        })
+    }
+
+    fn write_held(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        while let Some(passage) = self.held.pop_front() {
+            self.write(&passage, out)?;
+        }
+        Ok(())
+    }
+
+    /// Writes a batch whose motions' fates are known.
+    fn write(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+        let placed = (HELD, passage);
+        self.rewriter.begin(passage, out)?;
+        for motion in &passage.motions {
+            let Fate { change, inside } = self.fates.pop_front().unwrap_or_default();
+            self.first += 1;
+            match (change, inside) {
+                (Change::Move(moved), Some((region, _))) => self.write_moved(placed, *moved, region, out)?,
+                (Change::Divide(divided), Some((region, _))) => {
+                    self.write_divided(placed, motion, *divided, region, out)?;
+                }
+                (_, inside) => {
+                    let motion_kept = Meaning::of(motion);
+                    let expected = Expected::Same { motion: motion_kept, line: motion.line, inside };
+                    out.expected.push_back(expected);
+                    self.rewriter.leave(placed, motion, out)?;
+                }
+            }
+        }
+        self.rewriter.end(placed, out);
+        self.check_budget()
+    }
+
+    /// Writes the parts of a block.
+    fn write_divided(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        divided: Divided<'a>,
+        region: RegionNumber,
+        out: &mut Outgoing<Expected<'a>>,
+    ) -> Result<(), Fault> {
+        let Divided { source, checked, division } = divided;
+        let effort = &mut self.effort;
+        self.rewriter.anew(passage, motion, out, |emitter, text| {
+            emitter.write_division(&passage.1.batch, &checked, motion, &division, effort, text)
+        })?;
+        go_on(&self.effort)?;
+        let parts = division.nodes.len();
+        self.blocks_changed += 1;
+        self.rewriter.count_inserted(parts as u64 - 1);
+        let group = Arc::new(Group { source, checked, division, correction_mm: 0.0 });
+        let part = |index| Expected::Part { group: Arc::clone(&group), index, region };
+        out.expected.extend((0..parts).map(part));
+        Ok(())
+    }
+
+    /// Writes a block with other ends.
+    fn write_moved(
+        &mut self,
+        passage: Placed<'_>,
+        moved: Moved,
+        region: RegionNumber,
+        out: &mut Outgoing<Expected<'a>>,
+    ) -> Result<(), Fault> {
+        let motion = moved.pending.motion;
+        let mut words = moved.words.clone();
+        let only_feed = words.is_empty();
+        if let Some(feed) = moved.feed {
+            self.rewriter.owe(&motion.feed);
+            words.push(feed);
+        } else {
+            words.extend(self.rewriter.take_owed(&motion.feed));
+            if only_feed && !words.is_empty() {
+                self.rewriter.count_restored();
+            }
+        }
+        if !words.is_empty() {
+            self.rewriter.change(passage, &motion, &words, out)?;
+            self.blocks_changed += 1;
+        }
+        out.expected.push_back(Expected::Moved { moved: Box::new(moved), region });
+        Ok(())
+    }
+
+    fn check_budget(&self) -> Result<(), Fault> {
+        let budget = &self.planner.cutting.parameters.budget;
+        let [evaluations, blocks] = self.spent_elsewhere;
+        if self.effort.evaluations() + evaluations > budget.max_evaluations {
+            let what = "evaluations of the deviation";
+            return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
+        }
+        if blocks + self.rewriter.inserted() > budget.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
+        }
+        Ok(())
+    }
+
+    /// What was done, and the lines that came in.
+    fn report(
+        self,
+        verifier: SingularityVerifier<'a>,
+        dialect: Dialect,
+        blocks_in: u64,
+    ) -> (SingularityReport, LineMap) {
+        let action = self.planner.singularity.action;
+        let report = SingularityReport {
+            blocks_in,
+            blocks_out: verifier.blocks(),
+            motions_checked: self.collector.checked,
+            blocks_changed: self.blocks_changed,
+            blocks_inserted: self.rewriter.inserted(),
+            feeds_restored: self.rewriter.feeds_restored(),
+            ..self.regions.report(verifier.written, dialect, action)
+        };
+        (report, self.rewriter.into_lines())
+    }
+}

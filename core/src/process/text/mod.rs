@@ -1,0 +1,28 @@
+//! A program read piece by piece: text in, blocks and motions out, and what the whole text tells before it is followed.
+
+mod dialect_fit;
+mod glance;
+mod inventory;
+mod line_map;
+mod numbering;
+mod plain_lines;
+mod reading;
+mod spool;
+mod stream;
+mod survey;
+mod tools_at_work;
+mod unknown_axes;
+
+pub use reading::{OffsetUse, ProgramReading, ToolUse};
+pub use spool::{MemorySpool, Place, Spool};
+pub use stream::{ProgramSource, Stop};
+
+pub(in crate::process) use dialect_fit::DialectFit;
+pub(in crate::process) use inventory::Inventory;
+pub(in crate::process) use line_map::{LineCursor, LineMap, line_ends};
+pub(in crate::process) use numbering::Numbering;
+pub(in crate::process) use spool::Resting;
+pub(in crate::process) use stream::{CHUNK_BYTES, MotionPoses, Passage, Passages, Stretch, read_some};
+pub(in crate::process) use survey::Survey;
+pub(in crate::process) use tools_at_work::ToolsAtWork;
+pub(in crate::process) use unknown_axes::naming_unknown_axes;

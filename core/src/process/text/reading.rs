@@ -1,0 +1,129 @@
+//! What was made of a program: its unit, the work offsets and the tools it uses, with the lines where.
+
+use crate::motion::{CalledTool, Motion, ToolName, WorkOffset};
+use crate::process::set_up::Tooling;
+use crate::units::LengthUnit;
+
+/// How a program was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProgramReading {
+    /// The unit it counts in; `None` where it has no length.
+    pub unit: Option<LengthUnit>,
+    /// Whether the text itself says so.
+    pub unit_is_stated: bool,
+    /// The work offsets under which it moves, in the order in which they come.
+    pub work_offsets: Vec<OffsetUse>,
+    /// The tools that are in the spindle while it moves, in the order in which they come.
+    pub tools: Vec<ToolUse>,
+}
+
+/// The motions under one work offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OffsetUse {
+    /// The offset; `None` for all motions whose offset is not known, or is shifted in a way that is not known.
+    pub offset: Option<WorkOffset>,
+    /// It is the offset of the program's first point, or the one in force before the program names any.
+    pub is_only: bool,
+    /// Its motions are left alone, because nobody states where it is.
+    pub is_left_alone: bool,
+    /// First and last line of the upload with such a motion.
+    pub lines: [u64; 2],
+    /// How many there are.
+    pub motions: u64,
+}
+
+/// The motions with one tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolUse {
+    /// How it was called.
+    pub called: CalledTool,
+    /// Its name, where it was called by one.
+    pub name: Option<ToolName>,
+    /// Its place in the machine's tool table, where something of it was taken from there.
+    pub listed: Option<usize>,
+    /// Nothing is known of it, while other tools are known.
+    pub is_unknown: bool,
+    /// First and last line of the upload with such a motion.
+    pub lines: [u64; 2],
+    /// How many there are, rapids too.
+    pub motions: u64,
+}
+
+/// Most tools that are told apart; the motions of further ones are counted with the last.
+const MAX_TOOLS: usize = 1000;
+/// Most work offsets that are told apart; the motions of further ones are counted with the last.
+const MAX_OFFSETS: usize = 1000;
+
+impl ProgramReading {
+    /// Takes motions, in their order.
+    pub(in crate::process) fn see(&mut self, motions: &[Motion]) {
+        self.see_tools(motions);
+        let mut last = None;
+        for motion in motions {
+            let offset = motion.work_offset.filter(|_| !motion.is_shifted);
+            let key = (offset, motion.offset_changed);
+            let known = match last {
+                Some((known, index)) if known == key => Some(index),
+                _ => self.work_offsets.iter().position(|used| (used.offset, used.is_left_alone) == key),
+            };
+            let index = known.unwrap_or_else(|| self.add(motion, offset));
+            if let Some(used) = self.work_offsets.get_mut(index) {
+                used.lines[1] = motion.line;
+                used.motions += 1;
+            }
+            last = Some((key, index));
+        }
+    }
+
+    fn see_tools(&mut self, motions: &[Motion]) {
+        let mut last: Option<(CalledTool, usize)> = None;
+        for motion in motions {
+            let known = match last {
+                Some((called, index)) if called == motion.tool => Some(index),
+                _ => self.tools.iter().position(|used| used.called == motion.tool),
+            };
+            let index = known.unwrap_or_else(|| {
+                if self.tools.len() < MAX_TOOLS {
+                    self.tools.push(ToolUse {
+                        called: motion.tool,
+                        name: None,
+                        listed: None,
+                        is_unknown: false,
+                        lines: [motion.line; 2],
+                        motions: 0,
+                    });
+                }
+                self.tools.len() - 1
+            });
+            if let Some(used) = self.tools.get_mut(index) {
+                used.lines[1] = motion.line;
+                used.motions += 1;
+            }
+            last = Some((motion.tool, index));
+        }
+    }
+
+    /// The same with what was taken for each tool, and with the names by which they were called.
+    pub(in crate::process) fn with_tools(mut self, tooling: &Tooling, names: &[ToolName]) -> Self {
+        for used in &mut self.tools {
+            let tool = tooling.tool(used.called);
+            used.is_unknown = tool.is_none();
+            used.listed = tool.and_then(|tool| tool.listed);
+            used.name = names.iter().find(|name| Some(name.key()) == used.called.key()).copied();
+        }
+        self
+    }
+
+    fn add(&mut self, motion: &Motion, offset: Option<WorkOffset>) -> usize {
+        if self.work_offsets.len() < MAX_OFFSETS {
+            self.work_offsets.push(OffsetUse {
+                offset,
+                is_only: motion.is_only_offset,
+                is_left_alone: motion.offset_changed,
+                lines: [motion.line; 2],
+                motions: 0,
+            });
+        }
+        self.work_offsets.len() - 1
+    }
+}

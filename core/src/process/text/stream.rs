@@ -1,0 +1,355 @@
+//! A program read piece by piece: text in, blocks and motions out.
+
+use crate::kinematics::ToolPose;
+use std::collections::VecDeque;
+use std::io;
+use std::io::Read;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::line_map::LineCursor;
+use super::reading::ProgramReading;
+use crate::machine::Machine;
+use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
+use crate::process::fault::{Fault, WarningKind, Warnings};
+use crate::process::set_up::{ProgramSetup, ToolVectors, Tooling};
+use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
+
+/// Asked now and then whether the work is still wanted.
+pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
+
+/// A program that can be read more than once.
+pub trait ProgramSource: Sync {
+    /// The program from its first byte.
+    ///
+    /// # Errors
+    /// The text cannot be opened.
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>>;
+}
+
+impl ProgramSource for [u8] {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
+        Ok(Box::new(self))
+    }
+}
+
+impl ProgramSource for Vec<u8> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
+        Ok(Box::new(self.as_slice()))
+    }
+}
+
+/// The tool in W at the end of a motion and half way along it, by who interpolates. One after the other in memory, since
+/// they are looked at one after the other. Nobody looks at those of a motion without known ends.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct MotionPoses {
+    pub(in crate::process) end: ToolPose,
+    pub(in crate::process) middle: ToolPose,
+}
+
+/// A batch of blocks with the motions they make.
+#[derive(Debug, Default)]
+pub(in crate::process) struct Passage {
+    pub(in crate::process) batch: Batch,
+    pub(in crate::process) motions: Vec<Motion>,
+    /// Of each motion, once they are [prepared](crate::process::contact_path::Preparation).
+    pub(in crate::process) poses: Vec<MotionPoses>,
+    /// Where X Y Z \[mm\] and the rotary axes \[deg\] are after each motion, as far as that is known, where it was
+    /// [asked for](Passages::keeping_positions).
+    pub(in crate::process) positions: Vec<[Option<f64>; 5]>,
+}
+
+/// Consecutive passages that are worked on at a time.
+#[derive(Debug, Default)]
+pub(in crate::process) struct Stretch {
+    pub(in crate::process) passages: Vec<Passage>,
+    /// The first motion behind it.
+    following: Option<Motion>,
+}
+
+impl Stretch {
+    /// Gives the motions with tool vectors their words, where the passages [left that](Passages::leaving_vectors).
+    pub(in crate::process) fn resolve(&mut self, vectors: &mut ToolVectors) {
+        for passage in &mut self.passages {
+            vectors.resolve(&mut passage.motions);
+        }
+        if let Some(following) = &mut self.following {
+            vectors.resolve_ahead(following);
+        }
+    }
+
+    /// A motion by its place.
+    pub(in crate::process) fn motion(&self, passage: usize, motion: usize) -> Option<&Motion> {
+        self.passages.get(passage)?.motions.get(motion)
+    }
+
+    /// The first motion behind the passage of this index.
+    pub(in crate::process) fn following(&self, index: usize) -> Option<&Motion> {
+        let later = self.passages.get(index + 1..).unwrap_or_default();
+        later.iter().find_map(|passage| passage.motions.first()).or(self.following.as_ref())
+    }
+}
+
+/// Passages of a stretch: some milliseconds of work, so that handing over costs nothing beside it, and few enough that
+/// their motions stay in the cache between the hands.
+const STRETCH_PASSAGES: usize = 4;
+/// How much is read at once \[bytes\].
+pub(in crate::process) const CHUNK_BYTES: usize = 64 * 1024;
+/// How many batches without a motion are read ahead in search of the next one.
+const MAX_LOOKAHEAD: usize = 64;
+
+/// Reads a source into passages; one motion of look-ahead is there for rules that need a neighbour.
+pub(in crate::process) struct Passages<'a> {
+    input: Box<dyn Read + Send + 'a>,
+    chunk: Vec<u8>,
+    ended: bool,
+    reader: Reader,
+    interpreter: Interpreter,
+    /// `None`: somebody else gives motions with vectors their words.
+    vectors: Option<ToolVectors>,
+    keeps_positions: bool,
+    ahead: VecDeque<Passage>,
+    /// Passages that were worked off: their memory is used again.
+    spare: Vec<Passage>,
+    pub(in crate::process) diagnostics: Diagnostics,
+    pub(in crate::process) blocks: u64,
+    pub(in crate::process) motions: u64,
+    reading: ProgramReading,
+    /// Which tool cuts where.
+    tooling: Arc<Tooling>,
+    /// From the lines read to those of the upload, where what is read was written from it.
+    lines: Vec<LineCursor<'a>>,
+    /// The same from the first line on, for what is said when all is read.
+    first_lines: Vec<LineCursor<'a>>,
+}
+
+impl<'a> Passages<'a> {
+    pub(in crate::process) fn open(
+        source: &'a dyn ProgramSource,
+        machine: &Machine,
+        program: &ProgramSetup,
+    ) -> Result<Self, Fault> {
+        Ok(Self {
+            input: source.open()?,
+            chunk: vec![0; CHUNK_BYTES],
+            ended: false,
+            reader: Reader::new(program.dialect, ReadLimits::default()),
+            interpreter: Interpreter::new(machine, program.options()),
+            vectors: Some(ToolVectors::new(machine, program)),
+            keeps_positions: false,
+            ahead: VecDeque::new(),
+            spare: Vec::new(),
+            diagnostics: Diagnostics::new(),
+            blocks: 0,
+            motions: 0,
+            reading: ProgramReading::default(),
+            tooling: program.tools.tooling(),
+            lines: Vec::new(),
+            first_lines: Vec::new(),
+        })
+    }
+
+    /// Motions get the lines that these lead to, one after the other.
+    pub(in crate::process) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
+        self.first_lines.clone_from(&lines);
+        self.lines = lines;
+        self
+    }
+
+    /// Tool vectors are left as they are: stretches are [resolved](Stretch::resolve) in their order later.
+    pub(in crate::process) fn leaving_vectors(mut self) -> Self {
+        self.vectors = None;
+        self
+    }
+
+    /// Passages tell where the axes are after each motion, also where not all of them are known.
+    pub(in crate::process) fn keeping_positions(mut self) -> Self {
+        self.keeps_positions = true;
+        self
+    }
+
+    pub(in crate::process) fn dialect(&self) -> Dialect {
+        self.reader.dialect().unwrap_or(Dialect::Iso)
+    }
+
+    /// The next passage, and the first motion after it.
+    pub(in crate::process) fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
+        let Some(passage) =
+            self.ahead.pop_front().map_or_else(|| self.read(), |passage| Ok(Some(passage)))?
+        else {
+            return Ok(None);
+        };
+        while self.ahead.iter().all(|later| later.motions.is_empty()) && self.ahead.len() < MAX_LOOKAHEAD {
+            match self.read()? {
+                Some(later) => self.ahead.push_back(later),
+                None => break,
+            }
+        }
+        let following = self.ahead.iter().find_map(|later| later.motions.first().copied());
+        Ok(Some((passage, following)))
+    }
+
+    /// Fills a stretch with the next passages; it stays empty where there are none.
+    pub(in crate::process) fn fill(&mut self, stretch: &mut Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
+        self.spare.append(&mut stretch.passages);
+        while stretch.passages.len() < STRETCH_PASSAGES {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let Some((passage, following)) = self.next()? else { break };
+            stretch.passages.push(passage);
+            stretch.following = following;
+        }
+        Ok(())
+    }
+
+    /// Hands every passage to `work`, with the first motion after it and the dialect, until the program is refused; a
+    /// refused program is read to its end, so that every fault is named.
+    pub(in crate::process) fn work(
+        &mut self,
+        stop: &dyn Fn() -> ControlFlow<()>,
+        mut work: impl FnMut(&Passage, Option<&Motion>, Dialect) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        while let Some((passage, following)) = self.next()? {
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            if !self.is_refused() {
+                work(&passage, following.as_ref(), self.dialect())?;
+            }
+            self.recycle(passage);
+        }
+        self.refusals()
+    }
+
+    fn read(&mut self) -> Result<Option<Passage>, Fault> {
+        let mut passage = self.spare.pop().unwrap_or_default();
+        passage.motions.clear();
+        passage.poses.clear();
+        while !self.reader.next_batch(&mut passage.batch)? {
+            if self.ended {
+                return Ok(None);
+            }
+            let count = read_some(&mut *self.input, &mut self.chunk)?;
+            if count == 0 {
+                self.ended = true;
+                self.reader.finish();
+            } else {
+                self.reader.feed(&self.chunk[..count]);
+            }
+        }
+        let Passage { batch, motions, positions, .. } = &mut passage;
+        if self.keeps_positions {
+            positions.clear();
+            self.interpreter.interpret_each(batch, motions, &mut self.diagnostics, |motions, at| {
+                positions.resize(motions.len(), at);
+            });
+        } else {
+            self.interpreter.interpret(batch, motions, &mut self.diagnostics);
+        }
+        if let Some(vectors) = &mut self.vectors {
+            vectors.resolve(&mut passage.motions);
+        }
+        for cursor in &mut self.lines {
+            for motion in &mut passage.motions {
+                motion.line = cursor.source_line(motion.line);
+            }
+        }
+        self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
+        self.motions += passage.motions.len() as u64;
+        self.reading.see(&passage.motions);
+        Ok(Some(passage))
+    }
+
+    /// How the program was read so far.
+    pub(in crate::process) fn reading(&self) -> ProgramReading {
+        let (unit, unit_is_stated) = (self.interpreter.unit(), self.interpreter.states_unit());
+        let reading = self.reading.clone().with_tools(&self.tooling, self.interpreter.tool_names());
+        ProgramReading { unit, unit_is_stated, ..reading }
+    }
+
+    /// The names by which tools were called so far, and what `CUTTER/` says of them.
+    pub(in crate::process) fn tools_told(&self) -> (Vec<ToolName>, Vec<StatedCutter>) {
+        (self.interpreter.tool_names().to_vec(), self.interpreter.stated_cutters().to_vec())
+    }
+
+    /// Gives back a stretch that was worked off.
+    pub(in crate::process) fn recycle_all(&mut self, stretch: &mut Stretch) {
+        self.spare.append(&mut stretch.passages);
+    }
+
+    /// Gives back a passage that was worked off.
+    pub(in crate::process) fn recycle(&mut self, passage: Passage) {
+        self.spare.push(passage);
+    }
+
+    /// What the caller should know about the text as a whole.
+    pub(in crate::process) fn warn(&self, warnings: &mut Warnings) {
+        let to_upload = |cursors: &mut [LineCursor<'a>], line: u64| {
+            cursors.iter_mut().fold(line, |line, cursor| cursor.source_line(line))
+        };
+        let mut cursors = self.first_lines.clone();
+        let mut before = 0;
+        for diagnostic in self.diagnostics.kept() {
+            if diagnostic.severity() == Severity::Warning {
+                if diagnostic.line < before {
+                    cursors.clone_from(&self.first_lines);
+                }
+                before = diagnostic.line;
+                let line = to_upload(&mut cursors, diagnostic.line);
+                warnings.add(WarningKind::EffectUnknown, Some(line));
+            }
+        }
+        let (after_end, end) = self.behind_the_end();
+        if after_end > 0 {
+            warnings.add(WarningKind::TextAfterEnd, end).count = after_end;
+        }
+        if let Some(line) = self.interpreter.unit_disagrees_at() {
+            let mut cursors = self.first_lines.clone();
+            warnings.add(WarningKind::UnitDisagrees, Some(to_upload(&mut cursors, line)));
+        }
+        if self.tooling.leaves_stated {
+            warnings.add(WarningKind::StatedToolUnused, None);
+        }
+        if let Some((count, line)) = self.tooling.differing {
+            let mut cursors = self.first_lines.clone();
+            warnings.add(WarningKind::CutterDiffers, Some(to_upload(&mut cursors, line))).count = count;
+        }
+        let without_point = self.interpreter.words_without_point();
+        if without_point > 0 {
+            warnings.add(WarningKind::WordsWithoutPoint, None).count = without_point;
+        }
+    }
+
+    /// Blocks behind the program's end, and the line of the end as it was uploaded.
+    pub(in crate::process) fn behind_the_end(&self) -> (u64, Option<u64>) {
+        let mut cursors = self.first_lines.clone();
+        let end = self
+            .interpreter
+            .end_line()
+            .map(|line| cursors.iter_mut().fold(line, |line, cursor| cursor.source_line(line)));
+        (self.interpreter.blocks_after_end(), end)
+    }
+
+    /// Whether something was found that refuses the program as a whole.
+    pub(in crate::process) fn is_refused(&self) -> bool {
+        self.diagnostics.count(Severity::Refusal) > 0
+    }
+
+    /// The program's refusals, if any, as a fault.
+    pub(in crate::process) fn refusals(&mut self) -> Result<(), Fault> {
+        if self.is_refused() {
+            return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
+        }
+        Ok(())
+    }
+}
+
+pub(in crate::process) fn read_some(input: &mut dyn Read, chunk: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match input.read(chunk) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
+    }
+}
