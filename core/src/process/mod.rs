@@ -29,13 +29,11 @@ pub use move_ends::{
     compensate_wear, compensate_wear_side_by_side,
 };
 pub use one_pass::{
-    CcStep, CompensationParameters, CompensationReport, LocationErrorReport, ServoStep, WearStep,
-    compensate_program,
+    BlockBudget, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals,
+    CompensationParameters, CompensationReport, ErrorBudget, LocationErrorReport, NotModelled,
+    NotModelledKind, ServoStep, WearStep, compensate_program,
 };
-pub use pipeline::{
-    BlockBudget, BlockChange, BlockError, BudgetLine, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals,
-    DeviationSummary, ErrorBudget, ErrorShares, NotModelled, NotModelledKind, Series, SeriesPoint,
-};
+pub use pipeline::{BlockChange, BlockError, DeviationSummary, ErrorShares, Series, SeriesPoint};
 pub use post::{PostForm, PostParameters, PostReport, post};
 pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools};
 pub use simulate::{ProgramSimulation, SimulationParameters, simulate};

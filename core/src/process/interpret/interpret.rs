@@ -105,7 +105,7 @@ pub fn interpret_program(
     take: &mut dyn FnMut(&Interpreted) -> Result<(), Fault>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Interpretation, Fault> {
-    let program = match program.looked_through(None, Need::LENGTH, machine, source, stop) {
+    let program = match program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop) {
         Ok(program) => program,
         // Tips that hang on a length which is not known are left out.
         Err(Fault::Tool(_)) => ProgramSetup { tools: Tools::default(), ..program.clone() },

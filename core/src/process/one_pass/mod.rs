@@ -4,12 +4,16 @@
 //! rounding; then the cutter-contact path of the moved program is compensated. What each step did to every block is
 //! streamed to the caller, and what is left of every error is summed up.
 
+mod changes;
+mod error_budget;
 mod parameters;
 mod record;
 mod report;
 mod run;
 mod unmodelled;
 
+pub use changes::{ChangePoint, ChangeSeries, ChangeSink, ChangeTotals};
+pub use error_budget::{BlockBudget, BudgetLine, ErrorBudget, NotModelled, NotModelledKind};
 pub use parameters::{CcStep, CompensationParameters, ServoStep, WearStep};
 pub use report::{CompensationReport, LocationErrorReport};
 pub use run::compensate_program;

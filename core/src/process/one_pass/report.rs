@@ -1,10 +1,11 @@
 //! The report that goes with a program compensated in one pass.
 
+use super::changes::ChangeTotals;
+use super::error_budget::ErrorBudget;
 use crate::motion::Interpolation;
 use crate::process::contact_path::CcReport;
 use crate::process::fault::Warning;
 use crate::process::move_ends::WearReport;
-use crate::process::pipeline::{ChangeTotals, ErrorBudget};
 use crate::process::singular::SingularityReport;
 use crate::process::text::ProgramReading;
 use crate::program::{Dialect, Steps};

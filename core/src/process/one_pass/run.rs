@@ -2,6 +2,8 @@
 
 use std::io::{BufReader, BufWriter, Read, Write};
 
+use super::changes::{ChangeSink, ChangeTotals};
+use super::error_budget::{NotModelled, Tally};
 use super::parameters::{CcStep, CompensationParameters, ServoStep};
 use super::record;
 use super::report::{CompensationReport, LocationErrorReport};
@@ -10,7 +12,7 @@ use crate::machine::{LocationError, Machine, Squareness, Tool};
 use crate::process::contact_path::{CompensatedPath, Judged, PathStep, compensate_from};
 use crate::process::fault::{Fault, LeftOut};
 use crate::process::move_ends::{Moved, Moves, move_program};
-use crate::process::pipeline::{BlockChange, ChangeSink, ChangeTotals, NotModelled, Tally, Upstream};
+use crate::process::pipeline::{BlockChange, Upstream};
 use crate::process::set_up::ProgramSetup;
 use crate::process::simulate::{SimulationParameters, simulate_lines};
 use crate::process::singular::{RegionSearch, SingularityReport, treat_from};

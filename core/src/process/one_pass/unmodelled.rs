@@ -1,11 +1,12 @@
 //! What an error budget does not look at, gathered from the program and the steps.
 
+use super::error_budget::{NotModelled, NotModelledKind};
 use super::parameters::CompensationParameters;
 use crate::motion::{Interpolation, MotionKind};
 use crate::process::contact_path::CcReport;
 use crate::process::fault::{LeftOut, Warning, WarningKind};
 use crate::process::move_ends::WearReport;
-use crate::process::pipeline::{BlockChange, NotModelled, NotModelledKind};
+use crate::process::pipeline::BlockChange;
 
 /// How many motions, and the first line.
 #[derive(Debug, Clone, Copy, Default)]

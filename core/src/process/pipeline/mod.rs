@@ -1,7 +1,6 @@
 //! The one way of a program through a step that writes: read in stretches, worked on, written, read back, handed over.
 
-mod budget;
-mod changes;
+mod block_change;
 mod deviation;
 mod drive;
 mod emit;
@@ -11,14 +10,10 @@ mod read_back;
 mod rewriter;
 mod series;
 
-pub use budget::{
-    BlockBudget, BlockError, BudgetLine, ErrorBudget, ErrorShares, NotModelled, NotModelledKind,
-};
-pub use changes::{BlockChange, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals};
+pub use block_change::{BlockChange, BlockError, ErrorShares};
 pub use deviation::DeviationSummary;
 pub use series::{Series, SeriesPoint};
 
-pub(in crate::process) use budget::Tally;
 pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Upstream};
 pub(in crate::process) use emit::{exact_decimals, in_units, letter, node_contact, rounded_feed};

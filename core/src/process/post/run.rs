@@ -102,7 +102,7 @@ pub fn post(
     output: &mut dyn Write,
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
-    let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    let program = parameters.program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop)?;
     // What was taken for each tool stands in the report.
     let mut passages = Passages::open(source, machine, &program)?;
     // A program with one tool: another one behind a cut is refused.

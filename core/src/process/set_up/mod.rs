@@ -1,16 +1,17 @@
 //! What a program runs with: unit, work offsets, tools, and the machine set up with them.
 
-mod budget;
 mod contact_source;
+mod cost_budget;
 mod program_setup;
 mod set_ups;
 mod tool_calls;
 mod tool_table;
 mod tool_vectors;
 mod tooling;
+mod tools_at_work;
 
-pub use budget::Budget;
 pub use contact_source::ContactSource;
+pub use cost_budget::Budget;
 pub use program_setup::{ProgramSetup, StartPosition};
 pub use tool_table::{ListedTool, ToolTable};
 pub use tooling::Tools;
@@ -19,3 +20,4 @@ pub(in crate::process) use set_ups::{SetUps, turn_between, turns};
 pub(in crate::process) use tool_calls::ToolCalls;
 pub(in crate::process) use tool_vectors::ToolVectors;
 pub(in crate::process) use tooling::{Need, ToolUsed, Tooling};
+pub(in crate::process) use tools_at_work::ToolsAtWork;

@@ -1,16 +1,14 @@
 //! The tool of each section of a program.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::program_setup::ProgramSetup;
-use super::tool_calls::ToolCalls;
 use super::tool_table::{ListedTool, ToolTable};
-use crate::machine::{Machine, Side, Tool};
+use super::tools_at_work::ToolsAtWork;
+use crate::machine::Tool;
 use crate::motion::{CalledTool, StatedCutter, ToolKey};
 use crate::process::fault::{CutterDifference, Fault, ToolUnknown, UnfitWear};
-use crate::process::text::{ProgramSource, Survey, ToolsAtWork};
 use crate::units::Length;
 
 /// What the caller states of the tools of a program, cutters apart.
@@ -126,56 +124,32 @@ impl Tools {
         self.by_section.clone().unwrap_or_else(|| Arc::new(Tooling::of_one(self.length)))
     }
 
-    /// Whether the program was looked through.
+    /// Whether the cutters that the program itself states are compared with the request's and the table's.
+    pub(in crate::process) fn compares_cutters(&self, stated: Option<Tool>) -> bool {
+        !self.behind_wear && (stated.is_some() || !self.table.is_empty())
+    }
+
+    /// Whether the tools of the program's sections are known.
     pub(in crate::process) const fn are_resolved(&self) -> bool {
         self.by_section.is_some()
     }
 }
 
 impl ProgramSetup {
-    /// The same with the tool of each section of the program; `stated` is the request's cutter.
+    /// The same, with the tools that were found at work in the program; `stated` is the request's cutter.
     ///
     /// # Errors
-    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
-    pub(in crate::process) fn with_tools(
+    /// Which tool cuts is not known.
+    pub(in crate::process) fn with_tools_at_work(
         &self,
         stated: Option<Tool>,
         need: Need,
-        calls: &ToolCalls,
-        machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        has_head: bool,
+        at_work: &ToolsAtWork,
     ) -> Result<Self, Fault> {
-        if self.tools.are_resolved() {
-            return Ok(self.clone());
-        }
-        let compares = !self.tools.behind_wear && (stated.is_some() || !self.tools.table.is_empty());
-        let at_work = ToolsAtWork::of(calls, machine, self, source, compares, stop)?;
-        let has_head = machine.rotary_axes().iter().any(|axis| axis.side == Side::Head);
-        let tooling = Tooling::of(&self.tools, stated, need, has_head, &at_work).map_err(Fault::Tool)?;
+        let tooling = Tooling::of(&self.tools, stated, need, has_head, at_work).map_err(Fault::Tool)?;
         let tools = Tools { by_section: Some(Arc::new(tooling)), ..self.tools.clone() };
         Ok(Self { tools, ..self.clone() })
-    }
-
-    /// [`Self::with_tools`] for a program that was not looked through yet. It is not where the result does not depend on the tool.
-    ///
-    /// # Errors
-    /// As there.
-    pub(in crate::process) fn looked_through(
-        &self,
-        stated: Option<Tool>,
-        need: Need,
-        machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, Fault> {
-        let has_head = machine.rotary_axes().iter().any(|axis| axis.side == Side::Head);
-        let counts_nothing = !need.cutter && !has_head && self.tools.table.is_empty();
-        if self.tools.are_resolved() || (counts_nothing && self.tools.number.is_none()) {
-            return Ok(self.clone());
-        }
-        let survey = Survey::of(machine, self.dialect, source, stop)?;
-        self.with_tools(stated, need, &survey.tools, machine, source, stop)
     }
 
     /// The same with every length known to the control shorter by so much.

@@ -108,7 +108,7 @@ pub(in crate::process) fn simulate_lines(
     peaks: Option<LinePeaks<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ProgramSimulation, Fault> {
-    let program = parameters.program.looked_through(None, Need::LENGTH, machine, source, stop)?;
+    let program = parameters.program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop)?;
     let parameters = &SimulationParameters { program, ..parameters.clone() };
     let mut outlook = Outlook::default();
     for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {

@@ -24,5 +24,4 @@ pub(in crate::process) use numbering::Numbering;
 pub(in crate::process) use spool::Resting;
 pub(in crate::process) use stream::{CHUNK_BYTES, MotionPoses, Passage, Passages, Stretch, read_some};
 pub(in crate::process) use survey::Survey;
-pub(in crate::process) use tools_at_work::ToolsAtWork;
 pub(in crate::process) use unknown_axes::naming_unknown_axes;

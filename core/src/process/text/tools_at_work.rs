@@ -1,100 +1,89 @@
-//! The tools that cut in a program, found by following it.
+//! Which tools cut in a program, found by reading it.
 
 use std::ops::ControlFlow;
 
 use super::stream::{Passages, ProgramSource};
-use crate::machine::Machine;
-use crate::motion::{CalledTool, Motion, MotionKind, StatedCutter, ToolKey, ToolName, Unfollowable};
+use super::survey::Survey;
+use crate::machine::{Machine, Side, Tool};
 use crate::process::fault::Fault;
-use crate::process::set_up::{ProgramSetup, ToolCalls};
+use crate::process::set_up::{Need, ProgramSetup, ToolCalls, ToolsAtWork};
 
-/// Most tools that are told apart, as the places of a large magazine. Programs with more have several all the same.
-pub(in crate::process) const MAX_TOOLS: usize = 1000;
-
-/// The tools that cut in a program.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(in crate::process) struct ToolsAtWork {
-    /// Each once, in the order in which they begin to cut.
-    pub(in crate::process) tools: Vec<CalledTool>,
-    /// Those that are called by names.
-    names: Vec<ToolName>,
-    /// What `CUTTER/` says of them.
-    pub(in crate::process) cutters: Vec<StatedCutter>,
-    /// M6 changes tools.
-    pub(in crate::process) has_changer: bool,
-    /// Something is called that is not read.
-    pub(in crate::process) has_calls: bool,
+/// The tools that cut in a program whose text was surveyed. The program is followed only where the survey leaves more than one
+/// tool possible, or where `compares` says that the cutters stated by `CUTTER/` are asked for.
+///
+/// # Errors
+/// The program cannot be read, or nobody waits any more.
+fn tools_at_work(
+    calls: &ToolCalls,
+    machine: &Machine,
+    program: &ProgramSetup,
+    source: &dyn ProgramSource,
+    compares: bool,
+    stop: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ToolsAtWork, Fault> {
+    let only = calls.only().filter(|_| !(compares && calls.has_shapes));
+    if let Some((tool, name)) = only {
+        let has_changer = calls.has_changer();
+        let names = name.into_iter().collect();
+        return Ok(ToolsAtWork { tools: vec![tool], names, has_changer, ..ToolsAtWork::default() });
+    }
+    let mut found = ToolsAtWork { has_changer: calls.has_changer(), ..ToolsAtWork::default() };
+    let mut passages = Passages::open(source, machine, program)?;
+    // The step that works on the program reports its refusals.
+    let _refusals = passages.work(stop, |passage, _, _| {
+        passage.motions.iter().for_each(|motion| found.see(motion));
+        Ok(())
+    });
+    if stop().is_break() {
+        return Err(Fault::Cancelled);
+    }
+    (found.names, found.cutters) = passages.tools_told();
+    Ok(found)
 }
 
-impl ToolsAtWork {
-    /// Those of a program whose text was looked through. It is followed only where the look leaves more than one tool possible, or
-    /// where `compares` says that what `CUTTER/` states is asked for.
+fn has_head(machine: &Machine) -> bool {
+    machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
+}
+
+impl ProgramSetup {
+    /// The same with the tool of each section of the program; `stated` is the request's cutter.
     ///
     /// # Errors
-    /// The program cannot be read, or nobody waits any more.
-    pub(in crate::process) fn of(
+    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    pub(in crate::process) fn with_tools(
+        &self,
+        stated: Option<Tool>,
+        need: Need,
         calls: &ToolCalls,
         machine: &Machine,
-        program: &ProgramSetup,
         source: &dyn ProgramSource,
-        compares: bool,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, Fault> {
-        let only = calls.only().filter(|_| !(compares && calls.has_shapes));
-        if let Some((tool, name)) = only {
-            let has_changer = calls.has_changer();
-            let names = name.into_iter().collect();
-            return Ok(Self { tools: vec![tool], names, has_changer, ..Self::default() });
+        if self.tools.are_resolved() {
+            return Ok(self.clone());
         }
-        let mut found = Self { has_changer: calls.has_changer(), ..Self::default() };
-        let mut passages = Passages::open(source, machine, program)?;
-        // What refuses the program is told by who works on it.
-        let _refusals = passages.work(stop, |passage, _, _| {
-            passage.motions.iter().for_each(|motion| found.see(motion));
-            Ok(())
-        });
-        if stop().is_break() {
-            return Err(Fault::Cancelled);
-        }
-        (found.names, found.cutters) = passages.tools_told();
-        Ok(found)
+        let compares = self.tools.compares_cutters(stated);
+        let at_work = tools_at_work(calls, machine, self, source, compares, stop)?;
+        self.with_tools_at_work(stated, need, has_head(machine), &at_work)
     }
 
-    #[inline]
-    fn see(&mut self, motion: &Motion) {
-        self.has_calls |= motion.unfollowable == Some(Unfollowable::Call);
-        let cuts = matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
-            && motion.unfollowable.is_none()
-            && motion.end.is_some()
-            && motion.tool.key() != Some(ToolKey::NONE);
-        if cuts
-            && !self.tools.iter().rev().any(|known| is_one(*known, motion.tool))
-            && self.tools.len() < MAX_TOOLS
-        {
-            self.tools.push(motion.tool);
+    /// [`Self::with_tools`] for a program that was not surveyed yet. It is not read where the result does not depend on the tool.
+    ///
+    /// # Errors
+    /// As there.
+    pub(in crate::process) fn with_surveyed_tools(
+        &self,
+        stated: Option<Tool>,
+        need: Need,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
+        let counts_nothing = !need.cutter && !has_head(machine) && self.tools.table.is_empty();
+        if self.tools.are_resolved() || (counts_nothing && self.tools.number.is_none()) {
+            return Ok(self.clone());
         }
-    }
-
-    /// What people call a tool.
-    pub(in crate::process) fn told(&self, tool: CalledTool) -> String {
-        told(tool, &self.names)
-    }
-}
-
-/// Whether two calls are of one tool.
-fn is_one(a: CalledTool, b: CalledTool) -> bool {
-    a == b || (a.key().is_some() && a.key() == b.key())
-}
-
-/// What people call a tool.
-pub(in crate::process) fn told(tool: CalledTool, names: &[ToolName]) -> String {
-    match (tool, tool.key()) {
-        (_, Some(ToolKey::Number(number))) => format!("T{number}"),
-        (_, Some(key @ ToolKey::Name(_))) => names
-            .iter()
-            .find(|name| name.key() == key)
-            .map_or_else(|| "a tool called by its name".to_owned(), ToString::to_string),
-        (CalledTool::NotCalled, None) => "the tool that was there from the start".to_owned(),
-        (_, None) => "a tool that the text does not tell".to_owned(),
+        let survey = Survey::of(machine, self.dialect, source, stop)?;
+        self.with_tools(stated, need, &survey.tools, machine, source, stop)
     }
 }

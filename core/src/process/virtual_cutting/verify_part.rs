@@ -53,7 +53,7 @@ pub fn verify_part(
     }
     let need =
         Need { cutter: true, stated_by: "`tool`", agreement: true, leaves_unknown: true, ..Need::LENGTH };
-    let program = parameters.program.looked_through(parameters.tool, need, machine, source, stop)?;
+    let program = parameters.program.with_surveyed_tools(parameters.tool, need, machine, source, stop)?;
     let parameters = &VerificationParameters { program, ..parameters.clone() };
     let workshop = Workshop { machine, parameters, source, parts, stop };
     let found = workshop.cut(samples, parameters.resolution, parameters.max_pieces)?;

@@ -1,62 +1,8 @@
 //! What every step did to every block, streamed, summed up and down-sampled.
 
-use super::budget::BlockError;
 use crate::motion::MotionKind;
 use crate::process::fault::Fault;
-
-/// What became of one motion of the upload. Lengths are of the tool tip in W; ends are moved by location errors and
-/// wear, the course between them by the cutter-contact step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BlockChange {
-    /// 1-based line of the upload.
-    pub line: u64,
-    /// What kind of motion it is.
-    pub kind: MotionKind,
-    /// How far its end was moved because the machine is not the nominal one \[mm\].
-    pub location_errors_mm: f64,
-    /// By how much the tool axis at its end was turned for the same \[rad\].
-    pub axis_rad: f64,
-    /// How far its end was moved for the worn cutter \[mm\].
-    pub wear_mm: f64,
-    /// Largest correction of its course \[mm\].
-    pub cc_mm: f64,
-    /// How many blocks it became; 1 where it was not divided.
-    pub blocks_out: u32,
-    /// What is wrong with it before and after.
-    pub error: BlockError,
-}
-
-impl BlockChange {
-    /// A motion that nothing happened to.
-    #[must_use]
-    pub fn none(line: u64, kind: MotionKind) -> Self {
-        Self {
-            line,
-            kind,
-            location_errors_mm: 0.0,
-            axis_rad: 0.0,
-            wear_mm: 0.0,
-            cc_mm: 0.0,
-            blocks_out: 1,
-            error: BlockError::default(),
-        }
-    }
-
-    /// Whether any step did anything to it.
-    #[must_use]
-    pub fn is_change(&self) -> bool {
-        self.blocks_out > 1
-            || [self.location_errors_mm, self.axis_rad, self.wear_mm, self.cc_mm]
-                .iter()
-                .any(|share| *share > 0.0)
-    }
-
-    /// All shares of its change \[mm\].
-    #[must_use]
-    pub fn sum_mm(&self) -> f64 {
-        self.location_errors_mm + self.wear_mm + self.cc_mm
-    }
-}
+use crate::process::pipeline::BlockChange;
 
 /// Where changes go: every motion that any step did something to, in the order of the program, once all is verified.
 pub trait ChangeSink {

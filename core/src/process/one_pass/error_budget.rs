@@ -1,48 +1,7 @@
 //! How much of the error of a part comes from what, before and after, and what nobody looked at.
 
-use super::changes::{BlockChange, ChangeTotals, keep_worst};
-
-/// Errors of one motion \[mm\], by source.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ErrorShares {
-    /// Largest deviation of the contact from its line between the ends.
-    pub interpolation_mm: f64,
-    /// Distance of the contact (the tip where none is known) at the end from where it would be on the nominal machine.
-    pub location_errors_mm: f64,
-    /// Distance of the worn cutter's contact from the nominal one's along the normal; 0 where no contact is known.
-    pub wear_mm: f64,
-    /// What the decimals of the written words leave at the end, from reading them back.
-    pub rounding_mm: f64,
-    /// Largest distance of the tip from its path through the drives.
-    pub servo_mm: f64,
-}
-
-impl ErrorShares {
-    /// All of them added, as if they all pointed one way: never less than what they leave together.
-    #[must_use]
-    pub fn sum_mm(&self) -> f64 {
-        self.interpolation_mm + self.location_errors_mm + self.wear_mm + self.rounding_mm + self.servo_mm
-    }
-
-    /// In the order of the members.
-    #[must_use]
-    pub fn list(&self) -> [f64; 5] {
-        [self.interpolation_mm, self.location_errors_mm, self.wear_mm, self.rounding_mm, self.servo_mm]
-    }
-}
-
-/// Errors of one motion as programmed and as written. Servo lag is that of the written program in both.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BlockError {
-    /// As programmed.
-    pub before: ErrorShares,
-    /// As written.
-    pub after: ErrorShares,
-    /// Angle between the tool axis at the end and what was meant, as programmed \[rad\].
-    pub axis_before_rad: f64,
-    /// The same as written \[rad\].
-    pub axis_after_rad: f64,
-}
+use super::changes::{ChangeTotals, keep_worst};
+use crate::process::pipeline::{BlockChange, BlockError};
 
 /// One source over a whole program: its largest share, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
