@@ -31,17 +31,17 @@ pub use move_ends::{
 pub use one_pass::{
     BlockBudget, BudgetLine, CcStep, ChangePoint, ChangeSeries, ChangeSink, ChangeTotals,
     CompensationParameters, CompensationReport, ErrorBudget, LocationErrorReport, NotModelled,
-    NotModelledKind, ServoStep, WearStep, compensate_program,
+    NotModelledKind, ServoStep, WearStep, compensate_program, treat_and_compensate,
 };
 pub use pipeline::{BlockChange, BlockError, DeviationSummary, ErrorShares, Series, SeriesPoint};
 pub use post::{PostForm, PostParameters, PostReport, post};
-pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools};
+pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, Stop, ToolTable, Tools};
 pub use simulate::{ProgramSimulation, SimulationParameters, simulate};
 pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
-    SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
+    SingularityParameters, SingularityReport, treat_singular_regions,
 };
-pub use text::{MemorySpool, OffsetUse, Place, ProgramReading, ProgramSource, Spool, Stop, ToolUse};
+pub use text::{MemorySpool, OffsetUse, Place, ProgramReading, ProgramSource, Spool, ToolUse};
 pub use virtual_cutting::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationParameters, verify_part,

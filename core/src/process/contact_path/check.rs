@@ -18,7 +18,7 @@ use crate::motion::{
     AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
 };
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Awaited, BeforeAfter, Check, Outgoing, ReadBack, failed};
+use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, Check, Outgoing, ReadBack, failed};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 
@@ -172,6 +172,16 @@ pub(in crate::process) struct Judged {
 impl Judged {
     pub(in crate::process) fn undivided(line: u64, kind: MotionKind, deviation_mm: f64) -> Self {
         Self { line, kind, deviation_mm: [deviation_mm; 2], correction_mm: 0.0, parts: 1 }
+    }
+
+    /// The same for all steps of a program.
+    pub(super) fn change(&self) -> BlockChange {
+        let [before_mm, after_mm] = self.deviation_mm;
+        let mut change = BlockChange::none(self.line, self.kind);
+        (change.cc_mm, change.blocks_out) = (self.correction_mm, self.parts);
+        change.error.before.interpolation_mm = before_mm;
+        change.error.after.interpolation_mm = after_mm;
+        change
     }
 
     fn divided(group: &Group<'_>, after: &Sampled) -> Self {

@@ -4,6 +4,7 @@ use super::contact_finder;
 use super::contact_finder::ContactFinder;
 use super::judge::Checked;
 use super::parameters::{CcParameters, OutputForm};
+use super::write_division::node_contact;
 use crate::contact::{
     BlockTime, Carry, Correction, CutterContact, Effort, Node, Resolution, Segment, SourceBlock,
     block_time_s, divide, feed_direction, feed_word, nodes, prove, segments, within_tolerance,
@@ -11,7 +12,6 @@ use crate::contact::{
 use crate::machine::Machine;
 use crate::motion::{ContactWords, FeedMode, Motion};
 use crate::process::fault::LineFaultKind;
-use crate::process::pipeline::node_contact;
 use crate::process::text::Survey;
 use crate::units::{Feedrate, UM_PER_MM};
 

@@ -3,23 +3,24 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use crate::process::text::DialectFit;
-
 use super::check::{Expected, Group, Judged, SourceMotion, Verifier};
 use super::division::{Division, Plan, plan};
 use super::judge::{Checked, Judge, Verdict};
 use super::parameters::CcParameters;
 use super::preparation::Preparation;
 use super::report::CcReport;
+use super::write_division::write_division;
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
 use crate::process::fault::{Fault, WarningKind, go_on};
-use crate::process::pipeline::{Course, Hands, Look, Note, Outgoing, Placed, Rewriter, Step, Upstream};
-use crate::process::set_up::ContactSource;
-use crate::process::singular::{RegionFinder, SingularityParameters, SingularityReport};
+use crate::process::pipeline::{
+    BlockChange, ChainStep, Course, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, Surveyed,
+    Upstream, failed,
+};
+use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{
-    Inventory, LineMap, Passage, ProgramReading, ProgramSource, Stop, Stretch, Survey,
+    DialectFit, Inventory, LineMap, Passage, Place, ProgramReading, ProgramSource, Stretch, Survey,
 };
 use crate::program;
 use crate::program::{Dialect, Steps};
@@ -57,68 +58,84 @@ pub fn compensate_side_by_side(
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
-    let step = PathStep { parameters, regions: None };
-    let source = Upstream::upload(source);
-    Ok(compensate_from(machine, &step, source, output, &mut |_| Ok(()), parts, stop)?.cc)
+    let mut step = PathStep::new(parameters);
+    let with = Resources { machine, parts, stop };
+    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
+    step.report()
 }
 
-/// What is done to the cutter-contact path, and what is looked for beside.
-pub(in crate::process) struct PathStep<'a> {
-    pub(in crate::process) parameters: &'a CcParameters,
-    /// Singular regions are listed where this says which.
-    pub(in crate::process) regions: Option<&'a SingularityParameters>,
+/// The step that repairs the cutter-contact path.
+pub(in crate::process) struct PathStep<'p> {
+    parameters: &'p CcParameters,
+    report: Option<CcReport>,
 }
 
-/// What came of it.
-pub(in crate::process) struct CompensatedPath {
-    pub(in crate::process) cc: CcReport,
-    /// Of blocks that came in, in the lines of what was read.
-    pub(in crate::process) lines: LineMap,
-    /// `None` where no regions were looked for, or they cannot be listed.
-    pub(in crate::process) regions: Option<SingularityReport>,
-}
-
-/// [`compensate_side_by_side`] for such a program; `note` gets what became of every motion once it was read back.
-///
-/// # Errors
-/// As [`compensate_side_by_side`].
-pub(in crate::process) fn compensate_from(
-    machine: &Machine,
-    &PathStep { parameters, regions }: &PathStep<'_>,
-    upstream: Upstream<'_>,
-    output: &mut dyn Write,
-    note: Note<'_, Judged>,
-    parts: &dyn SideBySide,
-    stop: &Stop<'_>,
-) -> Result<CompensatedPath, Fault> {
-    let source = upstream.source;
-    let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-    survey.refuse_repeated(Steps::of(&[program::Step::Cc]), parameters.program.allow_repeated)?;
-    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-    let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
-    let mut course = Course::begin(upstream, machine, &parameters.program, true, stop)?;
-    let dialect = course.dialect();
-    let effort = || parameters.budget.effort(stop);
-    let mut preparation = Preparation::new(machine, parameters);
-    let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
-    let mut verifier = Verifier::new(machine, parameters, dialect, effort());
-    let mut finder =
-        regions.map(|zone| RegionFinder::new(machine, parameters, zone, survey, contact, dialect, stop));
-    let look = finder.as_mut().map(|finder| finder as &mut dyn Look);
-    let mut hands = Hands { prepare: &mut preparation, step: &mut work, check: &mut verifier, look };
-    course.run(&mut hands, output, note, parts)?;
-    if hands.step.has_faults() {
-        return Err(Fault::Lines(work.judge.faults));
+impl<'p> PathStep<'p> {
+    pub(in crate::process) fn new(parameters: &'p CcParameters) -> Self {
+        Self { parameters, report: None }
     }
-    if hands.step.fit.is_unread(parameters.program.dialect, source)? {
-        return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
+
+    /// The report, once a program has gone through.
+    ///
+    /// # Errors
+    /// None has.
+    pub(in crate::process) fn report(self) -> Result<CcReport, Fault> {
+        self.report.ok_or_else(|| failed(0, "a step was left out"))
     }
-    hands.finish(output, note)?;
-    let passages = &course.passages;
-    passages.warn(&mut work.judge.warnings);
-    let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;
-    let (cc, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
-    Ok(CompensatedPath { cc, lines, regions })
+}
+
+impl ChainStep for PathStep<'_> {
+    fn run(
+        &mut self,
+        upstream: Upstream<'_>,
+        mut look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        note: Note<'_, BlockChange>,
+        &Resources { machine, parts, stop }: &Resources<'_>,
+    ) -> Result<LineMap, Fault> {
+        let (source, parameters) = (upstream.source, self.parameters);
+        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+        survey.refuse_repeated(Steps::of(&[program::Step::Cc]), parameters.program.allow_repeated)?;
+        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+        let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
+        let mut course = Course::begin(upstream, machine, &parameters.program, true, stop)?;
+        let dialect = course.dialect();
+        if let Some(look) = &mut look {
+            look.begin(&Surveyed { source, survey, program: Some(&parameters.program) }, dialect)?;
+        }
+        let effort = || parameters.budget.effort(stop);
+        let mut preparation = Preparation::new(machine, parameters);
+        let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
+        let mut verifier = Verifier::new(machine, parameters, dialect, effort());
+        let mut hands = Hands {
+            prepare: &mut preparation,
+            step: &mut work,
+            check: &mut verifier,
+            look: look.map(|look| look as &mut dyn Look),
+        };
+        let note = &mut |judged: &Judged| note(&judged.change());
+        course.run(&mut hands, output, note, parts)?;
+        if hands.step.has_faults() {
+            return Err(Fault::Lines(work.judge.faults));
+        }
+        if hands.step.fit.is_unread(parameters.program.dialect, source)? {
+            return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
+        }
+        hands.finish(&course.passages, output, note)?;
+        let passages = &course.passages;
+        passages.warn(&mut work.judge.warnings);
+        let (report, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
+        self.report = Some(report);
+        Ok(lines)
+    }
+
+    fn rests_in(&self) -> Place {
+        Place::Written
+    }
+
+    fn notes_in(&self) -> Option<Place> {
+        Some(Place::Changes)
+    }
 }
 
 /// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
@@ -144,7 +161,7 @@ enum Kept {
 
 /// How far a stretch has been worked off.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct Reached {
     passage: usize,
     motion: usize,
     /// The passage was begun.
@@ -159,7 +176,7 @@ struct Work<'a> {
     contact: ContactSource,
     judge: Judge<'a>,
     rewriter: Rewriter,
-    at: Place,
+    at: Reached,
     /// The largest deviation found in the written text so far \[mm\].
     largest_after_mm: f64,
     checked: u64,
@@ -184,12 +201,12 @@ impl<'a> Step for Work<'a> {
             if !self.passage((self.at.passage, passage), stretch.following(self.at.passage), out)? {
                 return Ok(false);
             }
-            self.at = Place { passage: self.at.passage + 1, ..Place::default() };
+            self.at = Reached { passage: self.at.passage + 1, ..Reached::default() };
             if self.has_faults() {
                 out.clear();
             }
         }
-        self.at = Place::default();
+        self.at = Reached::default();
         Ok(true)
     }
 
@@ -224,7 +241,7 @@ impl<'a> Work<'a> {
             contact,
             judge: Judge::new(machine, parameters, dialect, contact, effort),
             rewriter: Rewriter::new(survey.numbering),
-            at: Place::default(),
+            at: Reached::default(),
             largest_after_mm: 0.0,
             checked: 0,
             over: 0,
@@ -328,7 +345,7 @@ impl<'a> Work<'a> {
         self.warn_of_times(motion, &checked, &division);
         let effort = &mut self.judge.effort;
         self.rewriter.anew(passage, motion, out, |emitter, text| {
-            emitter.write_division(batch, &checked, motion, &division, effort, text)
+            write_division(emitter, batch, &checked, motion, &division, effort, text)
         })?;
         go_on(&self.judge.effort)?;
         self.rewriter.count_inserted(division.nodes.len() as u64 - 1);

@@ -18,7 +18,8 @@ use crate::process::pipeline::{
     failed,
 };
 use crate::process::set_up::SetUps;
-use crate::process::text::{Inventory, Stop, Stretch};
+use crate::process::set_up::Stop;
+use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 use crate::units::Angle;
 

@@ -21,5 +21,5 @@ pub use move_program::{compensate_wear, compensate_wear_side_by_side};
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 pub use report::{CurvatureAcross, WearReport};
 
-pub(in crate::process) use move_program::{Moved, move_program};
+pub(in crate::process) use move_program::{MoveStep, Moved};
 pub(in crate::process) use parameters::Moves;

@@ -10,10 +10,11 @@ use super::step::Run;
 use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
-use crate::process::pipeline::{BlockChange, Course, Hands, Look, Note, Step, Upstream};
-use crate::process::set_up::ContactSource;
-use crate::process::singular::{RegionFinder, RegionSearch, SingularityReport};
-use crate::process::text::{Inventory, LineMap, ProgramSource, Stop, Survey, naming_unknown_axes};
+use crate::process::pipeline::{
+    BlockChange, ChainStep, Course, Hands, Look, Note, Resources, Step, Surveyed, Upstream, failed,
+};
+use crate::process::set_up::{ContactSource, Stop};
+use crate::process::text::{Inventory, LineMap, Place, ProgramSource, Survey, naming_unknown_axes};
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
@@ -48,8 +49,10 @@ pub fn compensate_wear_side_by_side(
     stop: &Stop<'_>,
 ) -> Result<WearReport, Fault> {
     let moves = Moves::of_wear(parameters);
-    let source = Upstream::upload(source);
-    Ok(move_program(machine, &moves, source, output, &mut |_| Ok(()), parts, stop)?.wear)
+    let mut step = MoveStep::new(&moves);
+    let with = Resources { machine, parts, stop };
+    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
+    Ok(step.report()?.wear)
 }
 
 /// What moving the ends of a program's motions comes to.
@@ -59,75 +62,92 @@ pub(in crate::process) struct Moved {
     pub(in crate::process) wear: WearReport,
     /// Of posting for another machine.
     pub(in crate::process) posting: Posting,
-    /// Lines of blocks that hold F alone.
-    pub(in crate::process) lines: LineMap,
-    /// `None` where no singular regions were looked for, or they cannot be listed.
-    pub(in crate::process) regions: Option<SingularityReport>,
 }
 
-/// Moves every end of a program's motions; `note` gets what that did to each, in their order, once it was read back.
-///
-/// # Errors
-/// Why the program is refused.
-pub(in crate::process) fn move_program(
-    machine: &Machine,
-    moves: &Moves<'_>,
-    upstream: Upstream<'_>,
-    output: &mut dyn Write,
-    note: Note<'_, BlockChange>,
-    parts: &dyn SideBySide,
-    stop: &Stop<'_>,
-) -> Result<Moved, Fault> {
-    let (source, from_upload) = (upstream.source, upstream.lines.clone());
-    let parameters = moves.parameters;
-    let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-    survey.refuse_repeated(moves.steps(), parameters.program.allow_repeated)?;
-    let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-    let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
-    let moves = &moves.with_tools(&survey.tools, machine, source, stop)?;
-    let worn_tools = moves.worn_tools();
-    let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
-    // A cutter of nominal shape moves by its length alone, wherever it touches.
-    let needs_contact = moves.has_wear && !has_nominal_shape;
-    if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
-        return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
+/// The step that moves the ends of motions.
+pub(in crate::process) struct MoveStep<'p> {
+    moves: &'p Moves<'p>,
+    report: Option<Moved>,
+}
+
+impl<'p> MoveStep<'p> {
+    pub(in crate::process) fn new(moves: &'p Moves<'p>) -> Self {
+        Self { moves, report: None }
     }
-    if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
-        return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
+
+    /// The report, once a program has gone through.
+    ///
+    /// # Errors
+    /// None has.
+    pub(in crate::process) fn report(self) -> Result<Moved, Fault> {
+        self.report.ok_or_else(|| failed(0, "a step was left out"))
     }
-    let search = moves.regions.map(|search| search.resolved(&survey, machine, source, stop));
-    let search = search.transpose()?.flatten().zip(moves.regions);
-    let mut course = Course::begin(upstream, machine, &moves.source_program, false, stop)?;
-    let mut run = Run::new(machine, moves, survey, contact, stop);
-    let mut verifier = WearVerifier::new(machine, moves, course.dialect(), stop);
-    let mut inventory = Inventory::default();
-    let mut finder = search.as_ref().map(|((cc, contact), RegionSearch { zone, .. })| {
-        RegionFinder::new(machine, cc, zone, survey, *contact, course.dialect(), stop)
-    });
-    let look = finder.as_mut().map(|finder| finder as &mut dyn Look);
-    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look };
-    course.run(&mut hands, output, note, parts)?;
-    if hands.step.has_faults() {
-        let program = &moves.source_program;
-        let faults = naming_unknown_axes(
-            std::mem::take(&mut hands.step.faults),
-            machine,
-            program,
-            source,
-            from_upload,
-            stop,
-        )?;
-        return Err(Fault::Lines(faults));
+}
+
+impl ChainStep for MoveStep<'_> {
+    fn run(
+        &mut self,
+        upstream: Upstream<'_>,
+        mut look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        note: Note<'_, BlockChange>,
+        &Resources { machine, parts, stop }: &Resources<'_>,
+    ) -> Result<LineMap, Fault> {
+        let (source, from_upload) = (upstream.source, upstream.lines.clone());
+        let parameters = self.moves.parameters;
+        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+        survey.refuse_repeated(self.moves.steps(), parameters.program.allow_repeated)?;
+        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+        let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
+        let moves = &self.moves.with_tools(&survey.tools, machine, source, stop)?;
+        let worn_tools = moves.worn_tools();
+        let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
+        // A cutter of nominal shape moves by its length alone, wherever it touches.
+        let needs_contact = moves.has_wear && !has_nominal_shape;
+        if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
+            return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
+        }
+        if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
+            return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
+        }
+        let mut course = Course::begin(upstream, machine, &moves.source_program, false, stop)?;
+        if let Some(look) = &mut look {
+            look.begin(&Surveyed { source, survey, program: None }, course.dialect())?;
+        }
+        let mut run = Run::new(machine, moves, survey, contact, stop);
+        let mut verifier = WearVerifier::new(machine, moves, course.dialect(), stop);
+        let mut inventory = Inventory::default();
+        let mut hands = Hands {
+            prepare: &mut inventory,
+            step: &mut run,
+            check: &mut verifier,
+            look: look.map(|look| look as &mut dyn Look),
+        };
+        course.run(&mut hands, output, note, parts)?;
+        if hands.step.has_faults() {
+            let faults = std::mem::take(&mut hands.step.faults);
+            let program = &moves.source_program;
+            let faults = naming_unknown_axes(faults, machine, program, source, from_upload, stop)?;
+            return Err(Fault::Lines(faults));
+        }
+        let asks_for_nothing = has_nominal_shape && !hands.step.pilot.moves_everything && !moves.posts;
+        if hands.step.motions_followed == 0 && !asks_for_nothing {
+            // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
+            return Err(Fault::NothingFollowed { first: hands.step.pilot.warnings.first_left() });
+        }
+        hands.finish(&course.passages, output, note)?;
+        let passages = &course.passages;
+        passages.warn(&mut run.pilot.warnings);
+        let (moved, lines) = run.moved(verifier, passages.dialect(), passages.blocks, passages.reading());
+        self.report = Some(moved);
+        Ok(lines)
     }
-    let asks_for_nothing = has_nominal_shape && !hands.step.pilot.moves_everything && !moves.posts;
-    if hands.step.motions_followed == 0 && !asks_for_nothing {
-        // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
-        return Err(Fault::NothingFollowed { first: hands.step.pilot.warnings.first_left() });
+
+    fn rests_in(&self) -> Place {
+        Place::Moved
     }
-    hands.finish(output, note)?;
-    let passages = &course.passages;
-    passages.warn(&mut run.pilot.warnings);
-    let regions = finder.map_or(Ok(None), |finder| finder.finish(passages))?;
-    let moved = run.moved(verifier, passages.dialect(), passages.blocks, passages.reading());
-    Ok(Moved { regions, ..moved })
+
+    fn notes_in(&self) -> Option<Place> {
+        Some(Place::Moves)
+    }
 }

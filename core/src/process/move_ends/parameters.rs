@@ -1,6 +1,5 @@
 //! What a wear compensation is asked to do.
 
-use crate::process::singular::RegionSearch;
 use std::ops::ControlFlow;
 
 use super::worn_tool::WornTool;
@@ -92,8 +91,6 @@ pub(in crate::process) struct Moves<'a> {
     pub(in crate::process) posts: bool,
     /// A worn cutter was named.
     pub(in crate::process) has_wear: bool,
-    /// Singular regions to be listed.
-    pub(in crate::process) regions: Option<RegionSearch<'a>>,
 }
 
 impl<'a> Moves<'a> {
@@ -105,7 +102,6 @@ impl<'a> Moves<'a> {
             written_program: parameters.program.clone(),
             posts: false,
             has_wear: true,
-            regions: None,
         }
     }
 
@@ -116,7 +112,7 @@ impl<'a> Moves<'a> {
     }
 
     /// What holds for the written program.
-    pub(in crate::process) fn program_behind(&self) -> ProgramSetup {
+    pub(in crate::process) fn program_after(&self) -> ProgramSetup {
         let tools = self.written_program.tools.behind_wear(self.parameters.known_to_control());
         ProgramSetup { tools, ..self.written_program.clone() }
     }

@@ -20,7 +20,9 @@ use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, 
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
 use crate::process::pipeline::{Outgoing, Placed, Rewriter, Step, letter};
 use crate::process::set_up::ContactSource;
-use crate::process::text::{Inventory, Passage, ProgramReading, Stop, Stretch, Survey};
+use crate::process::set_up::Stop;
+use crate::process::text::LineMap;
+use crate::process::text::{Inventory, Passage, ProgramReading, Stretch, Survey};
 use crate::program;
 use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Steps};
 use crate::units::{Angle, Length, MM_PER_INCH};
@@ -431,7 +433,7 @@ impl<'a> Run<'a> {
         dialect: Dialect,
         blocks_in: u64,
         reading: ProgramReading,
-    ) -> Moved {
+    ) -> (Moved, LineMap) {
         let moves = self.pilot.moves.clone();
         let tools = moves.worn_tools();
         let is_larger = tools.iter().any(WornTool::is_larger);
@@ -492,6 +494,6 @@ impl<'a> Run<'a> {
             series: verifier.found.series,
             warnings: self.pilot.warnings.into_list(),
         };
-        Moved { wear, posting: self.posting, lines: self.rewriter.into_lines(), regions: None }
+        (Moved { wear, posting: self.posting }, self.rewriter.into_lines())
     }
 }

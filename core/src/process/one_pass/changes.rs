@@ -1,6 +1,5 @@
 //! What every step did to every block, streamed, summed up and down-sampled.
 
-use crate::motion::MotionKind;
 use crate::process::fault::Fault;
 use crate::process::pipeline::BlockChange;
 
@@ -155,6 +154,7 @@ pub(in crate::process) fn keep_worst(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::MotionKind;
 
     fn moved(line: u64, wear_mm: f64) -> BlockChange {
         BlockChange { wear_mm, ..BlockChange::none(line, MotionKind::Linear) }

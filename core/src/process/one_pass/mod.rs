@@ -7,9 +7,10 @@
 mod changes;
 mod error_budget;
 mod parameters;
-mod record;
 mod report;
 mod run;
+mod steps;
+mod treat_and_compensate;
 mod unmodelled;
 
 pub use changes::{ChangePoint, ChangeSeries, ChangeSink, ChangeTotals};
@@ -17,3 +18,4 @@ pub use error_budget::{BlockBudget, BudgetLine, ErrorBudget, NotModelled, NotMod
 pub use parameters::{CcStep, CompensationParameters, ServoStep, WearStep};
 pub use report::{CompensationReport, LocationErrorReport};
 pub use run::compensate_program;
+pub use treat_and_compensate::treat_and_compensate;

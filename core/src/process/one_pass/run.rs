@@ -1,23 +1,25 @@
 //! The course of a compensation in one pass: move, compensate the contact's path, run through the drives, sum up.
 
 use std::io::{BufReader, BufWriter, Read, Write};
+use std::sync::OnceLock;
 
 use super::changes::{ChangeSink, ChangeTotals};
 use super::error_budget::{NotModelled, Tally};
-use super::parameters::{CcStep, CompensationParameters, ServoStep};
-use super::record;
+use super::parameters::{CompensationParameters, ServoStep};
 use super::report::{CompensationReport, LocationErrorReport};
+use super::steps::{StepList, StepReports};
 use super::unmodelled::Unmodelled;
 use crate::machine::{LocationError, Machine, Squareness, Tool};
-use crate::process::contact_path::{CompensatedPath, Judged, PathStep, compensate_from};
+use crate::process::contact_path::PathStep;
 use crate::process::fault::{Fault, LeftOut};
-use crate::process::move_ends::{Moved, Moves, move_program};
-use crate::process::pipeline::{BlockChange, Upstream};
-use crate::process::set_up::ProgramSetup;
+use crate::process::move_ends::{MoveStep, Moved, Moves, WearParameters};
+use crate::process::pipeline::Note;
+use crate::process::pipeline::{BlockChange, Resources, record};
+use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::simulate::{SimulationParameters, simulate_lines};
-use crate::process::singular::{RegionSearch, SingularityReport, treat_from};
+use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
 use crate::process::text::{
-    CHUNK_BYTES, LineCursor, LineMap, Place, ProgramReading, ProgramSource, Resting, Spool, Stop, read_some,
+    CHUNK_BYTES, LineCursor, LineMap, Place, ProgramReading, ProgramSource, Resting, Spool, read_some,
 };
 use crate::program::Steps;
 use crate::wear::SideBySide;
@@ -48,189 +50,94 @@ pub fn compensate_program(
     if !parameters.moves() && parameters.cc.is_none() {
         return Err(Fault::NothingAsked);
     }
-    let treated = treated(machine, parameters, source, spool, parts, stop)?;
-    let resting = Resting { spool, place: Place::Treated };
-    let (source, lines) = match &treated {
-        Some(Treated { lines, .. }) => (&resting as &dyn ProgramSource, Some(lines)),
-        None => (source, None),
+    let with = Resources { machine, parts, stop };
+    let treatment = parameters.treatment();
+    let moving =
+        parameters.moving(parameters.cc.as_ref().and_then(|step| step.tool).unwrap_or(Tool::UNIT_BALL));
+    let has_errors = has_errors(machine);
+    let moves = parameters.moves().then(|| moves(parameters, &moving, has_errors));
+    let program = moves.as_ref().map_or_else(|| parameters.real_program(), Moves::program_after);
+    let path = parameters.cc.as_ref().map(|step| parameters.contact_path(step, program.clone()));
+    let with_tools = OnceLock::new();
+    let lists = parameters.regions_to_list();
+    let treats = parameters.singularity.as_ref().filter(|_| lists.is_none());
+    let mut steps = StepList {
+        search: lists.map(|regions| RegionSearch::new(&treatment, regions, &with_tools, &with)),
+        singular: treats.map(|regions| SingularStep::new(&treatment, regions)),
+        moves: moves.as_ref().map(MoveStep::new),
+        path: path.as_ref().map(PathStep::new),
     };
-    let course =
-        Course { machine, parameters, spool, parts, stop, program: parameters.real_program(), lines };
-    let report = treated.as_ref().map(|treated| treated.report.clone());
     let mut sum = Sum {
         sink: changes,
         totals: ChangeTotals::default(),
         tally: Tally::default(),
         unmodelled: Unmodelled::default(),
     };
-    match &parameters.servo {
-        None => course
-            .run(source, output, &mut |change| sum.take(change))
-            .map(|done| done.report(parameters, report, None, sum)),
+    let lags = match &parameters.servo {
+        None => {
+            steps.run(source, spool, output, &mut |change| sum.take(change), &with)?;
+            None
+        }
         Some(servo) => {
             let mut written = BufWriter::new(spool.create(Place::Written)?);
             let mut resting = BufWriter::new(spool.create(Place::Changes)?);
-            let done =
-                course.run(source, &mut written, &mut |change| Ok(record::put(change, &mut resting)?))?;
+            let note = &mut |change: &BlockChange| Ok(record::put(change, &mut resting)?);
+            let lines = steps.run(source, spool, &mut written, note, &with)?;
             written.flush()?;
             resting.flush()?;
             drop((written, resting));
-            let lags = course.lags(&done, servo)?;
-            course.join(lags.is_some(), &mut |change| sum.take(change))?;
-            course.hand_on(output)?;
-            Ok(done.report(parameters, report, lags, sum))
+            let drives = Drives { machine, spool, stop };
+            let lags = drives.lags(&lines, program, servo)?;
+            drives.join(lags.is_some(), &mut |change| sum.take(change))?;
+            drives.hand_on(output)?;
+            lags
         }
+    };
+    let done = Done { reports: steps.reports()?, has_errors };
+    Ok(done.report(parameters, lags, sum))
+}
+
+/// The step that moves ends.
+fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, has_errors: bool) -> Moves<'p> {
+    let posts = parameters.location_errors && has_errors;
+    // A machine without errors is the nominal one, to the bit.
+    let exact = |program: &ProgramSetup, real: bool| {
+        let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
+        ProgramSetup { apply_errors, ..program.clone() }
+    };
+    Moves {
+        parameters: moving,
+        source_program: exact(&moving.program, false),
+        written_program: exact(&moving.program, true),
+        posts,
+        has_wear: parameters.wear.is_some(),
     }
 }
 
-/// Singular regions that were treated.
-struct Treated {
-    report: SingularityReport,
-    /// From the treated program, which rests in the spool, to the upload.
-    lines: LineMap,
-}
-
-/// Treats singular regions where that is asked for.
-fn treated(
-    machine: &Machine,
-    parameters: &CompensationParameters,
-    source: &dyn ProgramSource,
-    spool: &dyn Spool,
-    parts: &dyn SideBySide,
-    stop: &Stop<'_>,
-) -> Result<Option<Treated>, Fault> {
-    let treatment = parameters.singularity.filter(|_| parameters.regions_to_list().is_none());
-    let Some(singularity) = treatment else { return Ok(None) };
-    let mut text = BufWriter::new(spool.create(Place::Treated)?);
-    let (cc, source) = (parameters.treatment(), Upstream::upload(source));
-    let (report, lines) = treat_from(machine, &cc, &singularity, source, &mut text, parts, stop)?;
-    text.flush()?;
-    Ok(Some(Treated { report, lines }))
-}
-
-/// What every step shares.
-struct Course<'a> {
-    machine: &'a Machine,
-    parameters: &'a CompensationParameters,
-    spool: &'a dyn Spool,
-    parts: &'a dyn SideBySide,
-    stop: &'a Stop<'a>,
-    /// Of the written program.
-    program: ProgramSetup,
-    /// From the program that the steps begin with to the upload, where it is not the upload itself.
-    lines: Option<&'a LineMap>,
-}
-
-/// Takes what became of a motion.
-type Note<'n> = &'n mut dyn FnMut(&BlockChange) -> Result<(), Fault>;
-
 /// The steps done.
 struct Done {
-    moved: Option<Moved>,
-    path: Option<CompensatedPath>,
+    reports: StepReports,
     has_errors: bool,
-    /// Of the written program.
-    program: ProgramSetup,
 }
 
 /// What the drives left out, once they were run through.
 type Lags = Option<Vec<LeftOut>>;
 
-impl Course<'_> {
-    /// The program that the steps begin with.
-    fn upstream<'s>(&'s self, source: &'s dyn ProgramSource) -> Upstream<'s> {
-        Upstream { source, lines: self.lines.iter().copied().map(LineCursor::new).collect() }
-    }
+/// Runs the written program through the drives of the machine.
+struct Drives<'a> {
+    machine: &'a Machine,
+    spool: &'a dyn Spool,
+    stop: &'a Stop<'a>,
+}
 
-    /// The steps that write.
-    fn run(&self, source: &dyn ProgramSource, output: &mut dyn Write, note: Note<'_>) -> Result<Done, Fault> {
-        let has_errors = has_errors(self.machine);
-        let Some(step) = &self.parameters.cc else {
-            let (moved, program) = self.move_ends(source, output, has_errors, note)?;
-            return Ok(Done { moved: Some(moved), path: None, has_errors, program });
-        };
-        if !self.parameters.moves() {
-            let bare =
-                &mut |judged: &Judged| note(&with_path(BlockChange::none(judged.line, judged.kind), judged));
-            let cc = self.parameters.contact_path(step, self.program.clone());
-            let step = PathStep { parameters: &cc, regions: self.parameters.regions_to_list() };
-            let source = self.upstream(source);
-            let path = compensate_from(self.machine, &step, source, output, bare, self.parts, self.stop)?;
-            return Ok(Done { moved: None, path: Some(path), has_errors, program: self.program.clone() });
-        }
-        let mut text = BufWriter::new(self.spool.create(Place::Moved)?);
-        let mut resting = BufWriter::new(self.spool.create(Place::Moves)?);
-        let keep = &mut |change: &BlockChange| Ok(record::put(change, &mut resting)?);
-        let (moved, program) = self.move_ends(source, &mut text, has_errors, keep)?;
-        text.flush()?;
-        resting.flush()?;
-        drop((text, resting));
-        let path = self.contact_path(step, &moved, program.clone(), output, note)?;
-        Ok(Done { moved: Some(moved), path: Some(path), has_errors, program })
-    }
-
-    /// The step that moves ends, and the set-up of what it writes.
-    fn move_ends(
-        &self,
-        source: &dyn ProgramSource,
-        output: &mut dyn Write,
-        has_errors: bool,
-        note: Note<'_>,
-    ) -> Result<(Moved, ProgramSetup), Fault> {
-        let parameters = self.parameters;
-        let cutter = parameters.cc.as_ref().and_then(|step| step.tool).unwrap_or(Tool::UNIT_BALL);
-        let moving = parameters.moving(cutter);
-        let posts = parameters.location_errors && has_errors;
-        // A machine without errors is the nominal one, to the bit.
-        let exact = |program: &ProgramSetup, real: bool| {
-            let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
-            ProgramSetup { apply_errors, ..program.clone() }
-        };
-        let cc = parameters.treatment();
-        let moves = Moves {
-            parameters: &moving,
-            regions: parameters.regions_to_list().map(|zone| RegionSearch { cc: &cc, zone }),
-            source_program: exact(&moving.program, false),
-            written_program: exact(&moving.program, true),
-            posts,
-            has_wear: parameters.wear.is_some(),
-        };
-        let source = self.upstream(source);
-        let moved = move_program(self.machine, &moves, source, output, note, self.parts, self.stop)?;
-        Ok((moved, moves.program_behind()))
-    }
-
-    /// The step for the contact's path, from the moved program.
-    fn contact_path(
-        &self,
-        step: &CcStep,
-        moved: &Moved,
-        program: ProgramSetup,
-        output: &mut dyn Write,
-        note: Note<'_>,
-    ) -> Result<CompensatedPath, Fault> {
-        let mut moves = BufReader::new(self.spool.open(Place::Moves)?);
-        let join = &mut |judged: &Judged| {
-            let change = record::take(&mut moves)?.filter(|change| change.line == judged.line);
-            let what = "a motion of the moved program is another one";
-            let change = change.ok_or(Fault::VerificationFailed { line: judged.line, what })?;
-            note(&with_path(change, judged))
-        };
-        let cc = self.parameters.contact_path(step, program);
-        let text = Resting { spool: self.spool, place: Place::Moved };
-        let maps = [Some(&moved.lines), self.lines].into_iter().flatten();
-        let source = Upstream { source: &text, lines: maps.map(LineCursor::new).collect() };
-        let step = PathStep { parameters: &cc, regions: None };
-        compensate_from(self.machine, &step, source, output, join, self.parts, self.stop)
-    }
-
+impl Drives<'_> {
     /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
-    fn lags(&self, done: &Done, servo: &ServoStep) -> Result<Lags, Fault> {
+    fn lags(&self, lines: &[LineMap], program: ProgramSetup, servo: &ServoStep) -> Result<Lags, Fault> {
         let parameters = SimulationParameters {
             period_s: servo.period_s,
             profile: servo.profile,
             max_samples: servo.max_samples,
-            ..SimulationParameters::new(servo.drives, done.program.clone())
+            ..SimulationParameters::new(servo.drives, program)
         };
         let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);
@@ -239,7 +146,7 @@ impl Course<'_> {
             self.machine,
             &parameters,
             &text,
-            done.to_upload(self.lines),
+            lines.iter().map(LineCursor::new).collect(),
             Some(&mut keep),
             self.stop,
         );
@@ -270,7 +177,7 @@ impl Course<'_> {
     }
 
     /// Puts servo lag to what became of the motions.
-    fn join(&self, has_lags: bool, note: Note<'_>) -> Result<(), Fault> {
+    fn join(&self, has_lags: bool, note: Note<'_, BlockChange>) -> Result<(), Fault> {
         let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
         let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
             if has_lags { Some(BufReader::new(self.spool.open(Place::Lags)?)) } else { None };
@@ -299,15 +206,6 @@ impl Course<'_> {
 /// How many motions are joined between two looks at the stop signal.
 const MOTIONS_BETWEEN_STOPS: u64 = 4096;
 
-/// What the step for the contact's path adds.
-fn with_path(mut change: BlockChange, judged: &Judged) -> BlockChange {
-    let [before_mm, after_mm] = judged.deviation_mm;
-    (change.cc_mm, change.blocks_out) = (judged.correction_mm, judged.parts);
-    change.error.before.interpolation_mm = before_mm;
-    change.error.after.interpolation_mm = after_mm;
-    change
-}
-
 /// Whether the machine is not the nominal one.
 fn has_errors(machine: &Machine) -> bool {
     let axes = machine.rotary_axes();
@@ -332,24 +230,8 @@ impl Sum<'_> {
 }
 
 impl Done {
-    /// From lines written to those of the upload.
-    fn to_upload<'s>(&'s self, first: Option<&'s LineMap>) -> Vec<LineCursor<'s>> {
-        let maps =
-            self.path.iter().map(|path| &path.lines).chain(self.moved.iter().map(|moved| &moved.lines));
-        maps.chain(first).map(LineCursor::new).collect()
-    }
-
-    fn report(
-        self,
-        parameters: &CompensationParameters,
-        singularity: Option<SingularityReport>,
-        lags: Lags,
-        sum: Sum<'_>,
-    ) -> CompensationReport {
-        let Self { moved, path, has_errors, .. } = self;
-        let (cc, regions) = path.map(|path| (path.cc, path.regions)).unzip();
-        let of_moved = moved.as_ref().and_then(|moved| moved.regions.clone());
-        let singularity = singularity.or(of_moved).or(regions.flatten());
+    fn report(self, parameters: &CompensationParameters, lags: Lags, sum: Sum<'_>) -> CompensationReport {
+        let Self { reports: StepReports { singular: singularity, moved, path: cc }, has_errors } = self;
         let location_errors = moved
             .as_ref()
             .filter(|_| parameters.location_errors)

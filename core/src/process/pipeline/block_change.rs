@@ -82,6 +82,15 @@ impl BlockChange {
         }
     }
 
+    /// The same after a later step, which looks at the course between the ends.
+    pub(super) fn and(mut self, later: &Self) -> Self {
+        self.cc_mm = later.cc_mm;
+        self.blocks_out = later.blocks_out;
+        self.error.before.interpolation_mm = later.error.before.interpolation_mm;
+        self.error.after.interpolation_mm = later.error.after.interpolation_mm;
+        self
+    }
+
     /// Whether any step did anything to it.
     #[must_use]
     pub fn is_change(&self) -> bool {

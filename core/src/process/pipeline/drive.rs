@@ -9,7 +9,8 @@ use super::rewriter::Rewriter;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::ProgramSetup;
-use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stop, Stretch};
+use crate::process::set_up::Stop;
+use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stretch, Survey};
 use crate::program::Dialect;
 use crate::wear::SideBySide;
 
@@ -84,10 +85,29 @@ impl Prepare for Inventory {
     }
 }
 
+/// What a step knows of a program before it follows it.
+#[derive(Clone, Copy)]
+pub(in crate::process) struct Surveyed<'s> {
+    pub(in crate::process) source: &'s dyn ProgramSource,
+    pub(in crate::process) survey: Survey,
+    /// The set-up with the tool of each section, where the step needs the tools that a contact needs.
+    pub(in crate::process) program: Option<&'s ProgramSetup>,
+}
+
 /// Looks at a program while a step works on it, and changes nothing.
 pub(in crate::process) trait Look: Send {
+    /// Begins with the program.
+    ///
+    /// # Errors
+    /// The program cannot be read, or nobody waits any more.
+    fn begin(&mut self, surveyed: &Surveyed<'_>, dialect: Dialect) -> Result<(), Fault>;
     /// Looks at the next stretch, which is prepared.
     fn look(&mut self, stretch: &Stretch);
+    /// The program that `passages` read has ended.
+    ///
+    /// # Errors
+    /// Nobody waits any more.
+    fn finish(&mut self, passages: &Passages<'_>) -> Result<(), Fault>;
 }
 
 /// Takes what became of a motion, in the order of the program.
@@ -223,12 +243,14 @@ impl<S: Step> Hands<'_, S> {
     /// Finishes a program that nothing refuses: everything must have been read back.
     pub(in crate::process) fn finish(
         &mut self,
+        passages: &Passages<'_>,
         output: &mut dyn Write,
         note: Note<'_, <S::Check as Check>::Became>,
     ) -> Result<(), Fault> {
-        let Self { prepare, step, check, .. } = self;
+        let Self { prepare, step, check, look } = self;
         check.finish(&step.rewriter().inventory(prepare.inventory()))?;
         check.told().drain(..).try_for_each(|became| note(&became))?;
-        Ok(output.flush()?)
+        output.flush()?;
+        look.as_mut().map_or(Ok(()), |look| look.finish(passages))
     }
 }

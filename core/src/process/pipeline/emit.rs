@@ -1,23 +1,16 @@
 //! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
 
 use super::feed_at_risk::feed_at_risk;
-use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
-use crate::motion::{
-    AxisWords, ContactWords, Feed, FeedForm, FeedMode, FeedRules, Interpolation, Motion, Unfollowable,
-};
-use crate::process::contact_path::{Checked, Division};
+use crate::motion::{AxisWords, Feed, FeedForm, FeedMode, FeedRules, Motion, Unfollowable};
 use crate::process::text::{Inventory, Numbering};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed,
-    print_changed_without, print_inserted_without, round_to_decimals,
+    Address, Batch, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed, round_to_decimals,
 };
 
 /// A written number this close to the meant one is it \[program units\].
 const SAME_WORD: f64 = 1e-9;
 /// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
 const FEED_ROUNDING: f64 = 0.005;
-/// Writing a part takes as long as so many evaluations.
-const PART_EVALUATIONS: u64 = 8;
 /// Most decimals of an F word: the smallest one written still has three digits.
 const MAX_FEED_DECIMALS: u8 = 9;
 
@@ -80,7 +73,7 @@ impl Emitter {
 
     /// A block was written with these words: in cutter location data a feed is a statement of its own. Whether there is
     /// one.
-    pub(super) fn count_feed(&mut self, batch: &Batch, words: &[NewWord]) -> bool {
+    pub(in crate::process) fn count_feed(&mut self, batch: &Batch, words: &[NewWord]) -> bool {
         let states_feed =
             form(batch) == FeedForm::Statement && words.iter().any(|word| word.address == Address::F);
         self.feed_blocks += u64::from(states_feed);
@@ -151,61 +144,36 @@ impl Emitter {
         Ok(false)
     }
 
-    /// Writes a divided block: the source block with the first part's words, then one block for each further part; not all
-    /// of them where the effort is over.
-    pub(in crate::process) fn write_division(
+    /// The modal feed that the written program has before a block with this feed \[its unit\]; NaN where nothing is known of it.
+    pub(in crate::process) fn modal_feed_before(&self, feed: &Feed) -> f64 {
+        // Whatever was modal before, the source block may state its own.
+        if self.owed.is_some() || feed.word_in_block { f64::NAN } else { feed.raw }
+    }
+
+    /// The number of the first of so many blocks inserted after this one, where the program numbers its blocks.
+    pub(in crate::process) fn number_after(&self, batch: &Batch, block: usize, inserted: u64) -> Option<u64> {
+        self.numbering.behind(batch, block, inserted)
+    }
+
+    /// An inserted block got this number.
+    pub(in crate::process) fn count_number(&mut self, number: f64) {
+        self.numbers.add_number(number);
+    }
+
+    /// A block was divided, and the written program is left with this modal feed: the source's is owed where it differs.
+    ///
+    /// # Errors
+    /// The feed cannot be written.
+    pub(in crate::process) fn owe_after_division(
         &mut self,
         batch: &Batch,
-        checked: &Checked<'_>,
-        motion: &Motion,
-        division: &Division,
-        effort: &mut Effort<'_>,
+        block: usize,
+        feed: &Feed,
+        modal_feed: f64,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
-        let block = &checked.block;
-        let index = motion.block as usize;
-        let mut words = Words::new(batch, checked, motion, division);
-        let source_time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
-        let mut modal_feed = self.owed.map_or(motion.feed.raw, |_| f64::NAN);
-        if motion.feed.word_in_block {
-            // Whatever was modal before, the source block states its own.
-            modal_feed = f64::NAN;
-        }
-        let last = division.nodes.len() - 1;
-        let mut number = self.numbering.behind(batch, index, last as u64);
-        for (k, (node, segment)) in division.nodes.iter().zip(segments(block, &division.nodes)).enumerate() {
-            effort.pass(PART_EVALUATIONS);
-            if effort.is_over() {
-                return Ok(());
-            }
-            let mut list = words.at(node, k == last, k > 0);
-            if division.carries_feed
-                && let Some(feed) = part_feed(&motion.feed, &source_time, checked, &segment, motion)
-            {
-                let form = form(batch);
-                let always = motion.feed.mode == Some(FeedMode::InverseTime) || form == FeedForm::Cell;
-                if always || differs(feed.value, modal_feed) {
-                    list.push(feed);
-                    modal_feed = feed.value;
-                    self.feed_blocks += u64::from(form == FeedForm::Statement);
-                }
-            }
-            let dropped = words.dropped(k == last);
-            if k == 0 {
-                print_changed_without(batch, index, &list, dropped, last > 0, out)?;
-            } else {
-                if let Some(next) = number {
-                    let value = next as f64;
-                    list.insert(0, NewWord { address: Address::N, value, decimals: 0 });
-                    self.numbers.add_number(value);
-                    number = Some(next + 1);
-                }
-                print_inserted_without(batch, index, &list, dropped, k == last, out)?;
-            }
-        }
-        let feed = &motion.feed;
         // In G93 too: a cycle, or what follows G94, may run at the number that stands.
-        self.owed = (division.carries_feed && differs(modal_feed, feed.raw)).then_some(OwedFeed {
+        self.owed = differs(modal_feed, feed.raw).then_some(OwedFeed {
             raw: feed.raw,
             decimals: feed.decimals,
             mode: feed.mode,
@@ -214,36 +182,27 @@ impl Emitter {
         if form(batch) == FeedForm::Statement
             && let Some(owed) = self.owed.take()
         {
-            crate::program::print_feed_only(batch, index, owed.raw, owed.decimals, out)?;
+            crate::program::print_feed_only(batch, block, owed.raw, owed.decimals, out)?;
             self.feeds_restored += 1;
             self.feed_blocks += 1;
         }
         Ok(())
     }
+
+    /// A divided block carries no feed: nothing is owed after it.
+    pub(in crate::process) fn owe_nothing(&mut self) {
+        self.owed = None;
+    }
 }
 
 /// How a feed stands in programs of this batch's dialect.
-fn form(batch: &Batch) -> FeedForm {
+pub(in crate::process) fn form(batch: &Batch) -> FeedForm {
     FeedRules::of(batch.dialect()).form
 }
 
-fn differs(a: f64, b: f64) -> bool {
-    // Written out so that an unknown (NaN) feed differs from every other.
+/// Whether two written numbers differ; an unknown one (NaN) differs from every other.
+pub(in crate::process) fn differs(a: f64, b: f64) -> bool {
     a.is_nan() || b.is_nan() || (a - b).abs() > SAME_WORD
-}
-
-fn part_feed(
-    feed: &Feed,
-    source_time: &BlockTime,
-    checked: &Checked<'_>,
-    segment: &Segment,
-    motion: &Motion,
-) -> Option<NewWord> {
-    let (mode, _) = (feed.mode?, feed.value?);
-    let share = segment.fraction[1] - segment.fraction[0];
-    let part_time = BlockTime::of(&checked.block, segment, motion.mm_per_unit, motion.feed.paths);
-    let value = feed_word(mode, feed.raw, source_time, &part_time, share)?;
-    Some(rounded_feed(feed, value))
 }
 
 /// The F word of this value, with the source's decimals or as many more as it needs.
@@ -257,227 +216,11 @@ pub(in crate::process) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
     NewWord { address: Address::F, value: round_to_decimals(value, decimals), decimals }
 }
 
-/// Builds the words of each part: absolute, or counted from the point before in G91.
-struct Words<'a> {
-    checked: &'a Checked<'a>,
-    motion: &'a Motion,
-    resolution: Resolution,
-    letters: [Address; 5],
-    present: [bool; 5],
-    /// A neighbour leaves the word out: new blocks do where it does not change.
-    left_out: [bool; 5],
-    /// The written position so far: X Y Z in program units, rotaries in degrees.
-    written: [f64; 5],
-    /// The source block states the tool axis as a vector.
-    states_axis: bool,
-    contact: ContactEnds,
-    extra: Option<(f64, f64)>,
-}
-
-const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
-/// A direction in fewer decimals than these may be far off, and no direction at all.
-const NORMAL_DECIMALS: u8 = 4;
-const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
-const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
-
-/// Contact words at both ends of the source block, as far as it has them.
-enum ContactEnds {
-    None,
-    /// Stated at the end alone: nothing is known to interpolate from, so only the last part has it.
-    End([Address; 3], [f64; 3], f64),
-    /// U V W: the contact aimed at, by the definition of those words.
-    Aimed,
-    /// U V W of a program whose contacts come from elsewhere: interpolated as they stand.
-    Points([f64; 3], [f64; 3]),
-    /// nx ny nz.
-    Normals([f64; 3], [f64; 3]),
-}
-
-impl<'a> Words<'a> {
-    fn new(batch: &Batch, checked: &'a Checked<'a>, motion: &'a Motion, division: &Division) -> Self {
-        let rotary = checked.block.machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()));
-        let letters = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
-        let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
-        let present = letters.map(|letter| source.iter().any(|word| word.address == letter));
-        let states_axis = source.iter().any(|word| word.address == Address::TI);
-        let contact = ContactEnds::of(checked, motion);
-        let extra = motion.extra.and_then(|extra| extra.start.map(|start| (start, extra.end)));
-        Self {
-            checked,
-            motion,
-            resolution: division.resolution,
-            letters,
-            present,
-            left_out: left_out(batch, motion.block as usize, letters),
-            written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
-            contact,
-            extra,
-            states_axis,
-        }
-    }
-
-    /// The words of the part that ends at `node`; `inserted`: in a block of its own.
-    fn at(&mut self, node: &Node, last: bool, inserted: bool) -> Vec<NewWord> {
-        let target = in_units(&node.station.words, self.motion.mm_per_unit);
-        let mut list = Vec::with_capacity(12);
-        let mut standing = None;
-        let axes = if self.motion.tool_axis.is_some() { 3 } else { 5 };
-        for (k, target) in target.into_iter().enumerate().take(axes) {
-            let decimals =
-                if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };
-            let from = if self.motion.incremental { self.written[k] } else { 0.0 };
-            let value = target - from;
-            let decimals = if last { exact_decimals(value, decimals) } else { decimals };
-            let rounded = round_to_decimals(value, decimals);
-            let position = from + rounded;
-            let word = NewWord { address: self.letters[k], value: rounded, decimals };
-            if differs(position, self.written[k]) || (self.present[k] && !(inserted && self.left_out[k])) {
-                list.push(word);
-            } else if self.present[k] {
-                standing.get_or_insert(word);
-            }
-            self.written[k] = position;
-        }
-        self.axis_words(node, last, &mut list);
-        if list.is_empty() {
-            // A block without an axis word would be no motion.
-            list.extend(standing);
-        }
-        self.contact_words(node, last, &mut list);
-        if let Some((start, end)) = self.extra {
-            let decimals = self.motion.decimals.extra;
-            let value = if last { end } else { start + (end - start) * node.fraction };
-            list.push(NewWord { address: Address::E, value, decimals });
-        }
-        list
-    }
-
-    /// The tool axis where the program states it as a vector: all three components, where it turns.
-    fn axis_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
-        let Some(decimals) = self.resolution.axis_decimals else { return };
-        let axis = if last { self.motion.tool_axis.filter(|_| self.states_axis) } else { node.written_axis };
-        for (address, value) in VECTOR.into_iter().zip(axis.into_iter().flatten()) {
-            let decimals = if last { exact_decimals(value, decimals) } else { decimals };
-            list.push(NewWord { address, value, decimals });
-        }
-    }
-
-    /// Words of the source block that a part does not have.
-    fn dropped(&self, last: bool) -> &[Address] {
-        match &self.contact {
-            ContactEnds::End(addresses, ..) if !last => addresses,
-            _ => &[],
-        }
-    }
-
-    fn contact_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
-        let Some((addresses, values, unit)) = self.contact.at(self.checked, self.motion, node, last) else {
-            return;
-        };
-        for (address, value) in addresses.into_iter().zip(values) {
-            let decimals = self.motion.decimals.contact;
-            let decimals = if last {
-                exact_decimals(value / unit, decimals)
-            } else {
-                contact_decimals(addresses, decimals)
-            };
-            list.push(NewWord { address, value: value / unit, decimals });
-        }
-    }
-}
-
-impl ContactEnds {
-    fn of(checked: &Checked<'_>, motion: &Motion) -> Self {
-        match (checked.start_contact, motion.contact) {
-            (Some(_), ContactWords::Point(_)) if checked.contact_from_words => Self::Aimed,
-            (Some(a), ContactWords::Point(b)) => Self::Points(a, b),
-            (Some(a), ContactWords::Normal(b)) => Self::Normals(a, b),
-            (None, ContactWords::Point(b)) => Self::End(POINT, b, motion.mm_per_unit),
-            (None, ContactWords::Normal(b)) => Self::End(NORMAL, b, 1.0),
-            (_, ContactWords::None) => Self::None,
-        }
-    }
-
-    /// The contact words of the part that ends at `node`, and the length of their unit \[mm\].
-    fn at(
-        &self,
-        checked: &Checked<'_>,
-        motion: &Motion,
-        node: &Node,
-        last: bool,
-    ) -> Option<([Address; 3], [f64; 3], f64)> {
-        Some(match (self, motion.contact) {
-            (Self::Aimed, ContactWords::Point(end)) => {
-                let value = if last { end } else { aimed_words(checked, node) };
-                (POINT, value, motion.mm_per_unit)
-            }
-            (Self::Normals(_, end), _) if last => (NORMAL, *end, 1.0),
-            (Self::Points(a, b), _) => (POINT, between(a, b, node.fraction), motion.mm_per_unit),
-            (Self::Normals(a, b), _) => (NORMAL, between_directions(a, b, node.fraction), 1.0),
-            (Self::End(addresses, end, unit), _) if last => (*addresses, *end, *unit),
-            (Self::None | Self::End(..) | Self::Aimed, _) => return None,
-        })
-    }
-}
-
-fn contact_decimals(addresses: [Address; 3], decimals: u8) -> u8 {
-    if addresses == NORMAL { decimals.max(NORMAL_DECIMALS) } else { decimals }
-}
-
-/// The contact words of a node inside a divided block, as the control reads them back; `None` where the part states none.
-pub(in crate::process) fn node_contact(
-    checked: &Checked<'_>,
-    motion: &Motion,
-    node: &Node,
-) -> Option<ContactWords> {
-    let (addresses, values, unit) = ContactEnds::of(checked, motion).at(checked, motion, node, false)?;
-    let decimals = contact_decimals(addresses, motion.decimals.contact);
-    let read = values.map(|value| round_to_decimals(value / unit, decimals) * unit);
-    Some(if addresses == NORMAL { ContactWords::Normal(read) } else { ContactWords::Point(read) })
-}
-
-/// U V W of the contact aimed at: the linear words that would put the tip there (§2).
-fn aimed_words(checked: &Checked<'_>, node: &Node) -> [f64; 3] {
-    let block = &checked.block;
-    match block.mode {
-        Interpolation::Tcp => node.contact_mm.into(),
-        Interpolation::Machine => {
-            let rotary_rad = crate::contact::rotary_rad(block.machine, node.station.words.rotary_deg);
-            block.kinematics.linear_mm(node.contact_mm, rotary_rad).into()
-        }
-    }
-}
-
-/// Which of these words one of the neighbouring blocks with such words does not have.
-fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
-    let has =
-        |block: &Block| letters.map(|letter| batch.words(block).iter().any(|word| word.address == letter));
-    let (before, from) = batch.blocks().split_at(index.min(batch.blocks().len()));
-    let moves = |words: &[bool; 5]| words.contains(&true);
-    let neighbours = [before.iter().rev().map(has).find(moves), from.iter().skip(1).map(has).find(moves)];
-    std::array::from_fn(|k| neighbours.iter().flatten().any(|words| !words[k]))
-}
-
 /// X Y Z in program units, rotary words in degrees.
 pub(in crate::process) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64; 5] {
     let [x, y, z] = words.linear_mm.map(|mm| mm / mm_per_unit);
     let [first, second] = words.rotary_deg;
     [x, y, z, first, second]
-}
-
-fn between(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
-    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u)
-}
-
-/// Normals move on their great circle, their written lengths linearly. Beside an end without a direction nothing is known of
-/// the contact, and no direction is written.
-fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
-    use crate::geometry::{GreatCircle, Vec3};
-    let (from, to) = (Vec3::from(*a), Vec3::from(*b));
-    let unit = |normal: Vec3| normal.try_normalize(f64::MIN_POSITIVE);
-    let (Some(from_unit), Some(to_unit)) = (unit(from), unit(to)) else { return [0.0; 3] };
-    let arc = GreatCircle::between(from_unit, to_unit, Vec3::z());
-    (arc.at(u) * (from.norm() * (1.0 - u) + to.norm() * u)).into()
 }
 
 /// The fewest decimals, at least `decimals`, that give `value` back.

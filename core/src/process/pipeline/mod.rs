@@ -1,12 +1,14 @@
 //! The one way of a program through a step that writes: read in stretches, worked on, written, read back, handed over.
 
 mod block_change;
+mod chain;
 mod deviation;
 mod drive;
 mod emit;
 mod feed_at_risk;
 mod outgoing;
 mod read_back;
+pub(in crate::process) mod record;
 mod rewriter;
 mod series;
 
@@ -14,9 +16,10 @@ pub use block_change::{BlockChange, BlockError, ErrorShares};
 pub use deviation::DeviationSummary;
 pub use series::{Series, SeriesPoint};
 
+pub(in crate::process) use chain::{ChainStep, Resources, run_chain};
 pub(in crate::process) use deviation::DeviationTotals;
-pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Upstream};
-pub(in crate::process) use emit::{exact_decimals, in_units, letter, node_contact, rounded_feed};
+pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Surveyed, Upstream};
+pub(in crate::process) use emit::{Emitter, differs, exact_decimals, form, in_units, letter, rounded_feed};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, failed};
 pub(in crate::process) use rewriter::{Placed, Rewriter};

@@ -1,7 +1,11 @@
 //! What one program may cost.
 
+use std::ops::ControlFlow;
+
 use crate::contact::Effort;
-use crate::process::text::Stop;
+
+/// Asked now and then whether the work is still wanted.
+pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
 /// Bounds on what one program may cost, checked as it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,7 @@ mod tooling;
 mod tools_at_work;
 
 pub use contact_source::ContactSource;
-pub use cost_budget::Budget;
+pub use cost_budget::{Budget, Stop};
 pub use program_setup::{ProgramSetup, StartPosition};
 pub use tool_table::{ListedTool, ToolTable};
 pub use tooling::Tools;

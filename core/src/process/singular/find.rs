@@ -1,5 +1,7 @@
 //! Singular regions looked for in the reading of another step: they are listed, and nothing is changed.
 
+use std::sync::OnceLock;
+
 use super::contact::Cutting;
 use super::measured::{as_uploaded, measured};
 use super::parameters::{SingularityAction, SingularityParameters};
@@ -13,44 +15,87 @@ use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::process::contact_path::CcParameters;
 use crate::process::fault::{Fault, Warnings};
-use crate::process::pipeline::Look;
+use crate::process::pipeline::{Look, Resources, Surveyed};
 use crate::process::set_up::ContactSource;
-use crate::process::text::{Passages, ProgramSource, Stop, Stretch, Survey};
+use crate::process::set_up::Stop;
+use crate::process::text::{Passages, Stretch, Survey};
 use crate::program::{Batch, Dialect};
 
-/// Which regions are to be listed beside a step that has other parameters.
-#[derive(Debug, Clone, Copy)]
+/// Lists the singular regions of a program while another step works on it. It refuses nothing: where regions cannot be listed,
+/// there is no list.
 pub(in crate::process) struct RegionSearch<'a> {
+    machine: &'a Machine,
     /// Tool, contact and tolerance.
-    pub(in crate::process) cc: &'a CcParameters,
+    cc: &'a CcParameters,
     /// What is singular.
-    pub(in crate::process) zone: &'a SingularityParameters,
+    zone: &'a SingularityParameters,
+    /// The same as `cc`, with the tools of the program.
+    with_tools: &'a OnceLock<CcParameters>,
+    stop: &'a Stop<'a>,
+    finder: Option<RegionFinder<'a>>,
+    report: Option<SingularityReport>,
 }
 
-impl RegionSearch<'_> {
-    /// The parameters with the tools of the program, and its contact; `None` where regions cannot be listed.
-    ///
-    /// # Errors
-    /// The work is not wanted any more, or the program cannot be read.
-    pub(in crate::process) fn resolved(
+impl<'a> RegionSearch<'a> {
+    /// For the first program that it looks at; `with_tools` is empty.
+    pub(in crate::process) fn new(
+        cc: &'a CcParameters,
+        zone: &'a SingularityParameters,
+        with_tools: &'a OnceLock<CcParameters>,
+        with: &Resources<'a>,
+    ) -> Self {
+        let Resources { machine, stop, .. } = *with;
+        Self { machine, cc, zone, with_tools, stop, finder: None, report: None }
+    }
+
+    /// The list; `None` where regions cannot be listed.
+    pub(in crate::process) fn into_report(self) -> Option<SingularityReport> {
+        self.report
+    }
+
+    /// The parameters with the tools of the program; `None` where they are not known.
+    fn parameters(
         &self,
-        survey: &Survey,
-        machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &Stop<'_>,
-    ) -> Result<Option<(CcParameters, ContactSource)>, Fault> {
-        let Ok(contact) = survey.contact(self.cc.contact, self.cc.part.is_some()) else { return Ok(None) };
-        match self.cc.with_tools(contact, &survey.tools, machine, source, stop) {
-            Ok(parameters) => Ok(Some((parameters, contact))),
+        surveyed: &Surveyed<'_>,
+        contact: ContactSource,
+    ) -> Result<Option<CcParameters>, Fault> {
+        if let Some(program) = surveyed.program {
+            return Ok(Some(CcParameters { program: program.clone(), ..self.cc.clone() }));
+        }
+        let tools = &surveyed.survey.tools;
+        match self.cc.with_tools(contact, tools, self.machine, surveyed.source, self.stop) {
+            Ok(parameters) => Ok(Some(parameters)),
             Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
             Err(_) => Ok(None),
         }
     }
 }
 
-/// Finds the regions of a program while another step works on it. It refuses nothing: where regions cannot be listed, there
-/// is no list.
-pub(in crate::process) struct RegionFinder<'a> {
+impl Look for RegionSearch<'_> {
+    fn begin(&mut self, surveyed: &Surveyed<'_>, dialect: Dialect) -> Result<(), Fault> {
+        let survey = surveyed.survey;
+        let Ok(contact) = survey.contact(self.cc.contact, self.cc.part.is_some()) else { return Ok(()) };
+        let Some(parameters) = self.parameters(surveyed, contact)? else { return Ok(()) };
+        let cc = self.with_tools.get_or_init(|| parameters);
+        self.finder =
+            Some(RegionFinder::new(self.machine, cc, self.zone, survey, contact, dialect, self.stop));
+        Ok(())
+    }
+
+    fn look(&mut self, stretch: &Stretch) {
+        if let Some(finder) = &mut self.finder {
+            finder.look(stretch);
+        }
+    }
+
+    fn finish(&mut self, passages: &Passages<'_>) -> Result<(), Fault> {
+        self.report = self.finder.take().map_or(Ok(None), |finder| finder.finish(passages))?;
+        Ok(())
+    }
+}
+
+/// Finds the regions of one program.
+struct RegionFinder<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
     regions: Regions,
@@ -63,23 +108,9 @@ pub(in crate::process) struct RegionFinder<'a> {
     fault: Option<Fault>,
 }
 
-impl Look for RegionFinder<'_> {
-    fn look(&mut self, stretch: &Stretch) {
-        for passage in &stretch.passages {
-            for motion in &passage.motions {
-                if self.fault.is_none()
-                    && let Err(fault) = self.see(&passage.batch, motion)
-                {
-                    self.fault = Some(fault);
-                }
-            }
-        }
-    }
-}
-
 impl<'a> RegionFinder<'a> {
     /// Tool, contact, tolerance, set-up and budget are those of `cc`, whose tools are known; `survey` is of its program.
-    pub(in crate::process) fn new(
+    fn new(
         machine: &'a Machine,
         cc: &'a CcParameters,
         zone: &SingularityParameters,
@@ -99,6 +130,18 @@ impl<'a> RegionFinder<'a> {
             effort: cc.budget.effort(stop),
             next: 0,
             fault: None,
+        }
+    }
+
+    fn look(&mut self, stretch: &Stretch) {
+        for passage in &stretch.passages {
+            for motion in &passage.motions {
+                if self.fault.is_none()
+                    && let Err(fault) = self.see(&passage.batch, motion)
+                {
+                    self.fault = Some(fault);
+                }
+            }
         }
     }
 
@@ -129,10 +172,7 @@ impl<'a> RegionFinder<'a> {
     ///
     /// # Errors
     /// The work is not wanted any more.
-    pub(in crate::process) fn finish(
-        mut self,
-        passages: &Passages<'_>,
-    ) -> Result<Option<SingularityReport>, Fault> {
+    fn finish(mut self, passages: &Passages<'_>) -> Result<Option<SingularityReport>, Fault> {
         let last = if self.fault.is_none() { self.close() } else { Ok(()) };
         match self.fault.or(last.err()) {
             Some(fault @ Fault::Cancelled) => return Err(fault),

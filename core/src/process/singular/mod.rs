@@ -1,7 +1,6 @@
 //! Singular regions of a whole program: stretches where a rotary axis turns far for a small turn of the tool. They are
 //! reported, divided, or passed with less rotary travel; what is written is read back.
 
-mod and_compensate;
 mod check;
 mod contact;
 mod densify;
@@ -18,12 +17,11 @@ mod taut_string;
 mod treat;
 mod words;
 
-pub use and_compensate::treat_and_compensate;
 pub use parameters::{SingularityAction, SingularityParameters};
 pub use report::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityReport,
 };
 pub use treat::treat_singular_regions;
 
-pub(in crate::process) use find::{RegionFinder, RegionSearch};
-pub(in crate::process) use treat::treat_from;
+pub(in crate::process) use find::RegionSearch;
+pub(in crate::process) use treat::SingularStep;

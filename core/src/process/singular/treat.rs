@@ -16,15 +16,18 @@ use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::contact_path::{CcParameters, Group, Meaning};
+use crate::process::contact_path::{CcParameters, Group, Meaning, write_division};
 use crate::process::fault::{Fault, Warnings, go_on};
-use crate::process::pipeline::{Course, Hands, Outgoing, Placed, Rewriter, Step, Upstream};
-use crate::process::set_up::ContactSource;
-use crate::process::text::{Inventory, LineMap, Passage, ProgramSource, Stop, Stretch, Survey};
+use crate::process::pipeline::{
+    BlockChange, ChainStep, Course, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, Surveyed,
+    Upstream, failed,
+};
+use crate::process::set_up::{ContactSource, Stop};
+use crate::process::text::{Inventory, LineMap, Passage, Place, ProgramSource, Stretch, Survey};
 use crate::program;
 use crate::program::{Dialect, Steps};
 use crate::units::Angle;
-use crate::wear::{OneAfterAnother, SideBySide};
+use crate::wear::OneAfterAnother;
 
 /// So many batches wait for the end of a region at most; then it ends there.
 const MAX_HELD: usize = 64;
@@ -49,50 +52,89 @@ pub fn treat_singular_regions(
     output: &mut dyn Write,
     stop: &Stop<'_>,
 ) -> Result<SingularityReport, Fault> {
-    let source = Upstream::upload(source);
-    Ok(treat_from(machine, cc, singularity, source, output, &OneAfterAnother, stop)?.0)
+    let mut step = SingularStep::new(cc, singularity);
+    let with = Resources { machine, parts: &OneAfterAnother, stop };
+    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
+    step.report()
 }
 
-/// [`treat_singular_regions`] for a program that was itself written from the upload. Beside the report the lines of
-/// blocks that came in.
-///
-/// # Errors
-/// As [`treat_singular_regions`].
-pub(in crate::process) fn treat_from(
-    machine: &Machine,
-    cc: &CcParameters,
-    singularity: &SingularityParameters,
-    upstream: Upstream<'_>,
-    output: &mut dyn Write,
-    parts: &dyn SideBySide,
-    stop: &Stop<'_>,
-) -> Result<(SingularityReport, LineMap), Fault> {
-    let source = upstream.source;
-    let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
-    if singularity.action != SingularityAction::Report {
-        survey.refuse_repeated(Steps::of(&[program::Step::Singularity]), cc.program.allow_repeated)?;
+/// The step that treats singular regions.
+pub(in crate::process) struct SingularStep<'p> {
+    cc: &'p CcParameters,
+    singularity: &'p SingularityParameters,
+    report: Option<SingularityReport>,
+}
+
+impl<'p> SingularStep<'p> {
+    pub(in crate::process) fn new(cc: &'p CcParameters, singularity: &'p SingularityParameters) -> Self {
+        Self { cc, singularity, report: None }
     }
-    let contact = survey.contact(cc.contact, cc.part.is_some())?;
-    // Contacts that a rule would assume count for nothing here.
-    let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
-    let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
-    let planner = Planner { cutting: Cutting::of(machine, cc, contact), survey, singularity: *singularity };
-    let mut course = Course::begin(upstream, machine, &cc.program, false, stop)?;
-    let mut run = Run::new(planner.clone(), course.dialect(), stop);
-    let mut verifier = SingularityVerifier::new(machine, planner, course.dialect(), cc.budget.effort(stop));
-    let mut inventory = Inventory::default();
-    let mut hands = Hands { prepare: &mut inventory, step: &mut run, check: &mut verifier, look: None };
-    let note = &mut |(): &()| Ok(());
-    course.run(&mut hands, output, note, parts)?;
-    if hands.step.has_faults() {
-        return Err(Fault::Lines(run.collector.faults));
+
+    /// The report, once a program has gone through.
+    ///
+    /// # Errors
+    /// None has.
+    pub(in crate::process) fn report(self) -> Result<SingularityReport, Fault> {
+        self.report.ok_or_else(|| failed(0, "a step was left out"))
     }
-    hands.finish(output, note)?;
-    let passages = &course.passages;
-    let mut warnings = Warnings::default();
-    passages.warn(&mut warnings);
-    let (report, lines) = run.report(verifier, passages.dialect(), passages.blocks);
-    Ok((SingularityReport { warnings: warnings.into_list(), ..report }, lines))
+}
+
+impl ChainStep for SingularStep<'_> {
+    fn run(
+        &mut self,
+        upstream: Upstream<'_>,
+        mut look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        _note: Note<'_, BlockChange>,
+        &Resources { machine, parts, stop }: &Resources<'_>,
+    ) -> Result<LineMap, Fault> {
+        let Self { cc, singularity, .. } = *self;
+        let source = upstream.source;
+        let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
+        if singularity.action != SingularityAction::Report {
+            survey.refuse_repeated(Steps::of(&[program::Step::Singularity]), cc.program.allow_repeated)?;
+        }
+        let contact = survey.contact(cc.contact, cc.part.is_some())?;
+        // Contacts that a rule would assume count for nothing here.
+        let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
+        let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
+        let cutting = Cutting::of(machine, cc, contact);
+        let planner = Planner { cutting, survey, singularity: *singularity };
+        let mut course = Course::begin(upstream, machine, &cc.program, false, stop)?;
+        let dialect = course.dialect();
+        if let Some(look) = &mut look {
+            look.begin(&Surveyed { source, survey, program: None }, dialect)?;
+        }
+        let mut run = Run::new(planner.clone(), dialect, stop);
+        let mut verifier = SingularityVerifier::new(machine, planner, dialect, cc.budget.effort(stop));
+        let mut inventory = Inventory::default();
+        let mut hands = Hands {
+            prepare: &mut inventory,
+            step: &mut run,
+            check: &mut verifier,
+            look: look.map(|look| look as &mut dyn Look),
+        };
+        let note = &mut |(): &()| Ok(());
+        course.run(&mut hands, output, note, parts)?;
+        if hands.step.has_faults() {
+            return Err(Fault::Lines(run.collector.faults));
+        }
+        hands.finish(&course.passages, output, note)?;
+        let passages = &course.passages;
+        let mut warnings = Warnings::default();
+        passages.warn(&mut warnings);
+        let (report, lines) = run.report(verifier, dialect, passages.blocks);
+        self.report = Some(SingularityReport { warnings: warnings.into_list(), ..report });
+        Ok(lines)
+    }
+
+    fn rests_in(&self) -> Place {
+        Place::Treated
+    }
+
+    fn notes_in(&self) -> Option<Place> {
+        None
+    }
 }
 
 /// What becomes of a motion that is held back.
@@ -332,7 +374,7 @@ impl<'a> Run<'a> {
         let Divided { source, checked, division } = divided;
         let effort = &mut self.effort;
         self.rewriter.anew(passage, motion, out, |emitter, text| {
-            emitter.write_division(&passage.1.batch, &checked, motion, &division, effort, text)
+            write_division(emitter, &passage.1.batch, &checked, motion, &division, effort, text)
         })?;
         go_on(&self.effort)?;
         let parts = division.nodes.len();

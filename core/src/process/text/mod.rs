@@ -15,7 +15,7 @@ mod unknown_axes;
 
 pub use reading::{OffsetUse, ProgramReading, ToolUse};
 pub use spool::{MemorySpool, Place, Spool};
-pub use stream::{ProgramSource, Stop};
+pub use stream::ProgramSource;
 
 pub(in crate::process) use dialect_fit::DialectFit;
 pub(in crate::process) use inventory::Inventory;

@@ -1,6 +1,7 @@
 //! A program read piece by piece: text in, blocks and motions out.
 
 use crate::kinematics::ToolPose;
+use crate::process::set_up::Stop;
 use std::collections::VecDeque;
 use std::io;
 use std::io::Read;
@@ -14,9 +15,6 @@ use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
 use crate::process::fault::{Fault, WarningKind, Warnings};
 use crate::process::set_up::{ProgramSetup, ToolVectors, Tooling};
 use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
-
-/// Asked now and then whether the work is still wanted.
-pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
 /// A program that can be read more than once.
 pub trait ProgramSource: Sync {

@@ -3,15 +3,15 @@
 use std::io;
 use std::io::{Read, Write};
 
+use super::block_change::{BlockChange, BlockError, ErrorShares};
 use crate::motion::MotionKind;
-use crate::process::pipeline::{BlockChange, BlockError, ErrorShares};
 
 const KINDS: [MotionKind; 4] = [MotionKind::Rapid, MotionKind::Linear, MotionKind::Arc, MotionKind::Opaque];
 const NUMBERS: usize = 10;
 const BYTES: usize = 8 + 4 + 1 + 4 * NUMBERS;
 
 /// Writes one; servo lag is not among it.
-pub(super) fn put(change: &BlockChange, out: &mut dyn Write) -> io::Result<()> {
+pub(in crate::process) fn put(change: &BlockChange, out: &mut dyn Write) -> io::Result<()> {
     let BlockError { before, after, axis_after_rad, .. } = change.error;
     let numbers: [f64; NUMBERS] = [
         change.location_errors_mm,
@@ -39,7 +39,7 @@ pub(super) fn put(change: &BlockChange, out: &mut dyn Write) -> io::Result<()> {
 }
 
 /// Reads one; `None` at the end.
-pub(super) fn take(input: &mut dyn Read) -> io::Result<Option<BlockChange>> {
+pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockChange>> {
     let mut bytes = [0; BYTES];
     if !fill(input, &mut bytes)? {
         return Ok(None);
@@ -77,14 +77,14 @@ pub(super) fn take(input: &mut dyn Read) -> io::Result<Option<BlockChange>> {
 }
 
 /// The largest contour error of a line.
-pub(super) fn put_lag(line: u64, lag_mm: f64, out: &mut dyn Write) -> io::Result<()> {
+pub(in crate::process) fn put_lag(line: u64, lag_mm: f64, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(&line.to_le_bytes())?;
     #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough here")]
     out.write_all(&(lag_mm as f32).to_le_bytes())
 }
 
 /// Reads one; `None` at the end.
-pub(super) fn take_lag(input: &mut dyn Read) -> io::Result<Option<(u64, f64)>> {
+pub(in crate::process) fn take_lag(input: &mut dyn Read) -> io::Result<Option<(u64, f64)>> {
     let mut bytes = [0; 12];
     if !fill(input, &mut bytes)? {
         return Ok(None);

@@ -1,0 +1,63 @@
+//! The steps of a program in their order.
+
+use std::io::Write;
+
+use crate::process::contact_path::{CcReport, PathStep};
+use crate::process::fault::Fault;
+use crate::process::move_ends::{MoveStep, Moved};
+use crate::process::pipeline::{BlockChange, ChainStep, Look, Note, Resources, run_chain};
+use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
+use crate::process::text::{LineMap, ProgramSource, Spool};
+
+/// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for wear and for
+/// location errors. The course between the ends is repaired last.
+pub(super) struct StepList<'p> {
+    /// Lists singular regions in the reading of the first step.
+    pub(super) search: Option<RegionSearch<'p>>,
+    pub(super) singular: Option<SingularStep<'p>>,
+    pub(super) moves: Option<MoveStep<'p>>,
+    pub(super) path: Option<PathStep<'p>>,
+}
+
+/// The reports of the steps that a program went through.
+pub(super) struct StepReports {
+    pub(super) singular: Option<SingularityReport>,
+    pub(super) moved: Option<Moved>,
+    pub(super) path: Option<CcReport>,
+}
+
+impl StepList<'_> {
+    /// Takes a program through the steps; returns the lines that each inserted, those of the last step first.
+    ///
+    /// # Errors
+    /// As [`run_chain`].
+    pub(super) fn run(
+        &mut self,
+        upload: &dyn ProgramSource,
+        spool: &dyn Spool,
+        output: &mut dyn Write,
+        note: Note<'_, BlockChange>,
+        with: &Resources<'_>,
+    ) -> Result<Vec<LineMap>, Fault> {
+        let Self { search, singular, moves, path } = self;
+        let mut steps: Vec<&mut dyn ChainStep> = Vec::new();
+        steps.extend(singular.as_mut().map(|step| step as &mut dyn ChainStep));
+        steps.extend(moves.as_mut().map(|step| step as &mut dyn ChainStep));
+        steps.extend(path.as_mut().map(|step| step as &mut dyn ChainStep));
+        let look = search.as_mut().map(|search| search as &mut dyn Look);
+        run_chain(&mut steps, look, upload, spool, output, note, with)
+    }
+
+    /// The reports, once a program has gone through.
+    ///
+    /// # Errors
+    /// A step was left out.
+    pub(super) fn reports(self) -> Result<StepReports, Fault> {
+        let treated = self.singular.map(SingularStep::report).transpose()?;
+        Ok(StepReports {
+            singular: treated.or(self.search.and_then(RegionSearch::into_report)),
+            moved: self.moves.map(MoveStep::report).transpose()?,
+            path: self.path.map(PathStep::report).transpose()?,
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! The steps that a program goes through, one after the other: each reads the program that the step before wrote.
+
+use std::io::{BufReader, BufWriter, Read, Write};
+
+use super::block_change::BlockChange;
+use super::drive::{Look, Note, Upstream};
+use super::{failed, record};
+use crate::machine::Machine;
+use crate::process::fault::Fault;
+use crate::process::set_up::Stop;
+use crate::process::text::{LineCursor, LineMap, Place, ProgramSource, Resting, Spool};
+use crate::wear::SideBySide;
+
+/// What every step works with.
+#[derive(Clone, Copy)]
+pub(in crate::process) struct Resources<'a> {
+    pub(in crate::process) machine: &'a Machine,
+    pub(in crate::process) parts: &'a dyn SideBySide,
+    pub(in crate::process) stop: &'a Stop<'a>,
+}
+
+/// A step of a chain. It keeps its own report.
+pub(in crate::process) trait ChainStep {
+    /// Takes the program of `upstream` through the step. `note` gets what the step did to every motion, in the order of the
+    /// program, once the written motion was read back. Returns the lines that the step inserted.
+    ///
+    /// # Errors
+    /// Why the program is refused; `output` then holds text that must not be run.
+    fn run(
+        &mut self,
+        upstream: Upstream<'_>,
+        look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        note: Note<'_, BlockChange>,
+        with: &Resources<'_>,
+    ) -> Result<LineMap, Fault>;
+
+    /// Where the written program rests while a later step reads it.
+    fn rests_in(&self) -> Place;
+
+    /// Where the changes of the motions rest until a later step adds its own; `None` for a step that notes none.
+    fn notes_in(&self) -> Option<Place>;
+}
+
+/// Takes a program through these steps to `output`. Between two steps it rests in `spool`. `look` watches the first reading.
+/// `note` gets every motion with the changes of all steps that note any. Returns the inserted lines of each step, the last first.
+///
+/// # Errors
+/// Why a step refuses the program; `output` then holds text that must not be run.
+pub(in crate::process) fn run_chain(
+    steps: &mut [&mut dyn ChainStep],
+    mut look: Option<&mut dyn Look>,
+    upload: &dyn ProgramSource,
+    spool: &dyn Spool,
+    output: &mut dyn Write,
+    note: Note<'_, BlockChange>,
+    with: &Resources<'_>,
+) -> Result<Vec<LineMap>, Fault> {
+    let mut maps: Vec<LineMap> = Vec::new();
+    let mut resting: Option<Resting<'_>> = None;
+    let mut noted: Option<Place> = None;
+    let count = steps.len();
+    for (index, step) in steps.iter_mut().enumerate() {
+        let source = resting.as_ref().map_or(upload, |text| text as &dyn ProgramSource);
+        let upstream = Upstream { source, lines: maps.iter().map(LineCursor::new).collect() };
+        let look = look.take();
+        let mut earlier = noted.map(|place| spool.open(place).map(BufReader::new)).transpose()?;
+        let lines = if index + 1 == count {
+            let note = &mut |change: &BlockChange| note(&joined(earlier.as_mut(), change)?);
+            step.run(upstream, look, output, note, with)?
+        } else {
+            let mut text = BufWriter::new(spool.create(step.rests_in())?);
+            let notes_in = step.notes_in();
+            let mut notes = notes_in.map(|place| spool.create(place).map(BufWriter::new)).transpose()?;
+            let note = &mut |change: &BlockChange| match &mut notes {
+                Some(notes) => Ok(record::put(&joined(earlier.as_mut(), change)?, notes)?),
+                None => Ok(()),
+            };
+            let lines = step.run(upstream, look, &mut text, note, with)?;
+            text.flush()?;
+            if let Some(notes) = &mut notes {
+                notes.flush()?;
+            }
+            drop(text);
+            noted = notes_in;
+            resting = Some(Resting { spool, place: step.rests_in() });
+            lines
+        };
+        maps.insert(0, lines);
+    }
+    Ok(maps)
+}
+
+/// The change of a motion together with what earlier steps did to it.
+fn joined(earlier: Option<&mut impl Read>, change: &BlockChange) -> Result<BlockChange, Fault> {
+    let Some(earlier) = earlier else { return Ok(*change) };
+    let before = record::take(earlier)?.filter(|before| before.line == change.line);
+    let what = "a motion of the moved program is another one";
+    before.map(|before| before.and(change)).ok_or_else(|| failed(change.line, what))
+}
