@@ -1,7 +1,7 @@
 //! What is understood of a program, motion by motion.
 
-mod interpret;
+mod run;
 
-pub use interpret::{
+pub use run::{
     Interpretation, Interpreted, InterpretedArc, InterpretedKind, InterpretedMotion, interpret_program,
 };

@@ -17,8 +17,7 @@ use crate::process::pipeline::{
     Awaited, BeforeAfter, BlockChange, BlockError, Check, DeviationTotals, ErrorShares, Outgoing, ReadBack,
     failed,
 };
-use crate::process::set_up::SetUps;
-use crate::process::set_up::Stop;
+use crate::process::set_up::{SetUps, Stop};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 use crate::units::Angle;

@@ -4,7 +4,8 @@ use std::io::{BufReader, BufWriter, Read, Write};
 
 use super::block_change::BlockChange;
 use super::drive::{Look, Note, Upstream};
-use super::{failed, record};
+use super::read_back::failed;
+use super::record;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::Stop;

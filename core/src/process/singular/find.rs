@@ -16,8 +16,7 @@ use crate::motion::Motion;
 use crate::process::contact_path::CcParameters;
 use crate::process::fault::{Fault, Warnings};
 use crate::process::pipeline::{Look, Resources, Surveyed};
-use crate::process::set_up::ContactSource;
-use crate::process::set_up::Stop;
+use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Passages, Stretch, Survey};
 use crate::program::{Batch, Dialect};
 
