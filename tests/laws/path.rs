@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use trunnion::geometry::{Vec3, angle_between};
 use trunnion::kinematics::{
-    InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, PoseLanes, Selection, Setup,
-    TRAVEL_SLACK, ToolPose, WarningKind,
+    COMPUTED_WORD_SLACK, InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, PoseLanes,
+    Selection, Setup, ToolPose, WarningKind,
 };
 use trunnion::machine::{Machine, MachineParts, Preset, Travel};
 
@@ -333,7 +333,7 @@ proptest! {
         prop_assume!(path.warnings.iter().all(|w| w.kind != WarningKind::PoleHold));
         let words = words_of(&machine, &path, poses.len());
         for (word, travel) in words.iter().flat_map(|words| words.iter().zip(travels)) {
-            prop_assert!(travel.is_none_or(|t| t.contains(*word, TRAVEL_SLACK)), "{} {:?}", word, travel);
+            prop_assert!(travel.is_none_or(|t| t.contains(*word, COMPUTED_WORD_SLACK)), "{} {:?}", word, travel);
         }
         let (found, best) = (cost(&words, start), cheapest_of_all(&choices, start));
         prop_assert_eq!(found.rewinds, best.rewinds, "{:?} {:?}", found, best);

@@ -1,6 +1,6 @@
 //! The states of a choice: branch × whole turns of the limited axes.
 
-use super::TRAVEL_SLACK;
+use super::COMPUTED_WORD_SLACK;
 use super::pointing::nearest_integer;
 use super::two_way::Rules;
 use crate::machine::Travel;
@@ -58,7 +58,7 @@ impl Grid {
             turn_deg: [self.turn_deg(0, 0), self.turn_deg(1, 0)],
             range_deg: self.travel.map(|travel| {
                 travel.map_or([f64::NEG_INFINITY, f64::INFINITY], |t| {
-                    [t.min - TRAVEL_SLACK, t.max + TRAVEL_SLACK]
+                    [t.min - COMPUTED_WORD_SLACK, t.max + COMPUTED_WORD_SLACK]
                 })
             }),
             threshold_deg,
@@ -99,7 +99,7 @@ impl Grid {
     }
 
     pub(super) fn within(&self, k: usize, word_deg: f64) -> bool {
-        self.travel[k].is_none_or(|travel| travel.contains(word_deg, TRAVEL_SLACK))
+        self.travel[k].is_none_or(|travel| travel.contains(word_deg, COMPUTED_WORD_SLACK))
     }
 
     /// The turns of a principal word that are within travel.

@@ -5,8 +5,9 @@ use super::{InverseError, Joints, Kinematics, ToolPose};
 use crate::geometry::{Vec3, trig};
 use crate::machine::{Motion, Travel};
 
-/// Slack of travel comparisons [deg, mm]: the rounding of words that stand exactly at the end of a travel.
-pub const TRAVEL_SLACK: f64 = 1e-9;
+/// A computed word that lies outside a travel by no more is at its end \[deg or mm\]: the rounding of double precision, well below
+/// the decimals of a program ([`Travel::WORD_SLACK`]).
+pub const COMPUTED_WORD_SLACK: f64 = 1e-9;
 /// A direction beyond the reach limit by no more counts as on it \[rad\].
 pub const REACH_SLACK_RAD: f64 = 1e-9;
 /// Closer than this to a reach limit or to the pole \[rad\] the two solutions are one: the axis moves by no more.
@@ -187,7 +188,7 @@ impl Kinematics {
             let Some(Travel { min, max }) = *travel else { continue };
             let commanded = linear_mm[k];
             let excess = (min - commanded).max(commanded - max);
-            if excess > TRAVEL_SLACK && worst.is_none_or(|(most, _)| excess > most) {
+            if excess > COMPUTED_WORD_SLACK && worst.is_none_or(|(most, _)| excess > most) {
                 let axis = Motion::Linear(k);
                 worst = Some((excess, InverseError::OutOfTravel { pose: index, axis, commanded, min, max }));
             }
@@ -232,8 +233,8 @@ fn reach(pointing: &Pointing, pointed: &Pointed) -> Reach {
 /// The whole turns k for which `word + 360·k` is within travel; only 0 on an unlimited axis.
 pub(super) fn turn_range(word_deg: f64, travel: Option<Travel>) -> std::ops::Range<i32> {
     let Some(Travel { min, max }) = travel else { return 0..1 };
-    let first = ((min - TRAVEL_SLACK - word_deg) / 360.0).ceil();
-    let last = ((max + TRAVEL_SLACK - word_deg) / 360.0).floor();
+    let first = ((min - COMPUTED_WORD_SLACK - word_deg) / 360.0).ceil();
+    let last = ((max + COMPUTED_WORD_SLACK - word_deg) / 360.0).floor();
     #[expect(clippy::cast_possible_truncation, reason = "travel ends are within a thousand turns")]
     let range = first as i32..(last as i32) + 1;
     range

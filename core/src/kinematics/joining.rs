@@ -1,7 +1,7 @@
 //! From chosen words to joints, and what is to be told of a way.
 
 use super::lanes::{BLOCK, JointBlock, PoseBlock, PoseSource, join};
-use super::walk::{HELD, LIMIT, Walk};
+use super::walk::{HELD, LIMIT, Walk, branch_words};
 use super::{InverseError, PathWarning, WarningKind};
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
@@ -19,8 +19,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.go_on()?;
             let (size, poses) = self.poses.block(begin, &mut block);
             let end = begin + size;
-            joined.words_deg[0][..size].copy_from_slice(&self.out.joints.x_mm[begin..end]);
-            joined.words_deg[1][..size].copy_from_slice(&self.out.joints.y_mm[begin..end]);
+            for (words, chosen) in joined.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
+                words[..size].copy_from_slice(&chosen[begin..end]);
+            }
             join(self.options.instructions, &chain, poses.tip_mm, &mut joined);
             let (first, second) = if swapped { (1, 0) } else { (0, 1) };
             let joints = &mut self.out.joints;
@@ -53,9 +54,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             if index % BLOCK == 0 {
                 self.go_on()?;
             }
-            let joints = &mut self.out.joints;
-            let words = [joints.x_mm[index], joints.y_mm[index]];
+            let [u_deg, v_deg, ..] = branch_words(&self.out.joints);
+            let words = [u_deg[index], v_deg[index]];
             let joined = self.kinematics.joints_at(self.poses.pose(index).tip_mm, words);
+            let joints = &mut self.out.joints;
             joints.x_mm[index] = joined.linear_mm.x;
             joints.y_mm[index] = joined.linear_mm.y;
             joints.z_mm[index] = joined.linear_mm.z;

@@ -27,7 +27,7 @@ pub use batch::{JointLanes, PoseLanes};
 pub use chain::{BareKinematics, Joints, Kinematics, Setup, ToolPose};
 pub use error::InverseError;
 pub use instruction_set::InstructionSet;
-pub use inverse::{Branch, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD, TRAVEL_SLACK};
+pub use inverse::{Branch, COMPUTED_WORD_SLACK, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD};
 pub use near::NearWords;
 pub use path::{Lanes, MAX_CELLS, Path, PathOptions, PathWarning, REWIND_DEG, Selection, WarningKind};
 pub use singular_zone::{SingularZone, Singularity, SingularityKind};

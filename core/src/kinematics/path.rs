@@ -223,7 +223,7 @@ impl Kinematics {
             let max_abs = crate::machine::Machine::MAX_TRAVEL_DEG;
             let Travel { min, max } = self.travel_deg[k].unwrap_or(Travel { min: -max_abs, max: max_abs });
             // what is not a number is outside too
-            if !(Travel { min, max }).contains(commanded, super::TRAVEL_SLACK) {
+            if !(Travel { min, max }).contains(commanded, super::COMPUTED_WORD_SLACK) {
                 return Err(InverseError::StartOutOfTravel { axis, commanded, min, max });
             }
         }

@@ -5,7 +5,7 @@ use super::grid::Grid;
 use super::lanes::PoseSource;
 use super::path::RELAX_ABOVE;
 use super::walk::Walk;
-use super::{InverseError, TRAVEL_SLACK};
+use super::{COMPUTED_WORD_SLACK, InverseError};
 use crate::machine::Travel;
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
@@ -68,7 +68,7 @@ fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
     let (low, high) = words_deg
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), word| (low.min(*word), high.max(*word)));
-    let slack = TRAVEL_SLACK;
+    let slack = COMPUTED_WORD_SLACK;
     let first = ((travel.min - slack - low) / 360.0).ceil();
     let last = ((travel.max + slack - high) / 360.0).floor();
     if first > last || (fixed && !(first..=last).contains(&0.0)) {

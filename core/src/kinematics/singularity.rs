@@ -4,7 +4,7 @@
 //! move C by 35° at A = 0.01°. Path selection therefore holds u inside a cone about the pole; the tip stays exact.
 
 use super::pointing::{DEG_PER_RAD, principal_deg};
-use super::{Kinematics, TRAVEL_SLACK};
+use super::{COMPUTED_WORD_SLACK, Kinematics};
 use crate::geometry::{Vec3, angle_about, angle_between};
 use crate::machine::Machine;
 
@@ -34,7 +34,9 @@ impl Kinematics {
             .map(|word| {
                 (word.clamp(travel.min, travel.max), (word.clamp(travel.min, travel.max) - word).abs())
             })
-            .filter(|(_, miss)| *miss > TRAVEL_SLACK && *miss <= 2.0 * self.pole_cone_rad().to_degrees())
+            .filter(|(_, miss)| {
+                *miss > COMPUTED_WORD_SLACK && *miss <= 2.0 * self.pole_cone_rad().to_degrees()
+            })
             .map(|(word, _)| principal_deg(word))
             .next()
             .filter(|_| super::inverse::turn_range(best, self.travel_deg[1]).is_empty())

@@ -8,7 +8,7 @@ use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, point};
 use super::pointing::{nearest_integer, principal_deg};
 use super::two_way::{Rules, Weights, weigh};
-use super::{InverseError, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
+use super::{InverseError, JointLanes, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
 use crate::geometry::trig;
 use crate::machine::Motion;
 
@@ -27,9 +27,20 @@ struct Weighed {
     weights: Box<Weights>,
 }
 
-/// One path being solved. Until a choice is made the output's arrays hold the words of both branches: `x`, `y` those
-/// of u, v of the first, `z`, `first` those of the second. Then `x`, `y` hold the chosen words of u, v, whole turns
-/// included, until [`Walk::join`] makes joints of them.
+/// The words of both branches \[deg\]: u and v of the first, then u and v of the second. They are kept in the memory that takes
+/// the joints later. Once a choice is made, the first two are the chosen words, whole turns included.
+#[inline]
+pub(super) fn branch_words(memory: &JointLanes) -> [&[f64]; 4] {
+    [&memory.x_mm, &memory.y_mm, &memory.z_mm, &memory.first_rad]
+}
+
+/// The same, to be written.
+#[inline]
+fn branch_words_mut(memory: &mut JointLanes) -> [&mut [f64]; 4] {
+    [&mut memory.x_mm, &mut memory.y_mm, &mut memory.z_mm, &mut memory.first_rad]
+}
+
+/// One path being solved. Its output holds [the words](branch_words) until [`Walk::join`] makes joints of them.
 pub(super) struct Walk<'a, P: ?Sized> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) poses: &'a P,
@@ -128,11 +139,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let (size, poses) = self.poses.block(begin, block);
         point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses.axis, pointed);
         let all = begin..begin + size;
-        let joints = &mut self.out.joints;
-        joints.x_mm[all.clone()].copy_from_slice(&pointed.words_deg[0][..size]);
-        joints.y_mm[all.clone()].copy_from_slice(&pointed.words_deg[1][..size]);
-        joints.z_mm[all.clone()].copy_from_slice(&pointed.words_deg[2][..size]);
-        joints.first_rad[all.clone()].copy_from_slice(&pointed.words_deg[3][..size]);
+        for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(&pointed.words_deg) {
+            kept[all.clone()].copy_from_slice(&found[..size]);
+        }
         self.out.conditioning[all].copy_from_slice(&pointed.conditioning[..size]);
         let tip_is_near = |lane: usize| {
             let is_near = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
@@ -158,7 +167,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     fn u_words(&self, pose: usize) -> [f64; 2] {
-        [self.out.joints.x_mm[pose], self.out.joints.z_mm[pose]]
+        let [first_u_deg, _, second_u_deg, _] = branch_words(&self.out.joints);
+        [first_u_deg[pose], second_u_deg[pose]]
     }
 
     /// Examines a pose singly; true if it is inside the pole cone.
@@ -185,11 +195,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     fn set_words(&mut self, index: usize, words: [[f64; 2]; 2]) {
-        let joints = &mut self.out.joints;
-        joints.x_mm[index] = words[0][0];
-        joints.y_mm[index] = words[0][1];
-        joints.z_mm[index] = words[1][0];
-        joints.first_rad[index] = words[1][1];
+        for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(words.as_flattened()) {
+            kept[index] = *word;
+        }
     }
 
     fn linear_fits(&self, index: usize, words_deg: [f64; 2]) -> bool {
@@ -215,10 +223,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     fn stage(&self, pose: usize) -> Stage {
-        let joints = &self.out.joints;
         let mark = self.marks[pose];
+        let [first_u, first_v, second_u, second_v] = self.both(pose);
         Stage {
-            words_deg: [[joints.x_mm[pose], joints.y_mm[pose]], [joints.z_mm[pose], joints.first_rad[pose]]],
+            words_deg: [[first_u, first_v], [second_u, second_v]],
             alive: [mark & ALIVE[0] != 0, mark & ALIVE[1] != 0],
             held: mark & HELD != 0,
         }
@@ -310,9 +318,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// The weights of the steps into the poses `begin..end`, from the words `before` on.
     fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
-        let joints = &self.out.joints;
-        let stored = [&joints.x_mm, &joints.y_mm, &joints.z_mm, &joints.first_rad];
-        for (lane, from) in lanes.words.iter_mut().zip(stored) {
+        for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
             lane[..end - begin].copy_from_slice(&from[begin..end]);
         }
         let all = self.options.selection == Selection::Cheapest;
@@ -329,8 +335,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// The words of u and of v along the states of a way; those of axes without end by the nearest turn.
     pub(super) fn follow(&self, grid: &Grid, way: &[u16], words_deg: &mut [Vec<f64>; 2]) {
         let mut previous = self.start;
-        let joints = &self.out.joints;
-        let branches = [(&joints.x_mm, &joints.y_mm), (&joints.z_mm, &joints.first_rad)];
+        let [first_u, first_v, second_u, second_v] = branch_words(&self.out.joints);
+        let branches = [(first_u, first_v), (second_u, second_v)];
         let plain = grid.count == [1, 1];
         for (pose, state) in way.iter().enumerate() {
             let words = match previous {
@@ -346,14 +352,16 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    fn choose(&mut self, pose: usize, words_deg: [f64; 2]) {
-        self.out.joints.x_mm[pose] = words_deg[0];
-        self.out.joints.y_mm[pose] = words_deg[1];
+    fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
+        for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
+            kept[pose] = word;
+        }
     }
 
-    pub(super) fn choose_all(&mut self, words_deg: &[Vec<f64>; 2]) {
-        self.out.joints.x_mm.copy_from_slice(&words_deg[0]);
-        self.out.joints.y_mm.copy_from_slice(&words_deg[1]);
+    pub(super) fn choose_all(&mut self, chosen_deg: &[Vec<f64>; 2]) {
+        for (kept, words) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
+            kept.copy_from_slice(words);
+        }
     }
 
     pub(super) fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
@@ -377,9 +385,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 if let (Some(lanes), Some(mut words), true) = (&lanes, previous, goes_on) {
                     let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
                     let run = pose - begin..pose - begin + plain;
-                    let joints = &mut self.out.joints;
-                    let u_deg = &mut joints.x_mm[pose..pose + plain];
-                    let v_deg = &mut joints.y_mm[pose..pose + plain];
+                    let [u_deg, v_deg, ..] = branch_words_mut(&mut self.out.joints);
+                    let (u_deg, v_deg) = (&mut u_deg[pose..pose + plain], &mut v_deg[pose..pose + plain]);
                     let taken = nearest_run(lanes, run, &mut branch, &mut words, u_deg, v_deg);
                     previous = Some(words);
                     pose += taken;
@@ -401,8 +408,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     fn both(&self, pose: usize) -> [f64; 4] {
-        let joints = &self.out.joints;
-        [joints.x_mm[pose], joints.y_mm[pose], joints.z_mm[pose], joints.first_rad[pose]]
+        branch_words(&self.out.joints).map(|kept| kept[pose])
     }
 }
 

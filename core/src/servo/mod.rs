@@ -40,5 +40,5 @@ pub use state_space::StateSpace;
 pub use statistics::{ContourErrorSummary, FollowingErrorSummary, Oval, Trace, TracePoint};
 pub use stepping::AxisServo;
 pub use sweep::{SampledPath, ServoPath, simulate, sweep_at_feed};
-pub use tool_command::{TRAVEL_SLACK, ToolCommand, letters_of};
+pub use tool_command::{ToolCommand, letters_of};
 pub use tool_run::{ToolOutcome, ToolRun};

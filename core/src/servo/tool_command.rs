@@ -7,7 +7,7 @@ use super::feed_profile::distances_mm;
 use super::path::Waypoint;
 use super::{AxisLetter, ServoFault, ToolPath};
 use crate::kinematics::{InverseError, JointLanes, Kinematics, PathOptions, PoseLanes, ToolPose};
-use crate::machine::Machine;
+use crate::machine::{Machine, Travel};
 
 /// The commands of all five axes along a path of the tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +26,6 @@ pub struct ToolCommand {
 
 /// A rotary axis that turns further than this in a sample has no drive that could follow \[rad\].
 const JUMP_RAD: f64 = 0.5;
-/// Share of a travel's end that is rounding \[mm or deg\].
-pub const TRAVEL_SLACK: f64 = 1e-6;
 
 impl ToolCommand {
     /// Samples a path of the tool, through the machine's kinematics (poses to joints by the cheapest way).
@@ -153,7 +151,7 @@ fn check_travel(machine: &Machine, joints: &JointLanes, period_s: f64) -> Result
     for (k, lane) in linear.into_iter().enumerate() {
         let Some(travel) = machine.linear_travel_mm()[k] else { continue };
         for (sample, word) in lane.iter().enumerate() {
-            if !travel.contains(*word, TRAVEL_SLACK) {
+            if !travel.contains(*word, Travel::WORD_SLACK) {
                 let at_s = sample as f64 * period_s;
                 let axis = AxisLetter::ALL[k].as_char();
                 return Err(ServoFault::OutOfTravel {
@@ -170,7 +168,7 @@ fn check_travel(machine: &Machine, joints: &JointLanes, period_s: f64) -> Result
         let Some(travel) = axis.travel_deg else { continue };
         for (sample, angle_rad) in lane.iter().enumerate() {
             let commanded = axis.word_deg(*angle_rad);
-            if !travel.contains(commanded, TRAVEL_SLACK) {
+            if !travel.contains(commanded, Travel::WORD_SLACK) {
                 let at_s = sample as f64 * period_s;
                 let axis = axis.letter.as_char();
                 return Err(ServoFault::OutOfTravel {

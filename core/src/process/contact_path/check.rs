@@ -18,6 +18,7 @@ use crate::motion::{
     AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
 };
 use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, Check, Outgoing, ReadBack, failed};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
@@ -27,9 +28,6 @@ use crate::program::Dialect;
 const SAME_POSITION: f64 = 1e-7;
 /// An extruder word in between may be rounded beyond its ends by this \[program units\].
 const SAME_EXTRA: f64 = 1e-3;
-/// The time of a part may differ by this share: F words are rounded.
-const SAME_TIME: f64 = 0.01;
-
 /// A part is measured where a proof found at least this share of the largest deviation so far.
 const NEAR_LARGEST: f64 = 0.9;
 
@@ -406,7 +404,7 @@ impl<'a> Verifier<'a> {
         let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };
         let share_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
         match time_s(read.feed.raw, segment) {
-            Some(part_s) if (part_s - share_s).abs() <= SAME_TIME * share_s => Ok(()),
+            Some(part_s) if (part_s - share_s).abs() <= TIME_ROUNDING * share_s => Ok(()),
             _ => Err(failed(source.line, "a part of a divided block takes another time than its share")),
         }
     }

@@ -16,8 +16,6 @@ use crate::process::set_up::{ContactSource, SetUps, turns};
 use crate::process::text::{MotionPoses, Passage};
 use crate::program::Dialect;
 
-/// Words this far outside the travel are still rounding of the decimals \[mm or deg\].
-const TRAVEL_SLACK: f64 = 1e-6;
 /// So many motions are looked at ahead for the direction in which a pass goes on.
 const MAX_LOOKAHEAD: usize = 64;
 /// What a look leaves open below this share of the tolerance needs no closer look.
@@ -540,7 +538,7 @@ impl<'a> Judge<'a> {
         word: f64,
         travel: Option<Travel>,
     ) {
-        if let Some(kind) = LineFaultKind::outside(axis, word, travel, TRAVEL_SLACK) {
+        if let Some(kind) = LineFaultKind::outside(axis, word, travel) {
             self.faults.add(line, text, kind);
         }
     }

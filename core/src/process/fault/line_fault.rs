@@ -191,13 +191,8 @@ impl LineFaultKind {
     }
 
     /// An axis commanded outside its travel by more than `slack` \[mm or deg\], if it is.
-    pub(in crate::process) fn outside(
-        axis: char,
-        commanded: f64,
-        travel: Option<Travel>,
-        slack: f64,
-    ) -> Option<Self> {
-        let Travel { min, max } = travel.filter(|travel| !travel.contains(commanded, slack))?;
+    pub(in crate::process) fn outside(axis: char, commanded: f64, travel: Option<Travel>) -> Option<Self> {
+        let Travel { min, max } = travel.filter(|travel| !travel.contains(commanded, Travel::WORD_SLACK))?;
         Some(Self::OutOfTravel { axis, commanded, min, max })
     }
 }

@@ -4,11 +4,10 @@ use crate::contact::{BlockTime, feed_word};
 use crate::motion::{AxisWords, Feed, FeedMode, Motion, MotionKind};
 use crate::process::contact_path::MIN_FEED;
 use crate::process::fault::LineFaultKind;
+use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::rounded_feed;
 use crate::program::NewWord;
 
-/// A block may take so much less of its time before its F is lowered (share).
-const SAME_TIME: f64 = 0.01;
 /// The lower F that a block needs because F counts along a shorter path now, or along millimetres instead of
 /// degrees: a purely rotary block that gains 0.02 mm of X would run through its degrees in no time. `None`: the
 /// source's F serves.
@@ -28,7 +27,7 @@ pub(super) fn lowered_feed(
     let [before, after] = [[start, end], written].map(|ends| BlockTime::of_words(ends, motion.mm_per_unit));
     // In G95 the same lengths count along the turns of the spindle.
     let share = feed_word(mode.unwrap_or(FeedMode::PerMinute), 1.0, &before, &after, 1.0);
-    let Some(share) = share.filter(|share| *share < 1.0 - SAME_TIME) else { return Ok(None) };
+    let Some(share) = share.filter(|share| *share < 1.0 - TIME_ROUNDING) else { return Ok(None) };
     if value.is_none() {
         let changes = before.is_purely_rotary() != after.is_purely_rotary();
         return if changes { Err(LineFaultKind::FeedUnknown) } else { Ok(None) };

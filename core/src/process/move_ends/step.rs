@@ -14,7 +14,6 @@ use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
-use crate::kinematics::TRAVEL_SLACK;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
@@ -23,14 +22,10 @@ use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
 use crate::program;
 use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Steps};
-use crate::units::{Angle, Length, MM_PER_INCH};
+use crate::units::{Angle, Length};
 
-/// Fewest decimals of a word that was moved, in mm and in inches.
-const LEAST_DECIMALS: [u8; 2] = [3, 4];
 /// Whether to go on is asked every so many motions: each may look for a contact on a surface.
 pub(super) const ASK_EVERY: usize = 32;
-/// Fewest decimals of a rotary word that was turned.
-const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
@@ -222,9 +217,7 @@ impl<'a> Run<'a> {
     /// How linear and rotary words that move are written: as the finest of the program, and no coarser than a control's
     /// increments.
     fn resolutions(&self, motion: &Motion) -> [Resolution; 2] {
-        let inches = (motion.mm_per_unit - MM_PER_INCH).abs() < 1e-9;
-        let linear = self.survey.linear_decimals.max(LEAST_DECIMALS[usize::from(inches)]);
-        let rotary = self.survey.rotary_decimals.max(LEAST_ROTARY_DECIMALS);
+        let [linear, rotary] = self.survey.written_decimals(motion.mm_per_unit);
         [
             Resolution { decimals: linear, unit: motion.mm_per_unit },
             Resolution { decimals: rotary, unit: 1.0 },
@@ -399,7 +392,7 @@ impl<'a> Run<'a> {
     fn check_travel(&self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
         let machine = self.pilot.machine;
         let check = |axis: char, commanded: f64, travel: Option<Travel>| {
-            LineFaultKind::outside(axis, commanded, travel, TRAVEL_SLACK).map_or(Ok(()), Err)
+            LineFaultKind::outside(axis, commanded, travel).map_or(Ok(()), Err)
         };
         for (axis, word) in machine.rotary_axes().iter().zip(end.rotary_deg) {
             check(axis.letter.as_char(), word, axis.travel_deg)?;

@@ -21,5 +21,5 @@ pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Surveyed, Upstream};
 pub(in crate::process) use emit::{Emitter, differs, exact_decimals, form, in_units, letter, rounded_feed};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
-pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, failed};
+pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, TIME_ROUNDING, failed};
 pub(in crate::process) use rewriter::{Placed, Rewriter};

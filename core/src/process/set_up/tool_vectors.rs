@@ -17,8 +17,6 @@ use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 const SAME_COURSE_RAD: f64 = 1e-3;
 /// A vector that the axes miss by more than this and the tilt of the location errors is not the one programmed \[rad\].
 const SAME_AXIS_RAD: f64 = 1e-7;
-/// Words this far outside the travel are still rounding \[deg\].
-const TRAVEL_SLACK_DEG: f64 = 1e-6;
 
 /// X Y Z \[mm\] and the tool axis as written.
 type VectorPoint = ([f64; 3], [f64; 3]);
@@ -145,7 +143,7 @@ impl ToolVectors {
     fn is_within_travel(&self, words_deg: [f64; 2]) -> bool {
         self.machine.rotary_axes().iter().zip(words_deg).all(|(axis, word)| {
             axis.travel_deg.is_none_or(|Travel { min, max }| {
-                (min - TRAVEL_SLACK_DEG..=max + TRAVEL_SLACK_DEG).contains(&word)
+                (min - Travel::WORD_SLACK..=max + Travel::WORD_SLACK).contains(&word)
             })
         })
     }

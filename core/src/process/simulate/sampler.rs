@@ -7,11 +7,11 @@ use super::run::{LinePeaks, SimulationParameters};
 use crate::contact::{BlockTime, block_time_s, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::JointLanes;
-use crate::machine::Machine;
+use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::process::fault::{Fault, LeftOutReason};
 use crate::process::set_up::SetUps;
-use crate::servo::{AxisLetter, MovingAverage, ServoFault, TRAVEL_SLACK, ToolRun, letters_of};
+use crate::servo::{AxisLetter, MovingAverage, ServoFault, ToolRun, letters_of};
 
 /// Samples handed to the drives at a time, a multiple of a block of the stepping.
 const CHUNK: usize = 1024;
@@ -273,7 +273,7 @@ impl<'a> Sampler<'a> {
         let rotary = self.machine.rotary_axes().iter().map(|axis| &axis.travel_deg).zip(rotary_deg);
         for (axis, (travel, commanded)) in self.axes.iter().zip(linear.chain(rotary)) {
             if let Some(travel) = travel
-                && !travel.contains(commanded, TRAVEL_SLACK)
+                && !travel.contains(commanded, Travel::WORD_SLACK)
             {
                 let at_s = self.samples as f64 * self.parameters.period_s;
                 let (axis, min, max) = (axis.as_char(), travel.min, travel.max);

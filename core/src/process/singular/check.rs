@@ -14,6 +14,7 @@ use crate::machine::Machine;
 use crate::motion::{AxisWords, Motion, MotionKind};
 use crate::process::contact_path::{Group, Meaning, Verifier, same_words};
 use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::{Awaited, Check, Outgoing, ReadBack, failed};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
@@ -26,9 +27,6 @@ const ARITHMETIC_MM: f64 = 1e-7;
 const LAST_BIT: f64 = 1e-9;
 /// Words pass through binary fractions \[deg\].
 const SAME_STEP_DEG: f64 = 1e-6;
-/// The time of a block may differ by this share: F words are rounded.
-const SAME_TIME: f64 = 0.01;
-
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
 #[expect(
@@ -156,7 +154,7 @@ impl<'a> SingularityVerifier<'a> {
         let time = time_s(&block, read);
         if self.planner.survey.has_feed_column
             && let (Some(written_s), Some(source_s)) = (time, time_s(&meant, &pending.motion))
-            && (written_s - source_s).abs() > SAME_TIME * source_s
+            && (written_s - source_s).abs() > TIME_ROUNDING * source_s
         {
             return Err(failed(line, "a moved block takes another time"));
         }

@@ -6,19 +6,15 @@ use super::parameters::SingularityParameters;
 use super::pending::Pending;
 use super::report::LeftReason;
 use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word, rotary_rad};
-use crate::kinematics::TRAVEL_SLACK;
+use crate::machine::Travel;
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
 use crate::process::contact_path::{Checked, Division, MIN_FEED, is_too_fast};
 use crate::process::pipeline::rounded_feed;
 use crate::process::text::Survey;
 use crate::program::NewWord;
-use crate::units::MM_PER_INCH;
 
 /// A block whose path changes gets an F word where its time would change by more than this share.
-const SAME_TIME: f64 = 0.002;
-/// Fewest decimals of linear words that are written anew, in mm and in inches, and of rotary words.
-const LEAST_LINEAR: [u8; 2] = [3, 4];
-const LEAST_ROTARY: u8 = 3;
+const NOTICEABLE_TIME: f64 = 0.002;
 
 /// What becomes of a motion.
 #[derive(Debug, Default)]
@@ -93,19 +89,15 @@ impl<'a> Planner<'a> {
     /// Decimals of linear and rotary words that are written anew: the finest of the program, at least what a control's
     /// increments want. Posts strip trailing zeros.
     pub(super) fn decimals(&self, motion: &Motion) -> [u8; 2] {
-        let inches = (motion.mm_per_unit - MM_PER_INCH).abs() < 1e-9;
-        [
-            self.survey.linear_decimals.max(LEAST_LINEAR[usize::from(inches)]),
-            self.survey.rotary_decimals.max(LEAST_ROTARY),
-        ]
+        self.survey.written_decimals(motion.mm_per_unit)
     }
 
     /// Whether an axis would leave its travel at these words.
     pub(super) fn is_outside(&self, mode: Interpolation, words: &AxisWords) -> bool {
         let Cutting { machine, kinematics, .. } = &self.cutting;
         let rotary = machine.rotary_axes().iter().zip(words.rotary_deg);
-        let outside = |travel: Option<crate::machine::Travel>, word: f64| {
-            travel.is_some_and(|travel| !travel.contains(word, TRAVEL_SLACK))
+        let outside = |travel: Option<Travel>, word: f64| {
+            travel.is_some_and(|travel| !travel.contains(word, Travel::WORD_SLACK))
         };
         if rotary.into_iter().any(|(axis, word)| outside(axis.travel_deg, word)) {
             return true;
@@ -143,7 +135,7 @@ impl<'a> Planner<'a> {
         let Some(value) = feed_word(mode, feed.raw, &time(&source), &time(&written), 1.0) else {
             return Ok(None);
         };
-        if (value / feed.raw - 1.0).abs() <= SAME_TIME {
+        if (value / feed.raw - 1.0).abs() <= NOTICEABLE_TIME {
             return Ok(None);
         }
         if value < MIN_FEED {

@@ -1,6 +1,6 @@
 //! Lines that tell a survey nothing new, found without reading their words.
 
-use super::survey::{MAX_DECIMALS, Survey};
+use super::survey::{CONTROL_DECIMALS, Survey};
 use crate::program::{Address, Batch, Dialect};
 
 /// Pieces of a text are about so long \[bytes\]: a line that has to be read costs the reading of its piece.
@@ -37,7 +37,7 @@ impl Glance {
         // Lines longer than a reader takes have to be refused by it.
         lines.len() <= 2 * PIECE_BYTES
             && self.is_of_plain_bytes(lines)
-            && (coarse >= MAX_DECIMALS
+            && (coarse >= CONTROL_DECIMALS
                 || !has_fraction_longer_than(coarse, lines)
                 || (self.has_letters && self.keeps_decimals(lines, survey, coarse)))
     }
@@ -61,7 +61,7 @@ impl Glance {
         memchr::memchr_iter(b'.', lines).all(|point| {
             let (before, behind) = lines.split_at(point);
             let digits = behind.iter().skip(1).take_while(|byte| byte.is_ascii_digit()).count();
-            let decimals = u8::try_from(digits).unwrap_or(u8::MAX).min(MAX_DECIMALS);
+            let decimals = u8::try_from(digits).unwrap_or(u8::MAX).min(CONTROL_DECIMALS);
             if decimals <= coarse {
                 return true;
             }

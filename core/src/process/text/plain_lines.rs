@@ -1,7 +1,7 @@
 //! Lines of conversational, Sinumerik and cutter location programs that tell a survey all it asks for by their bytes:
 //! block numbers and decimals of points, read without making words of them.
 
-use super::survey::{MAX_DECIMALS, Survey};
+use super::survey::{CONTROL_DECIMALS, Survey};
 use crate::program::Dialect;
 
 /// Longer lines are read \[bytes\]; a line of this length cannot hold more words than a reader takes.
@@ -205,7 +205,7 @@ impl Line<'_> {
         if whole == 0 || whole > MAX_WHOLE_DIGITS || decimals > MAX_FRACTION_DIGITS {
             return None;
         }
-        Some(u8::try_from(decimals).unwrap_or(MAX_DECIMALS).min(MAX_DECIMALS))
+        Some(u8::try_from(decimals).unwrap_or(CONTROL_DECIMALS).min(CONTROL_DECIMALS))
     }
 }
 

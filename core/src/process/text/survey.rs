@@ -12,6 +12,7 @@ use crate::process::set_up::{ContactSource, ToolCalls};
 use crate::program::{
     Address, Batch, Borne, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm,
 };
+use crate::units::MM_PER_INCH;
 
 /// What one pass over the text tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,8 +33,14 @@ pub(in crate::process) struct Survey {
     pub(in crate::process) borne: Borne,
 }
 
+/// Fewest decimals of linear words that are written anew, in mm and in inches, and of rotary words: the increments of a control.
+const LEAST_MM_DECIMALS: u8 = 3;
+const LEAST_INCH_DECIMALS: u8 = 4;
+const LEAST_ROTARY_DECIMALS: u8 = 3;
+/// Units that differ by less are one \[mm\].
+const SAME_UNIT_MM: f64 = 1e-9;
 /// Decimals beyond these are arithmetic of the post, not resolution of the control.
-pub(in crate::process) const MAX_DECIMALS: u8 = 6;
+pub(in crate::process) const CONTROL_DECIMALS: u8 = 6;
 /// G codes of a block that can state a contact point, in tenths: motion, plane, units, distance, feed and
 /// compensation off, tool-centre-point control, work offsets.
 const CUTTING_CODES: [u32; 22] =
@@ -151,7 +158,7 @@ impl Survey {
             self.tools.see(batch, block);
             let mut points = 0;
             for word in words.iter().filter(|word| word.form == WordForm::Number) {
-                let decimals = word.decimals.min(MAX_DECIMALS);
+                let decimals = word.decimals.min(CONTROL_DECIMALS);
                 match word.address {
                     Address::X | Address::Y | Address::Z => {
                         self.linear_decimals = self.linear_decimals.max(decimals);
@@ -171,6 +178,14 @@ impl Survey {
                 self.stated = Some(ContactSource::Program);
             }
         }
+    }
+
+    /// Decimals of linear and rotary words that are written anew: those of the program's finest, and no fewer than a control's
+    /// increments have.
+    pub(in crate::process) fn written_decimals(&self, mm_per_unit: f64) -> [u8; 2] {
+        let inches = (mm_per_unit - MM_PER_INCH).abs() < SAME_UNIT_MM;
+        let least = if inches { LEAST_INCH_DECIMALS } else { LEAST_MM_DECIMALS };
+        [self.linear_decimals.max(least), self.rotary_decimals.max(LEAST_ROTARY_DECIMALS)]
     }
 
     /// The contact source for this program: `auto` takes the first available of program, normals and surface, else the tip;
