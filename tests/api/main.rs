@@ -5,6 +5,7 @@
 mod assume_nothing;
 mod audit;
 mod backups;
+mod both_ways;
 mod calibrations;
 mod codings;
 mod command_line;
