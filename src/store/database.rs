@@ -255,3 +255,18 @@ fn new_enough(version: &str) -> bool {
     let found: [u32; 3] = std::array::from_fn(|_| parts.next().unwrap_or(0));
     found >= OLDEST_SQLITE.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::new_enough;
+
+    #[test]
+    fn an_older_sqlite_is_too_old() {
+        for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
+            assert!(new_enough(version), "{version}");
+        }
+        for version in ["3.51.2", "3.9.9", "2.99.99", "", "unknown"] {
+            assert!(!new_enough(version), "{version}");
+        }
+    }
+}

@@ -64,3 +64,19 @@ impl Pace {
         self.bytes_per_s.map(|rate| Duration::from_secs_f64((bytes as f64 / rate).min(3600.0)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn reading_waits_as_long_as_its_rate_asks() {
+        let pace = Pace::within(1e6, CancellationToken::new());
+        let begun = Instant::now();
+        pace.spend(50_000).await;
+        assert!(begun.elapsed() >= Duration::from_millis(50), "{:?}", begun.elapsed());
+        Pace::unbounded().spend(u64::MAX).await;
+    }
+}

@@ -217,6 +217,11 @@ async fn what_a_run_cannot_tell_apart_is_said_in_words() {
     assert_eq!(document["setup_error_um"]["source"], "held_at_zero");
     let names = ["A.e_x_um", "A.e_y_um", "e_xs_um", "e_ys_um", "E_Y0A_um", "E_X0C_um", "E_Y0C_um"];
     assert_eq!(document["unidentifiable"], json!(names));
+    for (axis, error, is_told) in [("A", "e_x", false), ("A", "e_z", true), ("C", "E_X0C", false)] {
+        let trend: Value =
+            app.get(&format!("{RUNS}/trend?axis={axis}&error={error}")).await.json().await.unwrap();
+        assert_eq!(trend["points"][0]["identifiable"], is_told, "{axis} {error}: {trend}");
+    }
     let blind = &document["blind"][0];
     assert!(blind["words"].as_str().unwrap().contains("cannot be told from the set-up error"), "{blind}");
     assert!(blind["separated_by"].as_str().unwrap().contains("spindle step"), "{blind}");

@@ -248,6 +248,34 @@ async fn a_zeroed_overflow_page_is_found() {
     assert_eq!(trunnion(&data, &["backup", path(&folder.path().join("backup"))]).status.code(), Some(2));
 }
 
+#[tokio::test]
+async fn an_index_that_has_lost_its_entries_is_found() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    used(&data).await;
+    let pool = open(&data).await;
+    execute(&pool, "PRAGMA wal_checkpoint(TRUNCATE)").await;
+    let root: i64 = sqlx::query_scalar(
+        "SELECT rootpage FROM sqlite_schema WHERE type = 'index' AND name = 'audit_of_machine'",
+    )
+    .fetch_one(&pool)
+    .await
+    .unwrap();
+    pool.close().await;
+    let database = data.join("trunnion.sqlite");
+    let mut bytes = std::fs::read(&database).unwrap();
+    let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
+    let begin = (usize::try_from(root).unwrap() - 1) * page;
+    assert_eq!(bytes[begin], 10, "a leaf of an index");
+    // No free block, no cells, and the cells' space begins at the page's end: the page itself is sound.
+    let [high, low] = u16::try_from(page).unwrap().to_be_bytes();
+    bytes[begin + 1..begin + 8].copy_from_slice(&[0, 0, 0, 0, high, low, 0]);
+    std::fs::write(&database, bytes).unwrap();
+    let looked = trunnion(&data, &["doctor"]);
+    assert_eq!(looked.status.code(), Some(1), "{}", said(&looked));
+    assert!(said(&looked).contains("audit_of_machine"), "{}", said(&looked));
+}
+
 /// The head that the doctor tells.
 fn head(data: &Path) -> String {
     let looked = trunnion(data, &["doctor", "--deep"]);
