@@ -1,11 +1,11 @@
 //! Stretch after stretch of a program moved and written.
 
 use super::assumption::Assumption;
-use super::check::{Expected, WearVerifier};
+use super::check::{ASK_EVERY, Expected, WearVerifier};
 use super::contact::contact_angle;
 use super::feed::lowered_feed;
-use super::move_program::Moved;
-use super::parameters::Moves;
+use super::moved::Moved;
+use super::moves::Moves;
 use super::pilot::{Course, Goal, Pilot, Point};
 use super::points::Points;
 use super::posting::Posting;
@@ -27,8 +27,6 @@ use crate::units::{Angle, Length, MM_PER_INCH};
 
 /// Fewest decimals of a word that was moved, in mm and in inches.
 const LEAST_DECIMALS: [u8; 2] = [3, 4];
-/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
-pub(super) const ASK_EVERY: usize = 32;
 /// Fewest decimals of a rotary word that was turned.
 const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// G90.1 and G91.1, in tenths.
