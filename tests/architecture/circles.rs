@@ -63,22 +63,6 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
     ),
     (&["http/openapi", "http/router"], TO_BREAK),
     (&["http/programs", "http/servo"], TO_BREAK),
-    (
-        &[
-            "jobs/compensation",
-            "jobs/compute",
-            "jobs/cutter_contact",
-            "jobs/one_pass",
-            "jobs/part_surface",
-            "jobs/program_job",
-            "jobs/refusals",
-            "jobs/stamping",
-            "jobs/wear_program",
-            "jobs/work",
-        ],
-        TO_BREAK,
-    ),
-    (&["jobs/opening", "jobs/queue", "jobs/webhooks"], TO_BREAK),
 ];
 
 /// Every circle between the members of a folder, with the arrows between them.
