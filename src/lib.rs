@@ -2,7 +2,7 @@
 //! and a thin `SQLite` skin on the other.
 //!
 //! The model is a crate of its own, `trunnion_core`, whose modules stand here beside the skins' as if it were one.
-//! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture.rs` holds its arrows.
+//! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture/` holds its arrows.
 
 #![forbid(unsafe_code)]
 

@@ -1,120 +1,17 @@
 //! The compensation of the CC path, as work on a program.
 
-use std::fmt;
-use std::io::Write;
 use std::sync::Arc;
 
-use thiserror::Error;
-
 use super::cutter_contact::core_parameters;
-use super::one_pass::Resting;
 use super::part_surface::part_surface;
-use super::program_job::{Finished, Workplace, written};
+use super::resting::Resting;
 use super::stamping::Leaving;
-use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
-use crate::machine::Machine;
+use super::workplace::{Finished, Workplace, written};
+use super::{Compensated, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::process::{self, ProgramReading, ProgramSetup, Stop};
-use crate::program::{Dialect, Step, Steps};
-use crate::wear::SideBySide;
-use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction,
-};
-
-/// What the compensation of the CC path is computed by. The service has one; tests may give another.
-pub trait Compensator: Send + Sync + fmt::Debug {
-    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
-    ///
-    /// # Errors
-    /// Why there is no program; what was written so far is then dropped.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "what is compensated, into what, and under which conditions"
-    )]
-    fn compensate(
-        &self,
-        machine: &Machine,
-        asked: &process::CcParameters,
-        singularity: &process::SingularityParameters,
-        source: &dyn process::ProgramSource,
-        output: &mut dyn Write,
-        spool: &dyn process::Spool,
-        parts: &dyn SideBySide,
-        stop: &Stop<'_>,
-    ) -> Result<Compensated, CompensatorFault>;
-
-    /// The figure of a report, as SVG text.
-    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
-}
-
-/// What came of a program.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Compensated {
-    /// For the report.
-    pub findings: CcFindings,
-    /// The dialect it was read in.
-    pub dialect: Dialect,
-    /// The steps that changed something.
-    pub steps: Steps,
-    /// How it was read.
-    pub reading: ProgramReading,
-}
-
-/// What a program is refused for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RefusalClass {
-    /// Lines that cannot be read, followed or compensated.
-    Program,
-    /// The tolerance cannot be met with the program's decimals.
-    ToleranceOutOfReach,
-    /// An axis is commanded outside its travel.
-    OutOfTravel,
-    /// A parameter that does not fit this program.
-    Parameter,
-    /// More work than one request may cause.
-    TooCostly,
-    /// Nobody says in which unit the program counts.
-    UnitUnknown,
-    /// A step that was done to the program before.
-    AlreadyCompensated,
-}
-
-/// Why a program is refused.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Refusal {
-    /// What for.
-    pub class: RefusalClass,
-    /// In a sentence.
-    pub detail: String,
-    /// First line of the upload concerned, 1-based.
-    pub line: Option<u64>,
-    /// Text of that line.
-    pub block: Option<String>,
-    /// Every fault kept.
-    pub errors: Vec<Fault>,
-}
-
-/// Why a compensator gives no program.
-#[derive(Debug, Error)]
-pub enum CompensatorFault {
-    /// The program or its parameters are at fault.
-    #[error("{}", .0.detail)]
-    Refused(Box<Refusal>),
-    /// The caller no longer wants the answer.
-    #[error("cancelled")]
-    Cancelled,
-    /// A file could not be read or written.
-    #[error("program text: {0}")]
-    Io(#[from] std::io::Error),
-    /// The written program is not what was meant: a fault of ours.
-    #[error("verification failed at line {line}: {what}")]
-    VerificationFailed {
-        /// Line of the upload.
-        line: u64,
-        /// What differs.
-        what: &'static str,
-    },
-}
+use crate::process::ProgramSetup;
+use crate::program::{Step, Steps};
+use crate::wire::{CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction};
 
 impl ProgramParameters for CcParameters {
     const OPERATION: JobOperation = JobOperation::CcCompensation;

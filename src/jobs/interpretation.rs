@@ -3,9 +3,9 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
-use super::program_job::{JobFault, written};
 use super::refusals::in_words_of_the_wire;
-use super::{CompensatorFault, Compute, Cost, InputFile, MachineUsed, Means, Spool};
+use super::workplace::written;
+use super::{CompensatorFault, Compute, Cost, InputFile, JobFault, MachineUsed, Means, Spool};
 use crate::motion::ToolKey;
 use crate::process::{self, Fault, Interpretation, Interpreted, ProgramSetup, Stop};
 use crate::store::Draft;

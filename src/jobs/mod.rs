@@ -6,15 +6,18 @@ mod asking;
 mod calibration;
 mod clock;
 mod compensation;
+mod compensator;
 mod compute;
 mod compute_threads;
 mod cpu_time;
 mod cutter_contact;
 mod estimate;
 mod interpretation;
+mod job_fault;
 mod kinematics;
 pub mod memory;
 mod one_pass;
+mod open_fault;
 mod opening;
 mod part_surface;
 mod posting;
@@ -22,11 +25,13 @@ mod program_file;
 mod program_job;
 mod queue;
 mod refusals;
+mod resting;
 mod scrub;
 mod servo;
 mod servo_program;
 mod spool;
 mod stamping;
+mod surface_fault;
 mod tool_shelf;
 mod turns;
 mod verification;
@@ -34,35 +39,40 @@ mod wear;
 mod wear_program;
 mod webhooks;
 mod work;
+mod workplace;
 
 pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
 pub use asking::{asked_by, asker};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};
 pub use clock::{Clock, IdSource, Sources, TlsTime, system_time, timestamp};
-pub use compensation::{Compensated, Compensator, CompensatorFault, Refusal, RefusalClass};
+pub use compensator::{Compensated, Compensator};
 pub use compute::{Compute, ComputeFault, Threads};
 pub use cutter_contact::CutterContactCompensator;
 pub use estimate::{Cost, TooCostly};
 pub use interpretation::{InterpretationForm, interpret};
+pub use job_fault::JobFault;
 pub use kinematics::{InverseAnswer, InverseTask, KinematicsFault, Limits, forward};
 pub use one_pass::one_pass_figure;
-pub use opening::{OpenFault, open_data_directory, profile_sha256};
-pub use part_surface::PartSurfaceFault;
+pub use open_fault::{OpenFault, TrustFault};
+pub use opening::{open_data_directory, profile_sha256};
 pub use program_file::InputFile;
-pub use program_job::{Finished, JobFault, ProgramJob, Workplace, run_program_job};
+pub use program_job::{ProgramJob, run_program_job};
 pub use queue::{Besides, Describe, JobOrder, Queue, QueueLimits, QueueReading};
+pub use refusals::{CompensatorFault, Refusal, RefusalClass};
 pub use scrub::{Keeper, ScrubLimits};
 pub use servo::{ServoWork, ServoWorkFault};
 pub use spool::{Spool, SpoolFault, Upload};
+pub use surface_fault::PartSurfaceFault;
 pub use tool_shelf::{KeptShelf, KeptWear, ToolShelf, UnfitEntries, WhyUnfit};
 pub use verification::{ResidualFault, verification_figure};
 pub use wear::{WearFault, scallop_heights};
 pub use wear_program::wear_figure;
 pub use webhooks::{
-    Courier, DeliveriesReading, NotAllowed, Receivers, SECRET_OVERLAP_S, TrustFault, new_webhook_secret,
-    signing_now, trusted_certificates,
+    Courier, DeliveriesReading, NotAllowed, Receivers, SECRET_OVERLAP_S, new_webhook_secret, signing_now,
+    trusted_certificates,
 };
 pub use work::{
     ByOperation, MachineUsed, Means, Prepared, ProgramParameters, ProgramWork, Sizes, by_operation,
 };
+pub use workplace::{Finished, Workplace};

@@ -1,23 +1,18 @@
 //! The compensation of a program in one pass, as work on a program.
 
-use std::io::{self, Read, Write};
-use std::sync::{Mutex, PoisonError};
-
-use tempfile::NamedTempFile;
-
 use super::compensation::{missing_tool, treats};
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
-use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
+use super::resting::Resting;
 use super::stamping::Leaving;
 use super::wear_program::{findings as wear_findings, missing_from_table};
+use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
-use crate::process::{self, CcStep, Place, ProgramSetup, ServoStep, WarningKind, WearStep};
+use crate::process::{self, CcStep, ProgramSetup, ServoStep, WarningKind, WearStep};
 use crate::program::{Step, Steps};
-use crate::store::Blobs;
 use crate::wire::{
     self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
     Fault, FaultList, JobOperation, Statements, Warning, WearFindings, fault_of_table, looks_at,
@@ -234,44 +229,6 @@ fn warnings(parameters: &CompensationParameters, report: &process::CompensationR
         warnings.push(Warning::plain(kind, detail));
     }
     warnings
-}
-
-/// Files for what rests between two steps; they go with this.
-pub(super) struct Resting {
-    blobs: Blobs,
-    files: Mutex<[Option<NamedTempFile>; Place::ALL.len()]>,
-}
-
-impl Resting {
-    pub(super) fn new(blobs: Blobs) -> Self {
-        Self { blobs, files: Mutex::new([const { None }; Place::ALL.len()]) }
-    }
-
-    /// Does something with the file of a place.
-    fn at<T>(
-        &self,
-        place: Place,
-        work: impl FnOnce(&mut Option<NamedTempFile>) -> io::Result<T>,
-    ) -> io::Result<T> {
-        let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
-        work(&mut files[place as usize])
-    }
-}
-
-impl process::Spool for Resting {
-    fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
-        self.at(place, |file| {
-            let made = file.insert(self.blobs.scratch()?);
-            Ok(Box::new(made.reopen()?) as Box<dyn Write>)
-        })
-    }
-
-    fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>> {
-        self.at(place, |file| match file {
-            Some(file) => Ok(Box::new(file.reopen()?) as Box<dyn Read + Send>),
-            None => Err(io::ErrorKind::NotFound.into()),
-        })
-    }
 }
 
 /// The figure of a report, as SVG text: the contact's path where it was compensated, else the worn cutter's contact, else

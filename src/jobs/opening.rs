@@ -1,35 +1,10 @@
 //! A data directory, opened: database migrated, left-overs swept, the first machine stored.
 
-use thiserror::Error;
-
-use super::Sources;
-use super::webhooks::{TrustFault, new_webhook_secret};
+use super::webhooks::new_webhook_secret;
+use super::{OpenFault, Sources};
 use crate::config::Settings;
-use crate::store::{Actor, BlobFault, Blobs, DATABASE_NAME, NewRevision, Store, StoreError, sha256_hex};
-use crate::wire::{AuditOrigin, Fault, MachineProfile, example_machine};
-
-/// Why a data directory cannot be used.
-#[derive(Debug, Error)]
-pub enum OpenFault {
-    /// The database.
-    #[error("the database cannot be used: {0}")]
-    Store(#[from] StoreError),
-    /// The files.
-    #[error("the files cannot be used: {0}")]
-    Blobs(#[from] BlobFault),
-    /// The certificates that receivers of webhooks are trusted by.
-    #[error(transparent)]
-    Trust(#[from] TrustFault),
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers: {0}")]
-    NoRandomness(getrandom::Error),
-    /// The system gives no thread.
-    #[error("the system gives no thread: {0}")]
-    Thread(std::io::Error),
-    /// The example profile: a fault of ours.
-    #[error("the example machine has {} faults", .0.len())]
-    Example(Vec<Fault>),
-}
+use crate::store::{Actor, Blobs, DATABASE_NAME, NewRevision, Store, sha256_hex};
+use crate::wire::{AuditOrigin, MachineProfile, example_machine};
 
 /// Opens database and files; a store that never held a machine gets the example.
 ///

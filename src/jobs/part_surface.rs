@@ -1,52 +1,14 @@
-//! The part's surface from an uploaded file, within the memory that surfaces may take.
+//! The part's surface from an uploaded file.
 
 use std::io::{self, Read};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use thiserror::Error;
-
-use super::{CompensatorFault, InputFile};
+use super::{CompensatorFault, InputFile, JobFault, PartSurfaceFault};
 use crate::contact::PartSurface;
 use crate::process::ProgramSource;
-use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, StlFault, stl_facets_at_most};
+use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, stl_facets_at_most};
 use crate::wire::SurfaceReading;
-
-/// Why an uploaded surface is not worked with.
-#[derive(Debug, Error)]
-pub enum PartSurfaceFault {
-    /// It would take more memory than surfaces may.
-    #[error(
-        "a surface of {facets} facets takes an estimated {estimated_bytes} bytes of memory, at most {limit_bytes} are allowed"
-    )]
-    TooLarge {
-        /// Facets it states, or has room for.
-        facets: u64,
-        /// What reading them takes.
-        estimated_bytes: u64,
-        /// What there is.
-        limit_bytes: u64,
-    },
-    /// Other surfaces leave too little memory at the moment.
-    #[error(
-        "the surfaces that are being worked on leave less than the {estimated_bytes} bytes of memory that this one takes"
-    )]
-    NoRoom {
-        /// What reading it takes.
-        estimated_bytes: u64,
-    },
-    /// It is no surface.
-    #[error(transparent)]
-    Mesh(MeshFault),
-}
-
-impl PartSurfaceFault {
-    /// Whether it is only too large.
-    #[must_use]
-    pub fn is_too_large(&self) -> bool {
-        matches!(self, Self::TooLarge { .. } | Self::Mesh(MeshFault::Stl(StlFault::TooManyFacets { .. })))
-    }
-}
 
 /// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
 /// more is not read beyond them.
@@ -61,7 +23,7 @@ pub(super) fn part_surface(
     surface: Option<&InputFile>,
     reading: &SurfaceReading,
     stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<Option<PartSurface>, super::JobFault> {
+) -> Result<Option<PartSurface>, JobFault> {
     let read = |surface| {
         let mesh = Arc::new(read_part(surface, &reading.settings(), stop)?);
         Ok(PartSurface { mesh, contact_gap: reading.contact_gap() })
@@ -74,7 +36,7 @@ pub(super) fn read_part(
     surface: &InputFile,
     settings: &MeshSettings,
     stop: &dyn Fn() -> ControlFlow<()>,
-) -> Result<Mesh, super::JobFault> {
+) -> Result<Mesh, JobFault> {
     let open = || Ok((surface.open()?, facets_of(surface)?));
     let (file, max_facets) = open().map_err(CompensatorFault::Io)?;
     let settings = MeshSettings { max_facets, ..*settings };

@@ -1,7 +1,7 @@
 //! Posting of cutter location data, as work on a program.
 
-use super::program_job::{Finished, Workplace, written};
 use super::refusals::{in_words_of_the_wire, of_program};
+use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
 use crate::wire::{Fault, JobOperation, LocationErrors, PostingFindings, PostingParameters, PostingReport};

@@ -1,22 +1,14 @@
 //! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
 //! nothing is stored.
 
-use std::io::BufWriter;
-
-use thiserror::Error;
-
 use super::part_surface::facets_of;
 use super::{
-    CompensatorFault, Compute, ComputeFault, InputFile, PartSurfaceFault, ProgramWork, Sources, Spool,
-    Threads, TooCostly,
+    CompensatorFault, Compute, ComputeFault, Finished, InputFile, JobFault, ProgramWork, Sources, Spool,
+    Threads, Workplace,
 };
 use crate::process::Stop;
-use crate::program::Steps;
-use crate::shares::NoShare;
-use crate::store::{
-    Actor, BlobFault, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, StoreError, sha256_hex,
-};
-use crate::wire::{Fault, JobDocument, JobState, Unreadable};
+use crate::store::{Actor, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, sha256_hex};
+use crate::wire::{JobDocument, JobState};
 
 /// A program that is to be worked on.
 #[derive(Debug)]
@@ -39,121 +31,6 @@ pub struct ProgramJob {
     pub used: Option<KeyUse>,
     /// Who asked.
     pub by: Actor,
-}
-
-/// What there is to work on, and with.
-#[derive(Clone, Copy)]
-pub struct Workplace<'a> {
-    /// The program.
-    pub program: &'a InputFile,
-    /// The part's surface, where one came with it.
-    pub surface: Option<&'a InputFile>,
-    /// Where results go.
-    pub spool: &'a Spool,
-    /// Threads for work in parts.
-    pub threads: &'a Threads,
-    /// Breaks when nobody waits for the result any more.
-    pub stop: &'a Stop<'a>,
-}
-
-impl std::fmt::Debug for Workplace<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Workplace").field("program", &self.program).finish_non_exhaustive()
-    }
-}
-
-/// Bytes gathered before a result is written.
-const GATHERED: usize = 1 << 18;
-
-impl Workplace<'_> {
-    /// A new result.
-    pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
-        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
-    }
-}
-
-/// A result with its last bytes.
-pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
-    output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
-}
-
-/// What the work has made.
-#[derive(Debug)]
-pub struct Finished {
-    /// The report, as JSON text.
-    pub report: String,
-    /// A program or a table, where the operation makes one.
-    pub output: Option<Draft>,
-    /// The table of changes, where it makes one.
-    pub changes: Option<Draft>,
-    /// The steps that changed the program, where the operation has any.
-    pub steps: Option<Steps>,
-    /// Motions of a compensated program that were looked at.
-    pub motions_checked: Option<u64>,
-}
-
-impl Finished {
-    /// A report, and nothing else yet.
-    pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
-        let report = serde_json::to_string(report)?;
-        Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })
-    }
-}
-
-/// Why there is no job.
-#[derive(Debug, Error)]
-pub enum JobFault {
-    /// The parameters are no document of the operation.
-    #[error(transparent)]
-    Unreadable(#[from] Unreadable),
-    /// Parameters do not fit, each with its pointer.
-    #[error("{}", .0.first().map_or("a parameter is wrong", |fault| fault.detail.as_str()))]
-    Parameters(Vec<Fault>),
-    /// The estimate is over the limit.
-    #[error(transparent)]
-    TooCostly(#[from] TooCostly),
-    /// The pool has no place, or the computation panicked.
-    #[error(transparent)]
-    Compute(#[from] ComputeFault),
-    /// The work gave no result.
-    #[error(transparent)]
-    Compensator(#[from] CompensatorFault),
-    /// The drives cannot run the program.
-    #[error(transparent)]
-    Servo(#[from] crate::servo::ServoFault),
-    /// The part's surface is none, or too large.
-    #[error(transparent)]
-    PartSurface(#[from] PartSurfaceFault),
-    /// A file could not be kept.
-    #[error(transparent)]
-    Blob(#[from] BlobFault),
-    /// The row could not be stored.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The caller has its share of what jobs need.
-    #[error(transparent)]
-    NoShare(#[from] NoShare),
-    /// As many jobs wait as may.
-    #[error("{waiting} jobs wait already")]
-    QueueFull {
-        /// How many.
-        waiting: usize,
-    },
-    /// The machine's revision does not read back: a fault of ours.
-    #[error("the machine's revision cannot be used any more")]
-    MachineLost,
-    /// The process died while it computed this.
-    #[error(
-        "the process ended unexpectedly while it computed this job and nothing else, five times; three deaths beside other work \
-         came before"
-    )]
-    ProcessDied,
-    /// The key is taken by another request.
-    #[error("the idempotency key was used for another request")]
-    KeyReused,
-    /// The report could not be printed.
-    #[error("printing the report: {0}")]
-    Report(#[from] serde_json::Error),
 }
 
 /// Does the work in the pool and stores what came of it.

@@ -1,9 +1,66 @@
 //! Why a program is not worked on, in the words of the wire.
 
-use super::{CompensatorFault, Refusal, RefusalClass};
+use thiserror::Error;
+
 use crate::process::{self, LineFault, LineFaultKind, LineFaults, ToolUnknown};
 use crate::program::{Diagnostic, DiagnosticCode, Diagnostics};
 use crate::wire::{Fault, verification_fault};
+
+/// What a program is refused for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RefusalClass {
+    /// Lines that cannot be read, followed or compensated.
+    Program,
+    /// The tolerance cannot be met with the program's decimals.
+    ToleranceOutOfReach,
+    /// An axis is commanded outside its travel.
+    OutOfTravel,
+    /// A parameter that does not fit this program.
+    Parameter,
+    /// More work than one request may cause.
+    TooCostly,
+    /// Nobody says in which unit the program counts.
+    UnitUnknown,
+    /// A step that was done to the program before.
+    AlreadyCompensated,
+}
+
+/// Why a program is refused.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// What for.
+    pub class: RefusalClass,
+    /// In a sentence.
+    pub detail: String,
+    /// First line of the upload concerned, 1-based.
+    pub line: Option<u64>,
+    /// Text of that line.
+    pub block: Option<String>,
+    /// Every fault kept.
+    pub errors: Vec<Fault>,
+}
+
+/// Why a compensator gives no program.
+#[derive(Debug, Error)]
+pub enum CompensatorFault {
+    /// The program or its parameters are at fault.
+    #[error("{}", .0.detail)]
+    Refused(Box<Refusal>),
+    /// The caller no longer wants the answer.
+    #[error("cancelled")]
+    Cancelled,
+    /// A file could not be read or written.
+    #[error("program text: {0}")]
+    Io(#[from] std::io::Error),
+    /// The written program is not what was meant: a fault of ours.
+    #[error("verification failed at line {line}: {what}")]
+    VerificationFailed {
+        /// Line of the upload.
+        line: u64,
+        /// What differs.
+        what: &'static str,
+    },
+}
 
 /// A fault of the core as the service tells it.
 pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {

@@ -1,7 +1,7 @@
 //! The servo simulation of a program, as work on a program.
 
-use super::program_job::{Finished, Workplace};
 use super::refusals::in_words_of_the_wire;
+use super::workplace::{Finished, Workplace};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
 use crate::wire::{Fault, FaultList, JobOperation, LocationErrors, ServoProgramParameters, ServoReport};

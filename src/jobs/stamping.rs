@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::io::{self, Read, Write};
 
-use super::program_job::{JobFault, Workplace, written};
-use super::{CompensatorFault, InputFile, MachineUsed};
+use super::workplace::{Workplace, written};
+use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
 use crate::program::{Dialect, Stamp, Steps, place_stamp};
 use crate::store::{Draft, sha256_hex};
 use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName};

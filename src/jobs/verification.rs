@@ -5,8 +5,8 @@ use std::io::{BufReader, BufWriter};
 use thiserror::Error;
 
 use super::part_surface::read_part;
-use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
+use super::workplace::{Finished, Workplace, written};
 use super::{
     CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes, Spool,
 };

@@ -2,9 +2,9 @@
 
 use super::cutter_contact::{contact, series, summary};
 use super::part_surface::part_surface;
-use super::program_job::{Finished, Workplace, written};
 use super::refusals::in_words_of_the_wire;
 use super::stamping::Leaving;
+use super::workplace::{Finished, Workplace, written};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};

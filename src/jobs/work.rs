@@ -9,8 +9,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::part_surface::facets_of;
-use super::program_job::{Finished, Workplace};
 use super::refusals::of_parameter;
+use super::workplace::{Finished, Workplace};
 use super::{Compensator, CompensatorFault, Cost, InputFile, JobFault, ToolShelf};
 use crate::kinematics::{BareKinematics, Kinematics, Setup};
 use crate::machine::{Machine, Side};

@@ -12,10 +12,10 @@ use super::call::{Answer, Letter, Line, Resolve, SystemNames};
 use super::pauses::{longest_s, pause_s};
 use super::receivers::{NotAllowed, Receivers};
 use super::signature::signatures;
-use super::trust::{Trust, TrustFault};
+use super::trust::Trust;
 use crate::config::Settings;
 use crate::jobs::clock::after;
-use crate::jobs::{Queue, Sources, timestamp};
+use crate::jobs::{Queue, Sources, TrustFault, timestamp};
 use crate::meter;
 use crate::store::{
     AfterAttempt, DeliveriesWaiting, DueDelivery, JobRow, Store, StoreError, Taken, WebhookSecretRow,

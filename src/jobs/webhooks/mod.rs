@@ -15,4 +15,4 @@ mod trust;
 pub use courier::{Courier, DeliveriesReading};
 pub use receivers::{NotAllowed, Receivers};
 pub use signature::{SECRET_OVERLAP_S, new_webhook_secret, signing_now};
-pub use trust::{TrustFault, trusted_certificates};
+pub use trust::trusted_certificates;

@@ -1,31 +1,15 @@
 //! Whose certificates are trusted: the system's, and those of a file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use rustls::crypto::ring;
 use rustls::pki_types::CertificateDer;
-use rustls::pki_types::pem::{Error as PemFault, PemObject};
+use rustls::pki_types::pem::PemObject;
 use rustls::{ClientConfig, RootCertStore};
 use thiserror::Error;
 
-use crate::jobs::TlsTime;
-
-/// The file with certificates cannot be used.
-#[derive(Debug, Error)]
-pub enum TrustFault {
-    /// It cannot be read.
-    #[error("webhook_ca_file {} cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: PemFault,
-    },
-    /// It holds none.
-    #[error("webhook_ca_file {} holds no certificate", .0.display())]
-    Empty(PathBuf),
-}
+use crate::jobs::{TlsTime, TrustFault};
 
 /// The certificates of a `webhook_ca_file`.
 ///

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use super::division::Division;
 use super::judge::Checked;
+use super::milestones::Milestones;
 use super::parameters::CcParameters;
-use super::untouched::Milestones;
 use crate::contact::{
     BlockTime, Correction, Effort, Sampled, Segment, Station, block_time_s, sample_until_sure,
     within_tolerance,
@@ -19,8 +19,8 @@ use crate::motion::{
 };
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, Check, Outgoing, ReadBack, failed};
-use crate::process::text::{Inventory, Stretch};
+use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, ReadBack, failed};
+use crate::process::text::Stretch;
 use crate::program::Dialect;
 
 /// Words read back may differ by this from those meant: inches and increments pass through binary fractions
@@ -206,25 +206,6 @@ pub(in crate::process) struct Verifier<'a> {
     /// What became of the motions read back, to be taken away.
     pub(in crate::process) judged: Vec<Judged>,
     pub(in crate::process) effort: Effort<'a>,
-}
-
-impl<'a> Check for Verifier<'a> {
-    type Meant = Expected<'a>;
-    type Became = Judged;
-
-    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, of: &Stretch) -> Result<(), Fault> {
-        self.look_at(written, of)
-    }
-
-    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read(&Stretch::default())?;
-        self.read_back.is_whole(source)
-    }
-
-    fn told(&mut self) -> &mut Vec<Judged> {
-        &mut self.judged
-    }
 }
 
 impl<'a> Verifier<'a> {

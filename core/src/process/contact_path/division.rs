@@ -1,10 +1,10 @@
 //! Into which parts a block over tolerance is divided.
 
+use super::contact_ends::node_contact;
 use super::contact_finder;
 use super::contact_finder::ContactFinder;
 use super::judge::Checked;
 use super::parameters::{CcParameters, OutputForm};
-use super::write_division::node_contact;
 use crate::contact::{
     BlockTime, Carry, Correction, CutterContact, Effort, Node, Resolution, Segment, SourceBlock,
     block_time_s, divide, feed_direction, feed_word, nodes, prove, segments, within_tolerance,

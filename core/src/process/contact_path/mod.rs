@@ -1,9 +1,11 @@
 //! The step that repairs the cutter-contact path between the ends of motions: blocks over tolerance are divided.
 
 mod check;
+mod contact_ends;
 mod contact_finder;
 mod division;
 mod judge;
+mod milestones;
 mod parameters;
 mod preparation;
 mod repair;

@@ -9,36 +9,29 @@
 use super::check::{Expected, Judged, Meaning, SourceMotion, Verifier};
 use crate::motion::Motion;
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Copied, Outgoing, failed};
-use crate::process::text::{Passage, Stretch};
+use crate::process::pipeline::{Check, Copied, Outgoing, failed};
+use crate::process::text::{Inventory, Passage, Stretch};
 use crate::program::Block;
 
 /// Shorter runs are read: that costs less than to look for their ends.
 const LEAST_RUN: usize = 4;
 
-/// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
-/// and what only bounded hangs on it, and must not hang on how far somebody has read.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::process) struct Milestones {
-    next: u64,
-    pub(in crate::process) largest_mm: f64,
-}
+impl<'a> Check for Verifier<'a> {
+    type Meant = Expected<'a>;
+    type Became = Judged;
 
-impl Default for Milestones {
-    fn default() -> Self {
-        Self { next: Self::BLOCKS, largest_mm: 0.0 }
+    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, of: &Stretch) -> Result<(), Fault> {
+        self.look_at(written, of)
     }
-}
 
-impl Milestones {
-    const BLOCKS: u64 = 512;
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back.end();
+        self.read(&Stretch::default())?;
+        self.read_back.is_whole(source)
+    }
 
-    /// So many blocks are behind, and this is the largest deviation they leave \[mm\].
-    pub(in crate::process) fn reach(&mut self, blocks: u64, largest_mm: f64) {
-        if blocks >= self.next {
-            self.next = (blocks / Self::BLOCKS + 1) * Self::BLOCKS;
-            self.largest_mm = largest_mm;
-        }
+    fn told(&mut self) -> &mut Vec<Judged> {
+        &mut self.judged
     }
 }
 
@@ -185,9 +178,8 @@ mod tests {
     use crate::contact::Effort;
     use crate::kinematics::Setup;
     use crate::machine::{Machine, Preset, Tool};
-    use crate::process::pipeline::Check as _;
     use crate::process::set_up::ProgramSetup;
-    use crate::process::text::{Inventory, Passages};
+    use crate::process::text::Passages;
     use crate::program::Dialect;
     use crate::units::Length;
 

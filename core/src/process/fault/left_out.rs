@@ -61,3 +61,18 @@ pub struct LeftOut {
     /// The first line of the upload.
     pub first_line: u64,
 }
+
+/// What was left out, each reason once.
+#[derive(Debug, Default)]
+pub(in crate::process) struct LeftOuts(pub(in crate::process) Vec<LeftOut>);
+
+impl LeftOuts {
+    /// Counts one more; without a reason nothing was left out.
+    pub(in crate::process) fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
+        let Some(reason) = reason else { return };
+        match self.0.iter_mut().find(|kind| kind.reason.name() == reason.name()) {
+            Some(kind) => kind.count += 1,
+            None => self.0.push(LeftOut { reason, count: 1, first_line: line }),
+        }
+    }
+}

@@ -21,5 +21,6 @@ pub use unknown_axes::UnknownAxes;
 pub use verification_fault::{VerificationFault, VerificationQuantity};
 pub use warning::{Warning, WarningKind};
 
+pub(in crate::process) use left_out::LeftOuts;
 pub(in crate::process) use refusal::go_on;
 pub(in crate::process) use warnings::Warnings;

@@ -1,10 +1,10 @@
 //! The written program read back as a control would read it: every motion against what was planned, and the worn
 //! cutter's contact against the nominal one's, from the words that were read.
 
-use super::parameters::{Moves, WearParameters};
+use super::moves::Moves;
+use super::parameters::WearParameters;
 use super::pilot::Point;
 use super::posting::Largest;
-use super::step::ASK_EVERY;
 use super::worn_tool::WornTool;
 use super::written::Resolution;
 use crate::contact::{Sampled, Station};
@@ -22,6 +22,8 @@ use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 use crate::units::Angle;
 
+/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
+pub(super) const ASK_EVERY: usize = 32;
 /// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Half a unit of the last decimal on two rotary axes.

@@ -7,6 +7,8 @@ mod check;
 mod contact;
 mod feed;
 mod move_program;
+mod moved;
+mod moves;
 mod parameters;
 mod pilot;
 mod points;
@@ -21,5 +23,6 @@ pub use move_program::{compensate_wear, compensate_wear_side_by_side};
 pub use parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 pub use report::{CurvatureAcross, WearReport};
 
-pub(in crate::process) use move_program::{MoveStep, Moved};
-pub(in crate::process) use parameters::Moves;
+pub(in crate::process) use move_program::MoveStep;
+pub(in crate::process) use moved::Moved;
+pub(in crate::process) use moves::Moves;

@@ -3,8 +3,9 @@
 use std::io::Write;
 
 use super::check::WearVerifier;
-use super::parameters::{Milling, Moves, WearParameters};
-use super::posting::Posting;
+use super::moved::Moved;
+use super::moves::Moves;
+use super::parameters::{Milling, WearParameters};
 use super::report::WearReport;
 use super::step::Run;
 use super::worn_tool::WornTool;
@@ -53,15 +54,6 @@ pub fn compensate_wear_side_by_side(
     let with = Resources { machine, parts, stop };
     step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
     Ok(step.report()?.wear)
-}
-
-/// What moving the ends of a program's motions comes to.
-#[derive(Debug)]
-pub(in crate::process) struct Moved {
-    /// The report of the worn cutter; without one its numbers are those of a cutter of nominal shape.
-    pub(in crate::process) wear: WearReport,
-    /// Of posting for another machine.
-    pub(in crate::process) posting: Posting,
 }
 
 /// The step that moves the ends of motions.

@@ -1,15 +1,9 @@
 //! What a wear compensation is asked to do.
 
-use std::ops::ControlFlow;
-
-use super::worn_tool::WornTool;
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
 use crate::process::contact_path::CcParameters;
-use crate::process::fault::Fault;
-use crate::process::set_up::{Budget, ContactSource, Need, ProgramSetup, SetUps, ToolCalls, ToolUsed};
-use crate::process::text::ProgramSource;
-use crate::program::{Step, Steps};
+use crate::process::set_up::{Budget, ContactSource, ProgramSetup};
 use crate::units::{Angle, Length};
 use crate::wear::WearTable;
 
@@ -76,112 +70,6 @@ pub struct WearParameters {
     pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
-}
-
-/// Everything that decides where ends of motions go: a wear compensation, posting for another machine, or both.
-#[derive(Debug, Clone)]
-pub(in crate::process) struct Moves<'a> {
-    /// The worn cutter; without wear a cutter of nominal shape, whose tip is kept.
-    pub(in crate::process) parameters: &'a WearParameters,
-    /// The program and the machine that it was made for.
-    pub(in crate::process) source_program: ProgramSetup,
-    /// The machine that runs it, with the nominal tool length.
-    pub(in crate::process) written_program: ProgramSetup,
-    /// The two differ in more than the tool's length: every end is posted anew, rotary words too.
-    pub(in crate::process) posts: bool,
-    /// A worn cutter was named.
-    pub(in crate::process) has_wear: bool,
-}
-
-impl<'a> Moves<'a> {
-    /// Those of a wear compensation.
-    pub(super) fn of_wear(parameters: &'a WearParameters) -> Self {
-        Self {
-            parameters,
-            source_program: parameters.program.clone(),
-            written_program: parameters.program.clone(),
-            posts: false,
-            has_wear: true,
-        }
-    }
-
-    /// The steps that are asked for.
-    pub(super) fn steps(&self) -> Steps {
-        let wear = if self.has_wear { Steps::of(&[Step::Wear]) } else { Steps::NONE };
-        if self.posts { wear.with(Step::LocationErrors) } else { wear }
-    }
-
-    /// What holds for the written program.
-    pub(in crate::process) fn program_after(&self) -> ProgramSetup {
-        let tools = self.written_program.tools.behind_wear(self.parameters.known_to_control());
-        ProgramSetup { tools, ..self.written_program.clone() }
-    }
-
-    /// The worn cutter of a section; `None` where nothing is known of its tool or of its wear. Without wear a cutter of nominal
-    /// shape.
-    pub(super) fn worn_tool(&self, used: Option<ToolUsed>) -> Option<WornTool> {
-        let (used, parameters) = (used?, self.parameters);
-        let nominal = used.nominal.or(parameters.nominal)?;
-        let worn = if self.has_wear {
-            parameters.worn.clone().or(used.worn.map(WornCutter::Tool))?
-        } else {
-            WornCutter::Tool(nominal)
-        };
-        let unknown_to_control = parameters.shorter_by - parameters.known_to_control();
-        Some(WornTool { nominal, worn, milling: parameters.milling, unknown_to_control })
-    }
-
-    /// The worn cutters of a program that was looked through.
-    pub(super) fn worn_tools(&self) -> Vec<WornTool> {
-        let tooling = self.source_program.tools.tooling();
-        tooling.all_tools().filter_map(|used| self.worn_tool(Some(used))).collect()
-    }
-
-    /// The same for a program that was looked through, with the tool of each section.
-    ///
-    /// # Errors
-    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
-    pub(super) fn with_tools(
-        &self,
-        calls: &ToolCalls,
-        machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, Fault> {
-        let need = Need {
-            cutter: self.has_wear,
-            worn: self.has_wear && self.parameters.worn.is_none(),
-            is_for_one: self.has_wear && self.parameters.worn.is_some(),
-            stated_by: "`nominal_tool`",
-            agreement: self.has_wear,
-            leaves_unknown: self.has_wear,
-        };
-        let stated = self.parameters.nominal.filter(|_| self.has_wear);
-        let source_program = self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
-        let written_program =
-            ProgramSetup { tools: source_program.tools.clone(), ..self.written_program.clone() };
-        Ok(Self { source_program, written_program, ..self.clone() })
-    }
-
-    /// The machine as it is set up for the source's motions, and for those of the written program.
-    pub(super) fn set_ups(&self, machine: &Machine) -> [SetUps; 2] {
-        let shorter_by = self.parameters.known_to_control();
-        [
-            SetUps::new(machine, &self.source_program),
-            SetUps::new(machine, &self.written_program.with_shorter_tools(shorter_by)),
-        ]
-    }
-
-    /// Whether the words of every point mean another place, rapids too.
-    pub(super) fn moves_everything(&self, machine: &Machine) -> bool {
-        self.posts || self.parameters.moves_everything(machine)
-    }
-
-    /// Whether U V W have to be written anew because the words of every point mean another place.
-    pub(super) fn moves_points(&self, machine: &Machine) -> bool {
-        let measured = self.parameters.length_in_control == LengthInControl::Measured;
-        self.posts || (measured && self.parameters.moves_everything(machine))
-    }
 }
 
 impl WearParameters {

@@ -2,7 +2,8 @@
 
 use super::assumption::Assumption;
 use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
-use super::parameters::{Moves, WearParameters};
+use super::moves::Moves;
+use super::parameters::WearParameters;
 use super::points::{Points, rests};
 use super::report::CurvatureAcross;
 use super::worn_tool::WornTool;

@@ -1,11 +1,11 @@
 //! Stretch after stretch of a program moved and written.
 
 use super::assumption::Assumption;
-use super::check::{Expected, WearVerifier};
+use super::check::{ASK_EVERY, Expected, WearVerifier};
 use super::contact::contact_angle;
 use super::feed::lowered_feed;
-use super::move_program::Moved;
-use super::parameters::Moves;
+use super::moved::Moved;
+use super::moves::Moves;
 use super::pilot::{Course, Goal, Pilot, Point};
 use super::points::Points;
 use super::posting::Posting;
@@ -24,8 +24,6 @@ use crate::program;
 use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Steps};
 use crate::units::{Angle, Length};
 
-/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
-pub(super) const ASK_EVERY: usize = 32;
 /// G90.1 and G91.1, in tenths.
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;

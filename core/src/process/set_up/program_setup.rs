@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use super::tooling::Tools;
+use super::tooling::{Need, Tools};
+use super::tools_at_work::ToolsAtWork;
 use crate::kinematics::Setup;
+use crate::machine::Tool;
 use crate::motion::{Interpolation, InterpreterOptions, WorkOffsets};
+use crate::process::fault::Fault;
 use crate::program::Dialect;
 use crate::units::{Feedrate, Length, LengthUnit};
 
@@ -80,5 +83,25 @@ impl ProgramSetup {
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),
         }
+    }
+
+    /// The same, with the tools that were found at work in the program; `stated` is the request's cutter.
+    ///
+    /// # Errors
+    /// Which tool cuts is not known.
+    pub(in crate::process) fn with_tools_at_work(
+        &self,
+        stated: Option<Tool>,
+        need: Need,
+        has_head: bool,
+        at_work: &ToolsAtWork,
+    ) -> Result<Self, Fault> {
+        let tools = self.tools.found_at_work(stated, need, has_head, at_work).map_err(Fault::Tool)?;
+        Ok(Self { tools, ..self.clone() })
+    }
+
+    /// The same with every length known to the control shorter by so much.
+    pub(in crate::process) fn with_shorter_tools(&self, shorter_by: Length) -> Self {
+        Self { tools: self.tools.with_shorter(shorter_by), ..self.clone() }
     }
 }

@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::program_setup::ProgramSetup;
 use super::tool_table::{ListedTool, ToolTable};
 use super::tools_at_work::ToolsAtWork;
 use crate::machine::Tool;
 use crate::motion::{CalledTool, StatedCutter, ToolKey};
-use crate::process::fault::{CutterDifference, Fault, ToolUnknown, UnfitWear};
+use crate::process::fault::{CutterDifference, ToolUnknown, UnfitWear};
 use crate::units::Length;
 
 /// What the caller states of the tools of a program, cutters apart.
@@ -129,35 +128,31 @@ impl Tools {
         !self.behind_wear && (stated.is_some() || !self.table.is_empty())
     }
 
-    /// Whether the tools of the program's sections are known.
-    pub(in crate::process) const fn are_resolved(&self) -> bool {
-        self.by_section.is_some()
-    }
-}
-
-impl ProgramSetup {
     /// The same, with the tools that were found at work in the program; `stated` is the request's cutter.
     ///
     /// # Errors
     /// Which tool cuts is not known.
-    pub(in crate::process) fn with_tools_at_work(
+    pub(super) fn found_at_work(
         &self,
         stated: Option<Tool>,
         need: Need,
         has_head: bool,
         at_work: &ToolsAtWork,
-    ) -> Result<Self, Fault> {
-        let tooling = Tooling::of(&self.tools, stated, need, has_head, at_work).map_err(Fault::Tool)?;
-        let tools = Tools { by_section: Some(Arc::new(tooling)), ..self.tools.clone() };
-        Ok(Self { tools, ..self.clone() })
+    ) -> Result<Self, ToolUnknown> {
+        let tooling = Tooling::of(self, stated, need, has_head, at_work)?;
+        Ok(Self { by_section: Some(Arc::new(tooling)), ..self.clone() })
     }
 
     /// The same with every length known to the control shorter by so much.
-    pub(in crate::process) fn with_shorter_tools(&self, shorter_by: Length) -> Self {
-        let mut tooling = Tooling::clone(&self.tools.tooling());
+    pub(super) fn with_shorter(&self, shorter_by: Length) -> Self {
+        let mut tooling = Tooling::clone(&self.tooling());
         tooling.each(|used| used.length = used.length.map(|length| length - shorter_by));
-        let tools = Tools { by_section: Some(Arc::new(tooling)), ..self.tools.clone() };
-        Self { tools, ..self.clone() }
+        Self { by_section: Some(Arc::new(tooling)), ..self.clone() }
+    }
+
+    /// Whether the tools of the program's sections are known.
+    pub(in crate::process) const fn are_resolved(&self) -> bool {
+        self.by_section.is_some()
     }
 }
 

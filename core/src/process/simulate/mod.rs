@@ -1,8 +1,10 @@
 //! A whole program through the drives of its machine: what servo lag does to the part.
 
+mod parameters;
 mod run;
 mod sampler;
 
-pub use run::{ProgramSimulation, SimulationParameters, simulate};
+pub use parameters::SimulationParameters;
+pub use run::{ProgramSimulation, simulate};
 
-pub(in crate::process) use run::{LeftOuts, simulate_lines};
+pub(in crate::process) use run::simulate_lines;

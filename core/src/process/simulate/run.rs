@@ -1,52 +1,16 @@
 //! A whole program through the drives of its machine: what servo lag does to the part.
 
-use crate::process::fault::{LeftOut, LeftOutReason};
 use std::ops::ControlFlow;
 
-use super::sampler::{Piece, Sampler};
-use crate::geometry::Vec3;
+use super::parameters::SimulationParameters;
+use super::sampler::{LinePeaks, Piece, Sampler};
 use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::fault::{Fault, LineFaults};
-use crate::process::set_up::{Need, ProgramSetup, SetUps, turns};
+use crate::process::fault::{Fault, LeftOut, LeftOutReason, LeftOuts, LineFaults};
+use crate::process::set_up::{Need, SetUps, turns};
 use crate::process::text::{LineCursor, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
-use crate::servo::{AxisLetter, DriveSet, FeedProfile, ToolOutcome};
-
-/// The parameters of a program's servo simulation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SimulationParameters {
-    /// Drives of the axes that move.
-    pub drives: DriveSet,
-    /// What the text does not say.
-    pub program: ProgramSetup,
-    /// Sample period of the command \[s\].
-    pub period_s: f64,
-    /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
-    pub profile: Option<FeedProfile>,
-    /// With a profile: corners of the tip's path sharper than this are exact stops \[rad\].
-    pub stop_at_corners_above_rad: f64,
-    /// Normal of the plane in which the contour error gets a sign.
-    pub plane_normal: Option<Vec3>,
-    /// Most samples the program may take.
-    pub max_samples: u64,
-}
-
-impl SimulationParameters {
-    /// The defaults of the contract: 1 ms, no profile.
-    #[must_use]
-    pub fn new(drives: DriveSet, program: ProgramSetup) -> Self {
-        Self {
-            drives,
-            program,
-            period_s: 0.001,
-            profile: None,
-            stop_at_corners_above_rad: 10_f64.to_radians(),
-            plane_normal: None,
-            max_samples: 50_000_000,
-        }
-    }
-}
+use crate::servo::{AxisLetter, ToolOutcome};
 
 /// What became of a program.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,9 +55,6 @@ pub fn simulate(
 ) -> Result<ProgramSimulation, Fault> {
     simulate_lines(machine, parameters, source, Vec::new(), None, stop)
 }
-
-/// Takes the largest contour error of a line \[mm\], line after line.
-pub(in crate::process) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
 
 /// [`simulate`] for a program that was written from the upload: `lines` lead to the upload's, `peaks` gets the largest
 /// contour error of every line.
@@ -255,18 +216,5 @@ impl Outlook {
             return Ok(());
         }
         Err(Fault::TooCostly { what: "samples of the simulation", limit })
-    }
-}
-
-#[derive(Debug, Default)]
-pub(in crate::process) struct LeftOuts(pub(in crate::process) Vec<LeftOut>);
-
-impl LeftOuts {
-    pub(in crate::process) fn add(&mut self, reason: Option<LeftOutReason>, line: u64) {
-        let Some(reason) = reason else { return };
-        match self.0.iter_mut().find(|kind| kind.reason.name() == reason.name()) {
-            Some(kind) => kind.count += 1,
-            None => self.0.push(LeftOut { reason, count: 1, first_line: line }),
-        }
     }
 }

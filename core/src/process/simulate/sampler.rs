@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-use super::run::{LinePeaks, SimulationParameters};
+use super::parameters::SimulationParameters;
 use crate::contact::{BlockTime, block_time_s, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::JointLanes;
@@ -15,6 +15,9 @@ use crate::servo::{AxisLetter, MovingAverage, ServoFault, ToolRun, letters_of};
 
 /// Samples handed to the drives at a time, a multiple of a block of the stepping.
 const CHUNK: usize = 1024;
+
+/// Takes the largest contour error of a line \[mm\], line after line.
+pub(in crate::process) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
 
 /// One motion at feed.
 #[derive(Debug, Clone, Copy)]

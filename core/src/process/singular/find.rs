@@ -2,10 +2,10 @@
 
 use std::sync::OnceLock;
 
+use super::collector::{Collector, Seen};
 use super::contact::Cutting;
 use super::measured::{as_uploaded, measured};
 use super::parameters::{SingularityAction, SingularityParameters};
-use super::pending::{Collector, Seen};
 use super::planner::Planner;
 use super::regions::{Regions, Written};
 use super::report::SingularityReport;

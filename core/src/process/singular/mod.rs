@@ -2,6 +2,7 @@
 //! reported, divided, or passed with less rotary travel; what is written is read back.
 
 mod check;
+mod collector;
 mod contact;
 mod densify;
 mod figures;

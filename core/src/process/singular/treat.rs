@@ -5,10 +5,11 @@ use std::io::Write;
 use std::sync::Arc;
 
 use super::check::{Expected, SingularityVerifier};
+use super::collector::{Collector, Seen};
 use super::contact::Cutting;
 use super::measured::{Measured, as_uploaded, measured};
 use super::parameters::{SingularityAction, SingularityParameters};
-use super::pending::{Collector, Pending, Seen};
+use super::pending::Pending;
 use super::planner::{Change, Divided, Moved, Planner};
 use super::regions::{RegionNumber, Regions};
 use super::report::{LeftReason, RegionFigures, RegionTreatment, SingularRegion, SingularityReport};

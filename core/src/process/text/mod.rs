@@ -4,6 +4,7 @@ mod dialect_fit;
 mod glance;
 mod inventory;
 mod line_map;
+mod look_through;
 mod numbering;
 mod plain_lines;
 mod reading;

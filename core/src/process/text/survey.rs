@@ -1,17 +1,9 @@
-//! A first look through the whole program, at its text only: where contacts are stated, and its finest decimals.
+//! What a first look through the text tells: where contacts are stated, and its finest decimals.
 
-use std::ops::ControlFlow;
-
-use super::glance::{Glance, line_count, whole_lines};
 use super::numbering::Numbering;
-use super::plain_lines::PlainLines;
-use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
-use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ContactSource, ToolCalls};
-use crate::program::{
-    Address, Batch, Borne, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm,
-};
+use crate::program::{Address, Batch, Borne, Dialect, Step, Steps, Word, WordForm};
 use crate::units::MM_PER_INCH;
 
 /// What one pass over the text tells.
@@ -58,80 +50,6 @@ impl Survey {
             tools: ToolCalls::default(),
             borne: Borne::default(),
         }
-    }
-
-    /// Looks through the program.
-    pub(in crate::process) fn of(
-        machine: &Machine,
-        dialect: Option<Dialect>,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, Fault> {
-        let mut survey = Self::nothing();
-        let mut stamps = StampFinder::default();
-        let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
-        let mut reader = Reader::new(dialect, ReadLimits::default());
-        let mut input = source.open()?;
-        let mut batch = Batch::new();
-        let mut chunk = vec![0; CHUNK_BYTES];
-        // Where lines end is known, they are looked at in pieces; the last one may not be whole yet.
-        let mut pending = Vec::new();
-        let mut glance = None;
-        let (mut broken, mut ended) = (false, false);
-        while !ended {
-            if stop().is_break() {
-                return Err(Fault::Cancelled);
-            }
-            let count = read_some(&mut *input, &mut chunk)?;
-            ended = count == 0;
-            stamps.see(&chunk[..count]);
-            pending.extend_from_slice(&chunk[..count]);
-            let mut taken = 0;
-            while let Some(length) = whole_lines(&pending[taken..], ended) {
-                let piece = &pending[taken..taken + length];
-                taken += length;
-                // Behind a piece of a line the rest of it has to be read.
-                let is_read = broken || piece.last() != Some(&b'\n');
-                broken |= is_read;
-                if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
-                    reader.pass_over_lines(line_count(piece));
-                    survey.tools.pass_over();
-                    continue;
-                }
-                let plain = reader.dialect().and_then(|dialect| PlainLines::of(dialect, rotary));
-                if let Some(plain) = plain.filter(|_| !is_read && reader.is_between_lines())
-                    && let Some((behind, lines)) = plain.behind(piece, &survey)
-                {
-                    reader.pass_over(lines, piece.len());
-                    survey = behind;
-                    continue;
-                }
-                reader.feed(piece);
-                // In the order of the program: what is told by bytes stands behind all that is read.
-                while if plain.is_some() {
-                    reader.next_part(&mut batch)?
-                } else {
-                    reader.next_batch(&mut batch)?
-                } {
-                    survey.see(&batch, rotary);
-                    glance = Glance::behind(&batch, rotary);
-                }
-                // A statement that hangs on the one behind it is not given before that is there.
-                if let Some(plain) = plain.filter(|_| !broken)
-                    && let Some((behind, lines)) = plain.behind(reader.rest(), &survey)
-                {
-                    reader.pass_over_rest(lines);
-                    survey = behind;
-                }
-            }
-            pending.drain(..taken);
-        }
-        reader.finish();
-        while reader.next_batch(&mut batch)? {
-            survey.see(&batch, rotary);
-        }
-        survey.borne = stamps.finish();
-        Ok(survey)
     }
 
     /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it. A stamp
@@ -215,83 +133,4 @@ fn is_cutting(words: &[Word]) -> bool {
         .iter()
         .filter(|word| word.address == Address::G)
         .all(|word| word.code_tenths().is_some_and(|code| CUTTING_CODES.contains(&code)))
-}
-
-#[cfg(test)]
-mod tests {
-    use std::fmt::Write as _;
-
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::machine::Preset;
-
-    /// What all of the text tells where every word is read.
-    fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
-        let mut survey = Survey::nothing();
-        let mut reader = Reader::new(Some(dialect), ReadLimits::default());
-        let mut batch = Batch::new();
-        reader.feed(text);
-        reader.finish();
-        while reader.next_batch(&mut batch).unwrap() {
-            survey.see(&batch, rotary);
-        }
-        survey
-    }
-
-    fn lines(dialect: Dialect) -> impl Strategy<Value = String> {
-        let (plain, odd): (&str, &str) = match dialect {
-            Dialect::Heidenhain => (
-                "L X+1.25 Y-2.5 A+30.5|L  C+1.125 F500|L Z5 B1.2345|L X+2.5 R0",
-                "RND R2.5|L X+1.5 ~|CYCL DEF 7.0 NULL|; L X1.23456|* - note|L X+Q1 Y+1.123456|CC X+1.5|LBL 1",
-            ),
-            Dialect::Siemens => (
-                "X1.25 A=-30.5|X3 C=1.125 F20|Y-2.5 Z.5",
-                "; X1.23456|MSG(\"X1.2345\")|X=R1|X1.5 U1. V2. W3.|R1=5.12345|G4 F1.5|A3=0.1 B3=0 C3=1",
-            ),
-            Dialect::Apt => (
-                "GOTO/1.5,2.25,-3,0.1234567,0.,1.|GOTO/ 1. , 2. ,3.125|GOTO/1,2,3",
-                "GOTO/1.5,2.5, $|4.125,0,0,1|$$ GOTO/1.23456,2,3|PPRINT/1.23456|FEDRAT/100.,MMPM|RAPID|CIRCLE/0,0,0,0,0,1,5.1234",
-            ),
-            Dialect::Iso => (
-                "X1.25 Y-2.5 A30.5|G1 Z.5 F500|C1.125",
-                "N10 X1.5|(X1.23456)|X1.12345|A1.12345|O100|U1. V2. W3.",
-            ),
-            Dialect::Csv => {
-                ("1.5,2.5,3.5,4.5,5.5|1.25,2,3,4,5", "1.12345,2,3,4,5|1,2,3,4.12345,5| 1 ,2,3,4,5")
-            }
-        };
-        let of = |text: &str| {
-            let lines: Vec<String> = text.split('|').map(str::to_owned).collect();
-            proptest::sample::select(lines)
-        };
-        let line = prop_oneof![400 => of(plain), 1 => of(odd)];
-        let numbered = dialect == Dialect::Heidenhain;
-        prop::collection::vec((line, any::<bool>()), 600..2000).prop_map(move |lines| {
-            let mut text = if dialect == Dialect::Csv { "X,Y,Z,A,C\n".to_owned() } else { String::new() };
-            for (number, (line, crlf)) in lines.into_iter().enumerate() {
-                if numbered && number % 7 < 5 {
-                    write!(text, "{number} ").unwrap();
-                }
-                text.push_str(&line);
-                text.push_str(if crlf { "\r\n" } else { "\n" });
-            }
-            text
-        })
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(40))]
-        #[test]
-        fn a_survey_tells_what_reading_every_word_does(
-            (dialect, text) in proptest::sample::select(vec![
-                Dialect::Iso, Dialect::Siemens, Dialect::Heidenhain, Dialect::Apt, Dialect::Csv,
-            ]).prop_flat_map(|dialect| (Just(dialect), lines(dialect))),
-        ) {
-            let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
-            let source = text.clone().into_bytes();
-            let found = Survey::of(&machine, Some(dialect), &source, &|| ControlFlow::Continue(())).unwrap();
-            prop_assert_eq!(found, read(text.as_bytes(), dialect, ['A', 'C']));
-        }
-    }
 }

@@ -3,9 +3,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
+mod circles;
+mod names;
+mod rooms;
+mod source;
+mod tree;
+
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+
+use source::sources;
 
 /// A module and the modules it may name, besides what those name in turn.
 const ARROWS: &[(&str, &[&str])] = &[
@@ -78,82 +84,6 @@ const NOT_IN_CORE: &[&str] = &[
 
 /// Longest file [lines].
 const MAX_LINES: usize = 600;
-
-#[derive(Debug)]
-struct Source {
-    path: PathBuf,
-    module: String,
-    /// Code without comments, strings and tests, by line.
-    code: Vec<String>,
-    lines: usize,
-}
-
-fn sources() -> Vec<Source> {
-    let mut all = Vec::new();
-    for package in ["core/src", "src"] {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(package);
-        let mut files = Vec::new();
-        collect(&root, &mut files);
-        files.sort();
-        assert!(files.len() > 30, "the sources were not found");
-        all.extend(files.into_iter().map(|path| {
-            let text = fs::read_to_string(&path).unwrap();
-            let inside = path.strip_prefix(&root).unwrap();
-            let first = inside.components().next().unwrap().as_os_str().to_str().unwrap();
-            let module = first.strip_suffix(".rs").unwrap_or(first).to_owned();
-            let in_core = CORE.contains(&module.as_str());
-            assert!(module == "lib" || in_core == (package == "core/src"), "{module} in {package}");
-            let code = code_of(&text);
-            Source { path, module, lines: code.len(), code }
-        }));
-    }
-    all
-}
-
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            collect(&path, files);
-        } else if path.extension().is_some_and(|extension| extension == "rs") && !path.ends_with("tests.rs") {
-            files.push(path);
-        }
-    }
-}
-
-/// The code before the file's tests, comments and string contents blanked, line by line.
-fn code_of(text: &str) -> Vec<String> {
-    let end = text.find("#[cfg(test)]").unwrap_or(text.len());
-    let mut out = String::new();
-    let mut chars = text[..end].chars().peekable();
-    let mut previous = ' ';
-    while let Some(c) = chars.next() {
-        match c {
-            '/' if chars.peek() == Some(&'/') => {
-                for c in chars.by_ref() {
-                    if c == '\n' {
-                        out.push('\n');
-                        break;
-                    }
-                }
-            }
-            '"' => {
-                let raw = previous == '#' || previous == 'r';
-                while let Some(c) = chars.next() {
-                    match c {
-                        '\\' if !raw && chars.next() == Some('\n') => out.push('\n'),
-                        '"' => break,
-                        '\n' => out.push('\n'),
-                        _ => {}
-                    }
-                }
-            }
-            other => out.push(other),
-        }
-        previous = c;
-    }
-    out.lines().map(str::to_owned).collect()
-}
 
 fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
     let mut allowed: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -336,5 +266,4 @@ fn the_checker_sees_what_it_must() {
         ["http", "wire", "store"]
     );
     assert_eq!(named_modules("let x = crate::store::sha256_hex(b);"), ["store"]);
-    assert_eq!(code_of("let a = \"crate::http\"; // crate::http\nlet b;\n"), ["let a = ; ", "let b;"]);
 }

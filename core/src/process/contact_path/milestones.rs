@@ -1,0 +1,27 @@
+//! The largest deviation so far, as it stands at fixed places of the output.
+
+/// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
+/// and what only bounded hangs on it, and must not hang on how far somebody has read.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct Milestones {
+    next: u64,
+    pub(in crate::process) largest_mm: f64,
+}
+
+impl Default for Milestones {
+    fn default() -> Self {
+        Self { next: Self::BLOCKS, largest_mm: 0.0 }
+    }
+}
+
+impl Milestones {
+    const BLOCKS: u64 = 512;
+
+    /// So many blocks are behind, and this is the largest deviation they leave \[mm\].
+    pub(in crate::process) fn reach(&mut self, blocks: u64, largest_mm: f64) {
+        if blocks >= self.next {
+            self.next = (blocks / Self::BLOCKS + 1) * Self::BLOCKS;
+            self.largest_mm = largest_mm;
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Which consecutive motions make a region.
+
+use std::sync::Arc;
+
+use super::contact::Cutting;
+use super::pending::{Pending, Stated};
+use super::words::{POINT, rotary_addresses};
+use crate::contact::{Station, rotary_rad};
+use crate::kinematics::SingularZone;
+use crate::machine::Tool;
+use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
+use crate::process::contact_path::may_roll_over;
+use crate::process::fault::LineFaults;
+use crate::process::set_up::SetUps;
+use crate::program::{Address, Batch, Dialect, WordForm};
+
+/// Rotary words that differ by less are the same \[deg\].
+const TURNING_DEG: f64 = 1e-9;
+/// So many motions without a turn may lie within a region.
+const MAX_QUIET: usize = 8;
+/// A region is cut after so many motions; the point between both stays as it is.
+pub(super) const MAX_MOTIONS: usize = 2000;
+
+/// What a motion does to the region at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// It belongs to it.
+    Added,
+    /// It does not: the region before it is whole.
+    Closes,
+}
+
+/// Collects the motions of the region at hand.
+#[derive(Debug)]
+pub(super) struct Collector<'a> {
+    cutting: Cutting<'a>,
+    set_ups: SetUps,
+    zone: SingularZone,
+    dialect: Dialect,
+    region: Vec<Pending>,
+    quiet: usize,
+    /// The last point, by its words, mode and contact.
+    last: Option<(AxisWords, Interpolation, ContactWords)>,
+    /// The last contact words stated.
+    stated: ContactWords,
+    pub(super) checked: u64,
+    /// Motions whose path depends on something that is not stated.
+    pub(super) faults: LineFaults,
+}
+
+impl<'a> Collector<'a> {
+    pub(super) fn new(cutting: Cutting<'a>, zone: SingularZone, dialect: Dialect) -> Self {
+        Self {
+            set_ups: SetUps::new(cutting.machine, &cutting.parameters.program),
+            faults: LineFaults::default(),
+            cutting,
+            zone,
+            dialect,
+            region: Vec::new(),
+            quiet: 0,
+            last: None,
+            stated: ContactWords::None,
+            checked: 0,
+        }
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        !self.region.is_empty()
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.region.len() >= MAX_MOTIONS
+    }
+
+    /// The region so far, motions without a turn at its end left off; then empty.
+    pub(super) fn take(&mut self) -> Vec<Pending> {
+        let mut region = std::mem::take(&mut self.region);
+        region.truncate(region.len() - self.quiet.min(region.len()));
+        self.quiet = 0;
+        region
+    }
+
+    /// Looks at the next motion. Where it closes the region it is not in, it has to be shown again after
+    /// [`Collector::take`].
+    pub(super) fn see(&mut self, batch: &Batch, motion: &Motion, index: u64) -> Seen {
+        let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
+        self.set_ups.enter(motion);
+        let found = self.pending(batch, motion, index, mode);
+        if self.is_open() && found.is_none() {
+            return Seen::Closes;
+        }
+        let rests = motion.start.is_some() && motion.start == motion.end;
+        if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
+            self.stated = motion.contact;
+        }
+        let stays = rests && motion.contact == ContactWords::None;
+        if !stays {
+            self.last = motion.end.map(|end| (end, mode, motion.contact));
+        }
+        if self.follows(motion) {
+            self.checked += 1;
+            if let Some(kind) = self.set_ups.now.missing_for_turning(mode, motion) {
+                let block = batch.blocks().get(motion.block as usize);
+                self.faults.add(motion.line, block.map_or(&[][..], |block| batch.block_text(block)), kind);
+            }
+        }
+        let Some(found) = found else { return Seen::Closes };
+        self.quiet = if found.turns { 0 } else { self.quiet + 1 };
+        self.region.push(found);
+        Seen::Added
+    }
+
+    fn follows(&self, motion: &Motion) -> bool {
+        is_followed(motion)
+            && !may_roll_over(self.cutting.machine, self.dialect, motion)
+            && !self.set_ups.now.is_foreign()
+    }
+
+    fn tool(&self) -> Tool {
+        self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL)
+    }
+
+    /// The motion, if it belongs to a region, and to the one at hand if there is one.
+    fn pending(&self, batch: &Batch, motion: &Motion, index: u64, mode: Interpolation) -> Option<Pending> {
+        if !self.follows(motion) {
+            return None;
+        }
+        let (start, end) = (motion.start?, motion.end?);
+        let turns =
+            start.rotary_deg.iter().zip(&end.rotary_deg).any(|(from, to)| (to - from).abs() > TURNING_DEG);
+        let before = self.region.last();
+        let goes_on = before.is_some_and(|before| {
+            let same_unit = before.motion.mm_per_unit.to_bits() == motion.mm_per_unit.to_bits();
+            let same_set_up = Arc::ptr_eq(&before.kinematics, &self.set_ups.now.kinematics);
+            let goes_on = before.ends[1].words == start && before.mode == mode;
+            goes_on && same_unit && same_set_up && before.tool == self.tool()
+        });
+        if before.is_some() && !goes_on || !turns && (before.is_none() || self.quiet >= MAX_QUIET) {
+            return None;
+        }
+        let (machine, kinematics) = (self.cutting.machine, &self.set_ups.now.kinematics);
+        let station = |words| Station::new(machine, kinematics, mode, words);
+        let ends = [before.map_or_else(|| station(start), |before| before.ends[1]), station(end)];
+        let angles = ends.map(|end| rotary_rad(machine, end.words.rotary_deg));
+        let polar_rad = kinematics.polar_range_rad(angles, ends.map(|end| end.pose.axis));
+        if !self.zone.is_entered(polar_rad) {
+            return None;
+        }
+        let (axes, contact) = self.stated_in(batch, motion);
+        let start_contact = self.last.filter(|last| last.0 == start && last.1 == mode);
+        let start_contact = start_contact.map_or(ContactWords::None, |(_, _, contact)| contact);
+        let standing = if start_contact == ContactWords::None { self.stated } else { start_contact };
+        Some(Pending {
+            motion: *motion,
+            kinematics: Arc::clone(kinematics),
+            tool: self.tool(),
+            index,
+            mode,
+            ends,
+            start_contact,
+            standing,
+            axes,
+            contact,
+            polar_rad,
+            turns,
+        })
+    }
+
+    /// How the block of this motion states axes and contact.
+    fn stated_in(&self, batch: &Batch, motion: &Motion) -> ([Stated; 5], [bool; 3]) {
+        let rotary = rotary_addresses(self.cutting.machine);
+        let addresses = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
+        let (mut axes, mut contact) = ([Stated::Absent; 5], [false; 3]);
+        let block = batch.blocks().get(motion.block as usize);
+        for word in block.map_or(&[][..], |block| batch.words(block)) {
+            if let Some(k) = addresses.iter().position(|address| *address == word.address) {
+                let modal = if motion.incremental { Stated::Incremental } else { Stated::Absolute };
+                axes[k] = match word.form {
+                    WordForm::Absolute => Stated::Absolute,
+                    WordForm::Incremental => Stated::Incremental,
+                    WordForm::Number | WordForm::Evaluated => modal,
+                    WordForm::Comma | WordForm::Expression | WordForm::Name | WordForm::Keyword => axes[k],
+                };
+            }
+            if let Some(k) = POINT.iter().position(|address| *address == word.address) {
+                contact[k] = true;
+            }
+        }
+        (axes, contact)
+    }
+}
+
+/// A straight motion at feed between known ends that goes somewhere.
+fn is_followed(motion: &Motion) -> bool {
+    motion.kind == MotionKind::Linear
+        && motion.unfollowable.is_none()
+        && !motion.offset_changed
+        && motion.start.is_some()
+        && motion.end.is_some()
+        && motion.start != motion.end
+}

@@ -1,0 +1,50 @@
+//! The seam between the service and what compensates the CC path.
+
+use std::fmt;
+use std::io::Write;
+
+use super::CompensatorFault;
+use crate::machine::Machine;
+use crate::process::{self, ProgramReading, Stop};
+use crate::program::{Dialect, Steps};
+use crate::wear::SideBySide;
+use crate::wire::{CcFindings, CcParameters, CcReport};
+
+/// What the compensation of the CC path is computed by. The service has one; tests may give another.
+pub trait Compensator: Send + Sync + fmt::Debug {
+    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
+    ///
+    /// # Errors
+    /// Why there is no program; what was written so far is then dropped.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what is compensated, into what, and under which conditions"
+    )]
+    fn compensate(
+        &self,
+        machine: &Machine,
+        asked: &process::CcParameters,
+        singularity: &process::SingularityParameters,
+        source: &dyn process::ProgramSource,
+        output: &mut dyn Write,
+        spool: &dyn process::Spool,
+        parts: &dyn SideBySide,
+        stop: &Stop<'_>,
+    ) -> Result<Compensated, CompensatorFault>;
+
+    /// The figure of a report, as SVG text.
+    fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
+}
+
+/// What came of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compensated {
+    /// For the report.
+    pub findings: CcFindings,
+    /// The dialect it was read in.
+    pub dialect: Dialect,
+    /// The steps that changed something.
+    pub steps: Steps,
+    /// How it was read.
+    pub reading: ProgramReading,
+}

@@ -1,0 +1,67 @@
+//! What work on a program is done with, and what it makes.
+
+use std::io::BufWriter;
+
+use super::{CompensatorFault, InputFile, JobFault, Spool, Threads};
+use crate::process::Stop;
+use crate::program::Steps;
+use crate::store::Draft;
+
+/// What there is to work on, and with.
+#[derive(Clone, Copy)]
+pub struct Workplace<'a> {
+    /// The program.
+    pub program: &'a InputFile,
+    /// The part's surface, where one came with it.
+    pub surface: Option<&'a InputFile>,
+    /// Where results go.
+    pub spool: &'a Spool,
+    /// Threads for work in parts.
+    pub threads: &'a Threads,
+    /// Breaks when nobody waits for the result any more.
+    pub stop: &'a Stop<'a>,
+}
+
+impl std::fmt::Debug for Workplace<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Workplace").field("program", &self.program).finish_non_exhaustive()
+    }
+}
+
+/// Bytes gathered before a result is written.
+const GATHERED: usize = 1 << 18;
+
+impl Workplace<'_> {
+    /// A new result.
+    pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
+        Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))
+    }
+}
+
+/// A result with its last bytes.
+pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
+    output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
+}
+
+/// What the work has made.
+#[derive(Debug)]
+pub struct Finished {
+    /// The report, as JSON text.
+    pub report: String,
+    /// A program or a table, where the operation makes one.
+    pub output: Option<Draft>,
+    /// The table of changes, where it makes one.
+    pub changes: Option<Draft>,
+    /// The steps that changed the program, where the operation has any.
+    pub steps: Option<Steps>,
+    /// Motions of a compensated program that were looked at.
+    pub motions_checked: Option<u64>,
+}
+
+impl Finished {
+    /// A report, and nothing else yet.
+    pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
+        let report = serde_json::to_string(report)?;
+        Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })
+    }
+}
