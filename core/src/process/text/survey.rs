@@ -1,4 +1,4 @@
-//! A first look through the whole program, at its text only: where contacts are stated, and its finest decimals.
+//! A first look through the text of the whole program: where contacts are stated, and the finest decimals.
 
 use std::ops::ControlFlow;
 
@@ -13,7 +13,7 @@ use crate::program::{
     Address, Batch, Borne, Dialect, ReadLimits, Reader, StampFinder, Step, Steps, Word, WordForm,
 };
 
-/// What one pass over the text tells.
+/// The result of one pass over the text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct Survey {
     /// Contacts the program states: the first available of points and normals.
@@ -24,23 +24,23 @@ pub(in crate::process) struct Survey {
     pub(in crate::process) rotary_decimals: u8,
     /// False for a table without a column F.
     pub(in crate::process) has_feed_column: bool,
-    /// Of its blocks.
+    /// The numbering of its blocks.
     pub(in crate::process) numbering: Numbering,
-    /// Tools that it calls.
+    /// The tools that it calls.
     pub(in crate::process) tools: ToolCalls,
-    /// Steps that were done to it before, by its stamps.
+    /// Steps that were done to it before, according to its stamps.
     pub(in crate::process) borne: Borne,
 }
 
-/// Decimals beyond these are arithmetic of the post, not resolution of the control.
+/// Further decimals are arithmetic of the post, not resolution of the control.
 pub(in crate::process) const MAX_DECIMALS: u8 = 6;
-/// G codes of a block that can state a contact point, in tenths: motion, plane, units, distance, feed and
+/// G codes that a block with a contact point may have, in tenths: motion, plane, units, distance, feed and
 /// compensation off, tool-centre-point control, work offsets.
 const CUTTING_CODES: [u32; 22] =
     [0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 430, 434, 490, 540, 550, 560, 570, 580, 590, 900, 930, 940];
 
 impl Survey {
-    /// Before the first byte.
+    /// The survey before the first byte.
     pub(in crate::process) fn nothing() -> Self {
         Self {
             stated: None,
@@ -67,7 +67,7 @@ impl Survey {
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];
-        // Where lines end is known, they are looked at in pieces; the last one may not be whole yet.
+        // Once line ends are known, lines are looked at in pieces. The last line may not be complete yet.
         let mut pending = Vec::new();
         let mut glance = None;
         let (mut broken, mut ended) = (false, false);
@@ -83,7 +83,7 @@ impl Survey {
             while let Some(length) = whole_lines(&pending[taken..], ended) {
                 let piece = &pending[taken..taken + length];
                 taken += length;
-                // Behind a piece of a line the rest of it has to be read.
+                // After a piece of a line, the rest of the line has to be read.
                 let is_read = broken || piece.last() != Some(&b'\n');
                 broken |= is_read;
                 if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
@@ -100,7 +100,7 @@ impl Survey {
                     continue;
                 }
                 reader.feed(piece);
-                // In the order of the program: what is told by bytes stands behind all that is read.
+                // In program order: lines looked at by their bytes come after everything that was read.
                 while if plain.is_some() {
                     reader.next_part(&mut batch)?
                 } else {
@@ -109,7 +109,7 @@ impl Survey {
                     survey.see(&batch, rotary);
                     glance = Glance::behind(&batch, rotary);
                 }
-                // A statement that hangs on the one behind it is not given before that is there.
+                // A statement that depends on the next one is not returned before that one is there.
                 if let Some(plain) = plain.filter(|_| !broken)
                     && let Some((behind, lines)) = plain.behind(reader.rest(), &survey)
                 {
@@ -127,8 +127,8 @@ impl Survey {
         Ok(survey)
     }
 
-    /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it. A stamp
-    /// whose steps cannot be read may be that of any step.
+    /// Refuses steps that were done to the program before, unless they may be repeated and the caller allows it. A
+    /// stamp whose steps cannot be read may be that of any step.
     pub(in crate::process) fn refuse_repeated(self, asked: Steps, allow_repeated: bool) -> Result<(), Fault> {
         if let Some(text) = self.borne.unreadable.filter(|_| !asked.is_empty()) {
             return Err(Fault::StampUnreadable { text });
@@ -173,8 +173,8 @@ impl Survey {
         }
     }
 
-    /// The contact source for this program: `auto` takes the first available of program, normals and surface, else the tip;
-    /// one that was asked for must be there.
+    /// The contact source for this program. `auto` takes the first available of program, normals and surface,
+    /// otherwise the tip. Any other source must be available.
     pub(in crate::process) fn contact(
         self,
         asked: ContactSource,
@@ -185,7 +185,7 @@ impl Survey {
             (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
             (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(beside)),
             (ContactSource::Surface, _) if has_part => return Ok(asked),
-            (ContactSource::Surface, _) => "surface of the part beside it",
+            (ContactSource::Surface, _) => "surface of the part sent with it",
             (asked, Some(stated)) if asked == stated => return Ok(asked),
             (ContactSource::Program, _) => "U V W words",
             (ContactSource::Normals, _) => "contact normals nx ny nz",
@@ -194,7 +194,7 @@ impl Survey {
     }
 }
 
-/// Whether the block has no code that gives U V W another meaning (incremental axes of a reference return, say).
+/// Whether the block has no code that gives U V W another meaning, such as incremental axes of a reference return.
 fn is_cutting(words: &[Word]) -> bool {
     words
         .iter()
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use crate::machine::Preset;
 
-    /// What all of the text tells where every word is read.
+    /// The survey of the whole text with every word read.
     fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
         let mut survey = Survey::nothing();
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
