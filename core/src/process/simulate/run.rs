@@ -1,4 +1,4 @@
-//! A whole program through the drives of its machine: what servo lag does to the part.
+//! A whole program through the drives of its machine: the effect of servo lag on the part.
 
 use crate::process::fault::{LeftOut, LeftOutReason};
 use std::ops::ControlFlow;
@@ -18,13 +18,13 @@ use crate::servo::{AxisLetter, DriveSet, FeedProfile, ToolOutcome};
 pub struct SimulationParameters {
     /// Drives of the axes that move.
     pub drives: DriveSet,
-    /// What the text does not say.
+    /// The caller's statements that the text does not have.
     pub program: ProgramSetup,
     /// Sample period of the command \[s\].
     pub period_s: f64,
-    /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
+    /// Jerk-limited feed. Without it every block runs at its feed, and the feed changes in steps.
     pub profile: Option<FeedProfile>,
-    /// With a profile: corners of the tip's path sharper than this are exact stops \[rad\].
+    /// With a profile: the machine stops exactly at corners of the tip's path that are sharper than this \[rad\].
     pub stop_at_corners_above_rad: f64,
     /// Normal of the plane in which the contour error gets a sign.
     pub plane_normal: Option<Vec3>,
@@ -48,18 +48,18 @@ impl SimulationParameters {
     }
 }
 
-/// What became of a program.
+/// The result of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProgramSimulation {
-    /// The dialect it was read in.
+    /// The dialect in which it was read.
     pub dialect: Dialect,
     /// How the program was read.
     pub reading: ProgramReading,
     /// Blocks: non-empty lines that are not only comments.
     pub blocks: u64,
-    /// Motions that were simulated.
+    /// Number of simulated motions.
     pub motions: u64,
-    /// Runs of motions between rapids and motions left out; each starts from rest.
+    /// Number of passes: sequences of simulated motions between rapids and motions left out. Each starts from rest.
     pub passes: u64,
     /// Time of the simulated motions \[s\].
     pub duration_s: f64,
@@ -67,22 +67,22 @@ pub struct ProgramSimulation {
     pub axes: [AxisLetter; 5],
     /// Following errors, contour error and trace.
     pub outcome: ToolOutcome,
-    /// What was not simulated.
+    /// Motions that were not simulated.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Simulates the motions of a program at feed through the drives (`math.md` §3) and judges the contour error of
-/// the tool against the commanded path in W: the poses of the commanded samples, so that neither interpolation
-/// error nor location errors count, only the servo.
+/// Simulates the motions of a program at feed through the drives (`math.md` §3). It measures the contour error of
+/// the tool against the commanded path in W, given by the poses of the commanded samples. Only servo errors count,
+/// neither interpolation nor location errors.
 ///
-/// The control's interpolator is taken as ideal: every block at its F (G94 along the tip, or degrees where only
-/// rotary axes turn; G93 by its time), axes linear in machine interpolation, the tip straight with TCP.
-/// Motions follow each other without a stop unless a profile asks for one. Rapids and what cannot be followed are
-/// left out; the axes are at rest where the next pass begins.
+/// The control's interpolator is ideal: every block runs at its F (G94 along the tip, or degrees if only rotary
+/// axes turn; G93 by its time). Axes are linear in machine interpolation, and the tip is straight with TCP. Motions
+/// follow each other without a stop, unless a profile asks for one. Rapids and motions that cannot be followed are
+/// left out. The next pass starts at rest.
 ///
 /// # Errors
-/// The program cannot be read, has no motion to simulate, takes too many samples; a drive is missing, unstable or
-/// too stiff.
+/// The program cannot be read, has no motion to simulate, or takes too many samples; a drive is missing, unstable
+/// or too stiff.
 pub fn simulate(
     machine: &Machine,
     parameters: &SimulationParameters,
@@ -92,14 +92,14 @@ pub fn simulate(
     simulate_lines(machine, parameters, source, Vec::new(), None, stop)
 }
 
-/// Takes the largest contour error of a line \[mm\], line after line.
+/// Receives the largest contour error of a line \[mm\], line after line.
 pub(in crate::process) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
 
-/// [`simulate`] for a program that was written from the upload: `lines` lead to the upload's, `peaks` gets the largest
-/// contour error of every line.
+/// [`simulate`] for a program that was written from the upload. `lines` lead to the upload's lines; `peaks` gets
+/// the largest contour error of every line.
 ///
 /// # Errors
-/// As [`simulate`].
+/// As for [`simulate`].
 pub(in crate::process) fn simulate_lines(
     machine: &Machine,
     parameters: &SimulationParameters,
@@ -150,11 +150,11 @@ pub(in crate::process) fn simulate_lines(
 #[derive(Clone, Copy)]
 enum Seen<'a> {
     Piece(&'a Motion, &'a Piece),
-    /// No reason: a rapid.
+    /// A motion left out, and its line. Rapids have no reason.
     LeftOut(Option<LeftOutReason>, u64),
 }
 
-/// What is known of a program once it is read.
+/// What is known of a program after reading it.
 struct Text {
     dialect: Dialect,
     reading: ProgramReading,
@@ -180,7 +180,7 @@ fn for_each_motion(
                         take(Seen::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
                         continue;
                     }
-                    // Where the axes go while the tool turns hangs on the set-up, whoever interpolates.
+                    // With either interpolation mode, the axis positions depend on the set-up while the tool turns.
                     if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
                         let block = passage.batch.blocks().get(motion.block as usize);
                         let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
@@ -200,11 +200,11 @@ fn for_each_motion(
     Ok(Text { dialect: passages.dialect(), reading: passages.reading(), blocks: passages.blocks })
 }
 
-/// What a first reading tells: how long the program runs, how fast, in how many passes.
+/// The result of a first reading: duration, speed and number of passes of the program.
 #[derive(Debug, Default)]
 struct Outlook {
     duration_s: f64,
-    /// Largest speed in what F counts along [mm/s, or deg/s].
+    /// Largest speed along the length that F measures [mm/s, or deg/s].
     fastest: f64,
     motions: u64,
     passes: u64,
@@ -213,7 +213,7 @@ struct Outlook {
     under_way: bool,
 }
 
-/// Most samples that the averages of a profile may hold: bounds their memory.
+/// Most samples in the averages of a profile. It limits their memory.
 const MAX_AVERAGED: u64 = 1_000_000;
 
 impl Outlook {
@@ -234,7 +234,7 @@ impl Outlook {
         }
     }
 
-    /// Refuses before any work what would cost too much.
+    /// Refuses too costly work before it begins.
     fn check(&self, parameters: &SimulationParameters) -> Result<(), Fault> {
         if self.motions == 0 {
             return Err(Fault::NothingToSimulate { left_out: self.left_out, first: self.first_left_out });
