@@ -156,11 +156,11 @@ pub fn already_done(step: &str) -> JobFault {
     let is_repeatable =
         Steps::from_names(step).and_then(|steps| steps.iter().next()).is_some_and(Step::may_be_repeated);
     let cure = if is_repeatable {
-        "allow_repeated=true does it again"
+        "To do it again, set allow_repeated=true"
     } else {
-        "a second time would move every end twice; take the program as it was before"
+        "A second time would move every end twice. Send the program from before that step"
     };
-    let detail = format!("the program is what the step `{step}` answered before: {cure}");
+    let detail = format!("the program is the result of an earlier step `{step}`. {cure}");
     let refusal = Refusal { class, detail, line: None, block: None, errors: Vec::new() };
     JobFault::Compensator(CompensatorFault::Refused(Box::new(refusal)))
 }

@@ -162,7 +162,7 @@ async fn is_done(response: Response, step: &str) {
     assert_eq!(body["status"], 409);
     let detail = body["detail"].as_str().unwrap();
     assert!(detail.contains(&format!("`{step}`")), "{detail}");
-    let cure = if step == "cc" { "allow_repeated=true" } else { "take the program as it was before" };
+    let cure = if step == "cc" { "allow_repeated=true" } else { "Send the program from before that step" };
     assert!(detail.contains(cure), "{detail}");
 }
 

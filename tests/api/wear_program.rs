@@ -290,8 +290,8 @@ async fn a_stamp_that_a_control_cut_off_or_wrote_anew_still_refuses_a_second_tim
         let said =
             problem(post(&app, &format!("{NOMINAL}&{WEAR}"), &with(comment)).await, "already-compensated");
         let detail = said.await["detail"].as_str().unwrap().to_owned();
-        assert!(detail.contains("cannot be read completely"), "{comment}: {detail}");
-        assert!(detail.contains("post the source program"), "{comment}: {detail}");
+        assert!(detail.contains("cannot all be read"), "{comment}: {detail}");
+        assert!(detail.contains("Send the source program"), "{comment}: {detail}");
         for query in ["", "&allow_repeated=true"] {
             let answer = app.post_text(&format!("{CC}{query}"), "text/plain", with(comment)).await;
             assert_eq!(answer.status(), 409, "{comment} {query}");

@@ -230,7 +230,7 @@ fn a_tool_that_only_t_puts_in_and_another_edge_are_another_cutter() {
         }
     };
     let tools = |first: &str, second: &str| Some(format!("{first}, {second}"));
-    let other_edge = "a tool that the text does not tell";
+    let other_edge = "a tool that the text does not name";
     assert_eq!(refused(["T=\"MILL_10\" D1", "T=\"BALL_6\" D1"]), tools("\"MILL_10\"", "\"BALL_6\""));
     assert_eq!(refused(["T1 D1", "T2 D1"]), tools("T1", "T2"));
     assert_eq!(refused(["T1 D1", "T1 D1"]), None);

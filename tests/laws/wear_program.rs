@@ -371,10 +371,10 @@ fn a_program_of_several_tools_is_refused_until_the_worn_one_is_named() {
     assert_eq!(refused(&format!("T1 M6\n{one}T1 M6\n{two}M30\n")), None, "the same tool again");
     assert_eq!(refused(&format!("T1 M6\n{one}T2\nM6\n{two}M30\n")), two_tools("T1, T2"));
     let first = refused(&format!("{one}T1 M6\n{two}M30\n"));
-    assert_eq!(first, two_tools("the tool that was there from the start, T1"));
+    assert_eq!(first, two_tools("the tool in the spindle at the start, T1"));
     // Values are not known.
     let unknown = refused(&format!("T[#1] M6\n{one}T[#1] M6\n{two}M30\n"));
-    assert_eq!(unknown, two_tools("a tool that the text does not tell, a tool that the text does not tell"));
+    assert_eq!(unknown, two_tools("a tool that the text does not name, a tool that the text does not name"));
 }
 
 #[test]

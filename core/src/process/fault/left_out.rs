@@ -1,24 +1,25 @@
-//! Why motions are neither simulated nor cut.
+//! Why motions are left out of a simulation or a virtual cut.
 
 use crate::motion::Unfollowable;
 use crate::process::arc_path::UnknownArc;
 
-/// Why a motion is not simulated, or not cut. Rapids of a simulation are not counted: no part is cut with them.
+/// Why a motion is left out of a simulation or a virtual cut. A simulation does not count its rapids: they cut
+/// nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LeftOutReason {
-    /// It cannot be followed.
+    /// The motion cannot be followed.
     NotFollowed(Unfollowable),
-    /// Another work offset than at the program's first complete point.
+    /// The work offset differs from the one at the program's first complete point.
     WorkOffsetChanged,
-    /// An arc, in a simulation: how the control runs it along is not known.
+    /// An arc in a simulation: the control's way of running it is not known.
     Arc,
     /// An arc whose course is not known.
     UnknownArc(UnknownArc),
     /// Start or end of an axis is not known.
     PositionUnknown,
-    /// No feed is known, or it is per spindle turn.
+    /// No feed is known, or the feed is per spindle turn.
     NoFeed,
-    /// A tool is in the spindle that was not asked for, or of which nothing is known.
+    /// The tool in the spindle is not the one asked for, or nothing is known of it.
     OtherTool,
 }
 
@@ -36,29 +37,29 @@ impl LeftOutReason {
         }
     }
 
-    /// What it means.
+    /// The reason in words.
     #[must_use]
     pub fn text(self) -> String {
         match self {
             Self::NotFollowed(reason) => format!("a motion that cannot be followed: {reason}"),
             Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
-            Self::Arc => "an arc: its course is the control's".to_owned(),
+            Self::Arc => "an arc: the control decides how it runs along it".to_owned(),
             Self::UnknownArc(why) => format!("an arc whose course is not known: {why}"),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),
-            Self::OtherTool => "a tool is in the spindle that `tool_number` does not name, or that neither the request nor the machine's tool table tells".to_owned(),
+            Self::OtherTool => "the tool in the spindle is not the one that `tool_number` names, or neither the request nor the machine's tool table describes it".to_owned(),
             Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),
         }
     }
 }
 
-/// Motions that were not simulated, or not cut, for one reason.
+/// Motions left out of a simulation or a virtual cut for one reason.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Why; of several reasons of one name the first met.
+    /// The reason. If several have the same name, the first one met.
     pub reason: LeftOutReason,
-    /// How many.
+    /// Number of motions.
     pub count: u64,
-    /// The first line of the upload.
+    /// The first such line of the upload.
     pub first_line: u64,
 }
 

@@ -11,18 +11,18 @@ use thiserror::Error;
 /// What the caller has to state before a motion can be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Unstated {
-    /// Where the workpiece is on the machine.
+    /// The position of the workpiece on the machine.
     #[error(
-        "the result depends on where the workpiece is on the machine{}, and that is not stated: give `work_offset_mm` (0,0,0 is an answer), or `work_offsets_mm` by name in the request or in the machine's profile",
+        "the result depends on where the workpiece is on the machine{}, which is not stated: give `work_offset_mm` (0,0,0 is an answer), or `work_offsets_mm` by name in the request or in the machine's profile",
         named(*name)
     )]
     WorkOffset {
         /// The offset in force, if it is known.
         name: Option<WorkOffset>,
     },
-    /// How long the tool is.
+    /// The length of the tool.
     #[error(
-        "the result depends on the length of the tool, which a head axis turns, and it is not stated: give `tool_length_mm` (0 is an answer), or a tool with `length_mm` in the machine's tool table"
+        "a head axis turns the tool, so the result depends on the tool length, which is not stated: give `tool_length_mm` (0 is an answer), or a tool with `length_mm` in the machine's tool table"
     )]
     ToolLength,
 }
@@ -48,7 +48,7 @@ fn named(offset: Option<WorkOffset>) -> String {
 /// What is wrong with one line of the upload.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LineFaultKind {
-    /// The contact stated at the end of this line cannot be one.
+    /// The contact stated at the end of this line is not a valid contact.
     #[error(transparent)]
     Contact(#[from] ContactFault),
     /// Something the motion depends on is not stated.
@@ -61,101 +61,110 @@ pub enum LineFaultKind {
     OutOfTravel {
         /// Address letter.
         axis: char,
-        /// The word commanded \[mm or deg\].
+        /// The commanded word \[mm or deg\].
         commanded: f64,
         /// Lower end.
         min: f64,
         /// Upper end.
         max: f64,
     },
-    /// The decimals of the words cannot keep the tolerance.
+    /// The decimals of the words are too coarse for the tolerance.
     #[error(
-        "the program's decimals reach {reachable_um:.3} µm in this block, not the tolerance of {tolerance_um:.3} µm"
+        "with the program's decimals this block deviates by at least {reachable_um:.3} µm; the tolerance is {tolerance_um:.3} µm: write more decimals, or take a larger tolerance"
     )]
     ToleranceOutOfReach {
         /// Smallest deviation reached \[µm\].
         reachable_um: f64,
-        /// Asked for \[µm\].
+        /// The tolerance asked for \[µm\].
         tolerance_um: f64,
     },
     /// `interpolated` needs the block's time.
-    #[error("the block has no feed, and the number of interpolation steps follows from it")]
+    #[error("the number of interpolation steps depends on the feed, and this block has none: give an F word")]
     NoFeed,
-    /// G93 without F.
-    #[error("G93 needs an F word in every block; this block has none and has to be divided")]
+    /// A block in G93 without an F word.
+    #[error(
+        "this block has to be divided, but it has no F word: give one, because G93 needs it in every block"
+    )]
     NoInverseTime,
-    /// A part would need a feed that cannot be written.
-    #[error("a part of the block would need F {feed:e}; the smallest F written is {min:e}")]
+    /// A part needs a feed that is too small to be written.
+    #[error(
+        "a part of the block needs F {feed:e}, but the smallest F that can be written is {min:e}: raise the feed"
+    )]
     FeedTooSmall {
         /// F of the part.
         feed: f64,
         /// Smallest written.
         min: f64,
     },
-    /// More parts than any program would want.
-    #[error("the block would become {parts:.0} blocks; the limit is {max:.0}")]
+    /// The block would become more parts than the limit allows.
+    #[error(
+        "the block would be divided into {parts:.0} blocks; the limit is {max:.0}: take a larger tolerance"
+    )]
     TooManyParts {
-        /// How many.
+        /// Number of parts.
         parts: f64,
-        /// Most accepted.
+        /// Largest number accepted.
         max: f64,
     },
-    /// The contact at the end of this line cannot be kept by the worn cutter.
+    /// The worn cutter cannot keep the contact at the end of this line.
     #[error(transparent)]
     Shift(#[from] ShiftFault),
-    /// An arc whose ends would move by different vectors, or whose course the contact does not follow.
-    #[error("the moved arc would be no arc: {why}; post it as lines")]
+    /// An arc whose ends would move by different vectors, or whose course differs from the contact's.
+    #[error("the motion would no longer be an arc after the move: {why}. Post it as lines")]
     ArcShift {
         /// What differs.
         why: &'static str,
     },
-    /// A motion that has to move for the worn cutter and cannot be followed.
-    #[error("the motion has to be moved, but {0}")]
+    /// A motion that has to move for the worn cutter, but cannot be followed.
+    #[error("the motion has to move, but {0}")]
     NotMovable(Unfollowable),
-    /// A motion of another tool on a machine whose words depend on the tool's length.
+    /// A motion of another tool, of unknown length, on a machine whose words depend on the tool length.
     #[error(
-        "linear words of this motion depend on the length of its tool, which a head axis turns, and the length is not known: put the tool with its `length_mm` into the machine's tool table"
+        "a head axis turns the tool, so the linear words of this motion depend on the tool length, which is not known: put the tool with its `length_mm` into the machine's tool table"
     )]
     OtherToolLength,
-    /// A tool axis that the machine as it is does not reach.
+    /// A tool axis that the machine with its location errors does not reach.
     #[error(
-        "the machine as it is does not reach this tool axis: it stands {tilt_deg}° from the rotary axis next to the workpiece, within reach are {min_deg}° to {max_deg}°"
+        "the machine with its location errors does not reach this tool axis: it is {tilt_deg}° from the rotary axis next to the workpiece; {min_deg}° to {max_deg}° can be reached"
     )]
     OutOfReach {
         /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
         tilt_deg: f64,
-        /// Smallest angle within reach \[deg\].
+        /// Smallest angle that can be reached \[deg\].
         min_deg: f64,
-        /// Largest angle within reach \[deg\].
+        /// Largest angle that can be reached \[deg\].
         max_deg: f64,
     },
     /// A line of cutter location data that cannot be posted.
     #[error(transparent)]
     NotPosted(#[from] NotPosted),
-    /// The same under another work offset.
-    #[error("the motion has to be moved, but another work offset than the first is active")]
+    /// A motion that has to move, under another work offset.
+    #[error("the motion has to move, but its work offset differs from the program's first")]
     OtherWorkOffset,
-    /// The same where not all five axes are known.
-    #[error("the motion has to be moved, but not all five axes are known here")]
+    /// A motion that has to move while not all five axes are known.
+    #[error("the motion has to move, but not all five axis positions are known here")]
     PositionUnknown,
-    /// The same with the axes named.
+    /// The same, naming the axes.
     #[error(
-        "the motion has to be moved, but it is not known where {axes} stand: give their words before it, or state by `start` where they stand before the first block (as start.{}=0)", .axes.first()
+        "the motion has to move, but these axis positions are not known: {axes}. Program these axes before it, or state in `start` where they are before the first block (as start.{}=0)", .axes.first()
     )]
     AxesUnknown {
         /// Their letters.
         axes: UnknownAxes,
     },
-    /// A purely rotary block gets a linear path, which gives its F another meaning, and the F is not known.
-    #[error("the block turns between degrees and millimetres per minute, and its feed is not known")]
+    /// A purely rotary block would become a linear path. That changes the meaning of its F, and the F is
+    /// not known.
+    #[error(
+        "the feed of this block would change from degrees to millimetres per minute, but its value is not known: give an F word before it"
+    )]
     FeedUnknown,
-    /// An extruder word whose start is unknown.
-    #[error("E counts from an unknown value, so the block cannot be divided")]
+    /// An extruder word whose start value is unknown.
+    #[error("the block cannot be divided, because E counts from an unknown value: set E before it")]
     ExtraUnknown,
 }
 
 impl LineFaultKind {
-    /// Whether both have one cause, so that one of them speaks for all lines.
+    /// Whether both faults have the same cause. One fault then covers all its lines.
     fn has_cause_of(&self, other: &Self) -> bool {
         match (self, other) {
             (
@@ -174,7 +183,7 @@ impl LineFaultKind {
         }
     }
 
-    /// Takes the numbers of the worse of both, which have one cause.
+    /// Takes the worse numbers of two faults with the same cause.
     fn keep_worse(&mut self, other: &Self) {
         match (&mut *self, other) {
             (Self::OutOfTravel { commanded, max, .. }, Self::OutOfTravel { commanded: other, .. })
@@ -190,14 +199,14 @@ impl LineFaultKind {
         }
     }
 
-    /// An axis commanded outside its travel by more than `slack` \[mm or deg\], if it is.
+    /// The fault of an axis that is commanded outside its travel by more than [`Travel::WORD_SLACK`].
     pub(in crate::process) fn outside(axis: char, commanded: f64, travel: Option<Travel>) -> Option<Self> {
         let Travel { min, max } = travel.filter(|travel| !travel.contains(commanded, Travel::WORD_SLACK))?;
         Some(Self::OutOfTravel { axis, commanded, min, max })
     }
 }
 
-/// One cause of faulty lines.
+/// One cause of faults, with the lines that have it.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("line {line}{}: {kind}", more_lines(*count, *worst_line, *line))]
 pub struct LineFault {
@@ -205,11 +214,11 @@ pub struct LineFault {
     pub line: u64,
     /// The block's text, cut to a readable length.
     pub block: String,
-    /// What is wrong with it; of several lines the worst numbers.
+    /// What is wrong with it. If several lines have it, the numbers are the worst.
     pub kind: LineFaultKind,
-    /// How many lines have it.
+    /// Number of lines with this fault.
     pub count: u64,
-    /// The line that the numbers are of.
+    /// The line that the numbers belong to.
     pub worst_line: u64,
 }
 
@@ -221,19 +230,19 @@ fn more_lines(count: u64, worst_line: u64, line: u64) -> String {
     }
 }
 
-/// Line faults: one a line, or one for all lines of a cause that has many; all lines are counted.
+/// Line faults: one for each line, or one for all lines if a cause has many. The total counts all lines.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineFaults {
-    /// The first ones, in the order of the program.
+    /// The first faults, in program order.
     pub kept: Vec<LineFault>,
-    /// How many there are.
+    /// Total number.
     pub total: u64,
 }
 
 impl LineFaults {
-    /// How many are kept.
+    /// Largest number kept.
     pub const MAX_KEPT: usize = 100;
-    /// So many lines with one cause are named each; more become one fault with their count.
+    /// Up to this many lines with one cause are listed one by one. More become one fault with a count.
     pub const NAMED_EACH: usize = 10;
     /// Longest excerpt of a block \[characters\].
     const EXCERPT_CHARS: usize = 80;
@@ -255,7 +264,7 @@ impl LineFaults {
 }
 
 impl LineFaults {
-    /// Makes one fault of those that have this cause.
+    /// Joins all faults of this cause into one.
     fn join(&mut self, cause: &LineFaultKind) {
         let mut joined: Option<LineFault> = None;
         let mut place = 0;
@@ -277,7 +286,7 @@ impl LineFaults {
 }
 
 impl LineFault {
-    /// Another line has the same fault.
+    /// Counts another line with the same fault.
     fn take(&mut self, line: u64, kind: &LineFaultKind) {
         self.count += 1;
         let before = self.kind.clone();

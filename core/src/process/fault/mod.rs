@@ -1,4 +1,4 @@
-//! Why a program is refused, and what a caller should know where it is not.
+//! Why a program is refused, and what the caller should know if it is not.
 
 mod left_out;
 mod line_fault;

@@ -5,72 +5,78 @@ use thiserror::Error;
 use crate::kinematics::InverseError;
 use crate::motion::Unfollowable;
 
-/// What stands in the way.
+/// The reason.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum NotPosted {
     /// The motion cannot be followed.
     #[error("the motion cannot be posted: {0}")]
     Unfollowable(Unfollowable),
-    /// Its end or its tool axis is not known.
+    /// The end of the motion or its tool axis is not known.
     #[error("the motion cannot be posted: its end or its tool axis is not known")]
     Unknown,
-    /// Another coordinate system than that of the first point.
-    #[error("the motion cannot be posted: it belongs to another set-up than the first point")]
+    /// The coordinate system differs from that of the first point.
+    #[error(
+        "the motion cannot be posted: its set-up differs from that of the first point; post each set-up as a program of its own"
+    )]
     OtherSetup,
-    /// A cut without a feed that is known.
-    #[error("the motion cannot be posted: its feed is not known")]
+    /// A cut whose feed is not known.
+    #[error("the motion cannot be posted: its feed is not known; give a feed before it")]
     NoFeed,
     /// A feed per turn in machine coordinates.
-    #[error("the motion cannot be posted in machine coordinates: its feed counts by turns of the spindle")]
+    #[error(
+        "the motion cannot be posted in machine coordinates: its feed is per turn of the spindle; give a feed per minute"
+    )]
     FeedPerTurn,
-    /// A feed, or the inverse of a time, that is out of every range.
-    #[error("the motion cannot be posted: it would take F{per_min:.0}, which no control takes")]
+    /// A feed, or an inverse time, outside every control's range.
+    #[error("the motion cannot be posted: it needs F{per_min:.0}, which no control accepts")]
     TooQuick {
-        /// F \[mm/min, in inverse time 1/min\].
+        /// F \[mm/min, or 1/min in inverse time\].
         per_min: f64,
     },
-    /// An arc that is none: without a circle before it, off the circle, or with a tool axis that turns.
+    /// An invalid arc: no circle before it, an end off the circle, or a tool axis that turns.
     #[error("the arc cannot be posted: {why}")]
     Arc {
-        /// What is wrong with it.
+        /// What is wrong with the arc.
         why: &'static str,
     },
-    /// The radius that the circle states is not that of its ends.
+    /// The radius that the circle states differs from the distance of its ends.
     #[error(
-        "the arc cannot be posted: its circle states the radius {stated_mm} mm, its ends are {start_mm} mm and {end_mm} mm from the centre"
+        "the arc cannot be posted: its circle states a radius of {stated_mm} mm, but its ends are {start_mm} mm and {end_mm} mm from the centre"
     )]
     ArcRadius {
-        /// As stated \[mm\].
+        /// The stated radius \[mm\].
         stated_mm: f64,
-        /// Of the start \[mm\].
+        /// Distance of the start from the centre \[mm\].
         start_mm: f64,
-        /// Of the end \[mm\].
+        /// Distance of the end from the centre \[mm\].
         end_mm: f64,
     },
-    /// Another tool behind a cut.
+    /// The tool changes after a cut.
     #[error(
-        "another tool behind a cut cannot be posted: one length and one tool hold for the whole program; split the data here"
+        "the tool changes after a cut, but a posted program has one tool and one length; split the data here"
     )]
     ToolChange,
-    /// Another cutter behind a cut.
-    #[error("another cutter behind a cut cannot be posted: it is another tool; split the data here")]
+    /// The cutter changes after a cut.
+    #[error("the cutter changes after a cut, but a posted program has one tool; split the data here")]
     CutterChange,
-    /// The rotary axes cannot point the tool that way.
+    /// The rotary axes cannot reach this tool axis.
     #[error(
-        "the tool axis stands {tilt_deg:.4}° from the rotary axis next to the workpiece; the machine reaches {min_deg:.4}° to {max_deg:.4}°"
+        "the tool axis is {tilt_deg:.4}° from the rotary axis next to the workpiece; the machine reaches {min_deg:.4}° to {max_deg:.4}°"
     )]
     OutOfReach {
         /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
         tilt_deg: f64,
-        /// Smallest angle within reach \[deg\].
+        /// Smallest angle that can be reached \[deg\].
         min_deg: f64,
-        /// Largest angle within reach \[deg\].
+        /// Largest angle that can be reached \[deg\].
         max_deg: f64,
     },
-    /// Points within travel, and no way to this one from those before.
-    #[error("the machine cannot go on to this point within its travel from those before it")]
+    /// The point is within travel, but no path leads to it from the points before.
+    #[error(
+        "the point is within travel, but the machine cannot reach it from the points before without leaving its travel"
+    )]
     NoWay,
-    /// The machine does not get there.
+    /// The machine does not reach the point.
     #[error("the point cannot be posted: {0}")]
     Machine(InverseError),
 }

@@ -1,4 +1,4 @@
-//! Why a program is not compensated. Nothing has then left the core that could be run.
+//! Why a program is not compensated. After a refusal the core has given out nothing that could be run.
 
 use super::line_fault::LineFaults;
 use std::io;
@@ -12,7 +12,7 @@ use crate::contact::{Effort, EffortEnd};
 use crate::program::{Diagnostics, Dialect, Excerpt, ReadFault, Severity, Step, WriteFault};
 use crate::servo::ServoFault;
 
-/// The first fault, and how many there are.
+/// The first fault, and the number of faults.
 fn of_lines(faults: &LineFaults) -> String {
     let total = faults.total;
     match faults.kept.first() {
@@ -22,7 +22,7 @@ fn of_lines(faults: &LineFaults) -> String {
     }
 }
 
-/// The same of what refuses the program as a whole.
+/// The same for diagnostics that refuse the program as a whole.
 fn of_blocks(diagnostics: &Diagnostics) -> String {
     let total = diagnostics.count(Severity::Refusal);
     match diagnostics.refusals().next() {
@@ -38,10 +38,10 @@ fn first_of(first: Option<(LeftOutReason, u64)>) -> String {
     first.map_or_else(String::new, |(reason, line)| format!(", the first in line {line}: {}", reason.text()))
 }
 
-/// Whether the work is to go on.
+/// Whether the work should continue.
 ///
 /// # Errors
-/// Nobody waits for it any more, or it took more than it may.
+/// The caller no longer waits, or the work exceeds its budget.
 pub(in crate::process) fn go_on(effort: &Effort<'_>) -> Result<(), Fault> {
     match effort.end() {
         None => Ok(()),
@@ -58,107 +58,109 @@ pub(in crate::process) fn go_on(effort: &Effort<'_>) -> Result<(), Fault> {
 /// Why a program is refused as a whole.
 #[derive(Debug, Error)]
 pub enum Fault {
-    /// It cannot be read as a program.
+    /// The text cannot be read as a program.
     #[error(transparent)]
     Unreadable(#[from] ReadFault),
-    /// Blocks that cannot be read or followed, with effects beyond themselves.
+    /// Blocks that cannot be read or followed, and that affect other blocks.
     #[error("{}", of_blocks(.0))]
     Program(Box<Diagnostics>),
     /// Blocks that cannot be compensated.
     #[error("{}", of_lines(.0))]
     Lines(LineFaults),
-    /// A program that moves nothing.
-    #[error("the program has no motion")]
+    /// The program moves nothing.
+    #[error("the program has no motion: send the program itself, with its motion blocks")]
     NoMotion,
     /// It is not known which tool cuts.
     #[error(transparent)]
     Tool(ToolUnknown),
-    /// The ends of motions are to be moved, and not one motion can be followed.
+    /// The ends of motions have to move, but no motion can be followed.
     #[error("no motion of the program can be followed, so none was moved{}", first_of(*first))]
     NothingFollowed {
-        /// Why the first of them cannot, and its line.
+        /// Why the first motion cannot be followed, and its line.
         first: Option<(LeftOutReason, u64)>,
     },
     /// A program without a motion at feed whose course is known.
-    #[error("the program has no motion that can be simulated; {left_out} were left out{}", first_of(*first))]
+    #[error("the program has no motion that can be simulated; {left_out} motions were left out{}", first_of(*first))]
     NothingToSimulate {
-        /// Motions left out, rapids not counted.
+        /// Number of motions left out, without rapids.
         left_out: u64,
-        /// Why the first of them, and its line.
+        /// Why the first one was left out, and its line.
         first: Option<(LeftOutReason, u64)>,
     },
     /// A program without a motion whose course is known: nothing is cut.
-    #[error("the program has no motion that can be followed; {left_out} were left out{}", first_of(*first))]
+    #[error("the program has no motion that can be followed; {left_out} motions were left out{}", first_of(*first))]
     NothingToCut {
-        /// Motions left out.
+        /// Number of motions left out.
         left_out: u64,
-        /// Why the first of them, and its line.
+        /// Why the first one was left out, and its line.
         first: Option<(LeftOutReason, u64)>,
     },
-    /// A program in another dialect than cutter location data was to be posted.
+    /// Posting was asked for a program that is not cutter location data.
     #[error("only cutter location data can be posted; this program is {dialect}")]
     NotCutterLocationData {
         /// Its dialect.
         dialect: Dialect,
     },
-    /// What a verification is asked to do makes no sense.
+    /// The verification has invalid settings.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Verification(Vec<VerificationFault>),
-    /// The drives cannot run it.
+    /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] ServoFault),
-    /// The program bears the stamp of a step that is asked for.
+    /// The program already has the stamp of the step asked for.
     #[error(
-        "the program bears the stamp of the step `{step}`: it was done to it before{}",
-        if step.may_be_repeated() { "; allow_repeated=true does it again" } else { ", and a second time would move every end twice; take the program as it was before" }
+        "the program has the stamp of the step `{step}`, so the step was done before{}",
+        if step.may_be_repeated() { "; to do it again, set allow_repeated=true" } else { ". A second time would move every end twice. Send the program from before that step" }
     )]
     AlreadyCompensated {
         /// The step.
         step: Step,
     },
-    /// The program bears a stamp that does not say which steps were done to it.
+    /// The program has a stamp that does not say which steps were done.
     #[error(
-        "the program bears the stamp `{text}`, whose steps cannot be read completely: every step may have been done to it before, and a second time would move every end twice; post the source program. A comment that is no stamp must not name Trunnion with a version"
+        "the program has the stamp `{text}`, whose steps cannot all be read. Any step may have been done before, and a second time would move every end twice. Send the source program. If the comment is not a stamp, remove Trunnion's name and version from it"
     )]
     StampUnreadable {
         /// The beginning of the stamp.
         text: Excerpt,
     },
-    /// A contact source was asked for that the program does not have.
+    /// The contact source asked for is missing in the program.
     #[error("contact `{contact}` was asked for, but the program has no {missing}")]
     NoContactInProgram {
         /// The source asked for.
         contact: &'static str,
-        /// What is missing.
+        /// What the program lacks.
         missing: &'static str,
     },
-    /// Nothing says where the worn cutter touches.
+    /// The position of the contact on the worn cutter is not stated.
     #[error(
-        "nothing states where the cutter touches in {milling} milling: state the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface; contact=feed-plane assumes one from the feed"
+        "nothing states where the cutter touches in {milling} milling: state the contact by U V W words, by normals (columns nx ny nz, or nine values in GOTO), or by the part's surface; contact=feed-plane assumes a contact from the feed"
     )]
     ContactUnknown {
         /// `end` or `side`.
         milling: &'static str,
     },
-    /// A contact source that cannot say where a worn cutter touches.
-    #[error("contact `{contact}` cannot say where a worn cutter touches in {milling} milling")]
+    /// A contact source that does not give the contact of a worn cutter.
+    #[error(
+        "contact `{contact}` does not tell where a worn cutter touches in {milling} milling: choose another contact source"
+    )]
     UnfitContact {
         /// The source.
         contact: &'static str,
         /// `end` or `side`.
         milling: &'static str,
     },
-    /// A compensation without a step.
-    #[error("no step was asked for: name one of `wear`, `location_errors` and `cc`")]
+    /// A compensation without any step.
+    #[error("no step is named: give at least one of `wear`, `location_errors` and `cc`")]
     NothingAsked,
     /// More work than one request may cause.
     #[error(
         "{what} exceed the limit of {limit}: divide the program, ask for less (fewer facets, fewer samples, a larger tolerance), or raise `max_cost_s`"
     )]
     TooCostly {
-        /// Of what there is too much.
+        /// The kind of work that exceeds its limit.
         what: &'static str,
-        /// How much is allowed.
+        /// The limit.
         limit: u64,
     },
     /// A block could not be written.
@@ -169,7 +171,8 @@ pub enum Fault {
         /// Why.
         fault: WriteFault,
     },
-    /// What was written does not read back as what was meant. A defect of this software, never of the program.
+    /// The written text, read back, differs from the plan. This is a defect of this software, never of the
+    /// program.
     #[error("verification failed at line {line} of the upload: {what}")]
     VerificationFailed {
         /// 1-based line of the upload.
@@ -177,7 +180,7 @@ pub enum Fault {
         /// What differs.
         what: &'static str,
     },
-    /// The caller no longer wants the answer.
+    /// The caller no longer waits for the answer.
     #[error("cancelled")]
     Cancelled,
     /// Source or output could not be read or written.

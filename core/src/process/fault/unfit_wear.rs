@@ -1,57 +1,57 @@
-//! Wear entries that do not tell the worn cutter.
+//! Wear entries that do not give the worn cutter.
 
 use thiserror::Error;
 
 use crate::units::Length;
 
-/// A wear entry and what it says.
+/// A wear entry and its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnteredWear {
     /// The entry.
     pub entry: String,
-    /// What the radius is smaller by \[µm\].
+    /// The wear, as the radius lost \[µm\].
     pub wear_um: f64,
 }
 
-/// Why the wear entries of a tool do not tell its worn cutter.
+/// Why the wear entries of a tool do not give its worn cutter.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum UnfitWear {
-    /// More than entries are believed.
+    /// More wear than the service accepts from entries.
     #[error(
-        "wear entry {} says that the radius is {} µm smaller, and more than {:.1} µm is not taken from entries: a fifth of the nominal radius of {} mm. If it is true, state the worn cutter in the request (`actual_tool`), else withdraw the entry",
+        "wear entry {} says that the radius is {} µm smaller. The limit for entries is {:.1} µm, a fifth of the nominal radius of {} mm. If the value is right, state the worn cutter in the request (`actual_tool`). If it is wrong, withdraw the entry",
         .largest.entry, .largest.wear_um, .most.um(), .radius.mm()
     )]
     TooMuch {
         /// The entry.
         largest: EnteredWear,
-        /// The most that is taken from entries.
+        /// Limit for entries.
         most: Length,
         /// Nominal radius.
         radius: Length,
     },
-    /// Wear that grew back.
+    /// The wear became less.
     #[error(
         "wear entry {} says {} µm, after {} µm in entry {} of the same cutter. Wear does not grow back: withdraw the wrong entry, record a new cutter under its own `cutter_id`, or state the worn cutter in the request (`actual_tool`)",
         .newest.entry, .newest.wear_um, .earlier.wear_um, .earlier.entry
     )]
     Fallen {
-        /// What was measured last.
+        /// The latest measurement.
         newest: EnteredWear,
-        /// What was measured before.
+        /// The measurement before it.
         earlier: EnteredWear,
     },
-    /// Entries of flank wear alone.
+    /// The entries have flank wear only.
     #[error(
-        "its wear entries under this `cutter_id` (the newest is {newest}) have `flank_wear_um` and no `radius_wear_um`, and a land of wear does not tell the radius. State the worn cutter in the request (`actual_tool`), or enter the `radius_wear_um` under a `cutter_id` of its own"
+        "its wear entries under this `cutter_id` (the newest is {newest}) have `flank_wear_um` but no `radius_wear_um`. The radius does not follow from the flank wear. State the worn cutter in the request (`actual_tool`), or enter `radius_wear_um` under a new `cutter_id`"
     )]
     FlankAlone {
-        /// The newest of them.
+        /// The newest of these entries.
         newest: String,
     },
 }
 
 impl UnfitWear {
-    /// Whether the entries say what cannot be, so that nothing is done with the tool until somebody has looked.
+    /// Whether the entries are impossible. The tool is then not used until somebody has checked them.
     pub(in crate::process) const fn is_doubtful(&self) -> bool {
         matches!(self, Self::TooMuch { .. } | Self::Fallen { .. })
     }

@@ -1,8 +1,8 @@
-//! Axes of which nobody knows where they stand, for the words of a refusal.
+//! Axes whose positions are not known, for the text of a refusal.
 
 use std::fmt;
 
-/// The letters of axes that are not known; at least one.
+/// The letters of the axes whose positions are not known; at least one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnknownAxes {
     letters: [Option<char>; 5],
@@ -10,15 +10,15 @@ pub struct UnknownAxes {
 }
 
 impl UnknownAxes {
-    /// Those of these letters that stand nowhere known; `None` where all of them do.
+    /// The axes whose position is missing; `None` if all are known.
     pub(in crate::process) fn of(letters: [char; 5], position: [Option<f64>; 5]) -> Option<Self> {
         let unknown: [Option<char>; 5] = std::array::from_fn(|k| position[k].is_none().then_some(letters[k]));
-        // A rotary axis that is never named is what `start` is for most often.
+        // `start` is needed most often for a rotary axis that the program never names.
         let first = unknown[3..].iter().chain(&unknown).flatten().next().copied()?;
         Some(Self { letters: unknown, first })
     }
 
-    /// One of them, for an example.
+    /// One of the axes, for an example.
     #[must_use]
     pub const fn first(&self) -> char {
         self.first

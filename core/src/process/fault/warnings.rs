@@ -42,7 +42,7 @@ impl Warnings {
         }
     }
 
-    /// Why the first motion was left as it is, and its line.
+    /// Why the first motion was left unchanged, and its line.
     pub(in crate::process) fn first_left(&self) -> Option<(LeftOutReason, u64)> {
         let of = |kind| self.0.get(&kind).and_then(|warning| Some((warning.line?, warning.reason)));
         let unknown =

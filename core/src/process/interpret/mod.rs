@@ -1,4 +1,4 @@
-//! What is understood of a program, motion by motion.
+//! The interpretation of a program, motion by motion.
 
 mod run;
 

@@ -1,5 +1,5 @@
-//! What is understood of a program, motion by motion: what people check first, and what other readers of programs can be compared
-//! with.
+//! The interpretation of a program, motion by motion. People check it first, and other program readers can be
+//! compared with it.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::process::set_up::{Need, ProgramSetup, SetUps, Tools};
 use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 
-/// The kind of a motion that is understood.
+/// The kind of an interpreted motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterpretedKind {
     /// At the speed of the axes.
@@ -31,59 +31,60 @@ pub enum InterpretedKind {
 /// The course of an arc in W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InterpretedArc {
-    /// Its centre, at the height where it starts \[mm\].
+    /// Its centre, at the height of its start \[mm\].
     pub centre_mm: [f64; 3],
-    /// The direction about which it runs counter-clockwise.
+    /// The axis about which the arc runs counter-clockwise.
     pub normal: [f64; 3],
-    /// How many turns it runs; 0.25 for a quarter circle.
+    /// Number of turns; 0.25 for a quarter circle.
     pub turns: f64,
 }
 
-/// A motion as it is understood. What is not known is `None`.
+/// A motion as interpreted. Unknown values are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InterpretedMotion {
     /// 1-based line of the upload.
     pub line: u64,
-    /// What kind.
+    /// The kind.
     pub kind: InterpretedKind,
     /// The words at its end, absolute, as the control counts them: X Y Z \[mm\], the rotary axes in the profile's order \[deg\]. Under
     /// tool-centre-point control X Y Z are the tip's.
     pub joints: [Option<f64>; 5],
     /// The tip at its end in W \[mm\].
     pub tip_mm: Option<[f64; 3]>,
-    /// The tool axis at its end in W, from the tip to the spindle; `None` also where the offset may turn the workpiece.
+    /// The tool axis at its end in W, from the tip to the spindle; `None` also if the offset may turn the
+    /// workpiece.
     pub axis: Option<[f64; 3]>,
-    /// The speed that F asks of the tip \[mm/min\]; none of a rapid, nor where it counts by turns of the spindle.
+    /// The speed of the tip that F asks for \[mm/min\]; `None` for rapids and for feed per spindle turn.
     pub feed_mm_per_min: Option<f64>,
     /// The tool in the spindle.
     pub tool: CalledTool,
-    /// Its name, where it was called by one.
+    /// Its name, if it was called by name.
     pub tool_name: Option<ToolName>,
-    /// The work offset in force; `None` where it is not known, or is shifted in a way that is not known.
+    /// The work offset in force; `None` if it is unknown, or shifted by an unknown amount.
     pub work_offset: Option<WorkOffset>,
     /// The course of an arc.
     pub arc: Option<InterpretedArc>,
 }
 
-/// One entry of the interpretation: a motion, or the reason why a motion is left alone.
+/// One entry of the interpretation: a motion, or the reason why a motion is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one at a time, and nearly all are motions")]
 pub enum Interpreted {
-    /// A motion that is understood.
+    /// A motion that was interpreted.
     Motion(InterpretedMotion),
-    /// A motion that is not understood. Everything that changes programs leaves it alone.
+    /// A motion that was not interpreted. Every operation that changes programs leaves it unchanged.
     LeftAlone {
         /// 1-based line of the upload.
         line: u64,
-        /// Why.
+        /// The reason.
         reason: Unfollowable,
     },
 }
 
-/// What is known once the whole program was read.
+/// What is known after the whole program was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpretation {
-    /// The dialect it was read in.
+    /// The dialect in which it was read.
     pub dialect: Dialect,
     /// How it was read.
     pub reading: ProgramReading,
@@ -93,11 +94,12 @@ pub struct Interpretation {
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a program and tells what is understood of it, motion by motion, in its order. Tips and axes are those of the nominal
-/// machine where `program` does not apply its errors. Memory does not grow with the program.
+/// Reads a program and returns its interpretation, motion by motion and in order. If `program` does not apply the
+/// machine's errors, tips and axes are those of the nominal machine. Memory does not grow with the program.
 ///
 /// # Errors
-/// The program cannot be read or followed as a whole, nobody states its unit, `take` fails, or nobody waits any more.
+/// The program cannot be read or followed as a whole, its unit is not stated, `take` fails, or the caller no longer
+/// waits.
 pub fn interpret_program(
     machine: &Machine,
     program: &ProgramSetup,
@@ -107,7 +109,7 @@ pub fn interpret_program(
 ) -> Result<Interpretation, Fault> {
     let program = match program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop) {
         Ok(program) => program,
-        // Tips that hang on a length which is not known are left out.
+        // Tips that depend on an unknown length are left out.
         Err(Fault::Tool(_)) => ProgramSetup { tools: Tools::default(), ..program.clone() },
         Err(fault) => return Err(fault),
     };
@@ -233,7 +235,8 @@ impl Understanding<'_> {
         self.place(motion, &AxisWords { linear_mm, rotary_deg: [first?, second?] })
     }
 
-    /// Where the tip is in W at these words. `None` where it depends on a work offset or a tool length that is not stated.
+    /// Position of the tip in W at these words. `None` if it depends on a work offset or a tool length that is not
+    /// stated.
     fn place(&self, motion: &Motion, words: &AxisWords) -> Option<Vec3> {
         let mode = self.mode(motion);
         let is_at_zero = words.rotary_deg.iter().all(|word| word.abs() <= 0.0);
@@ -243,8 +246,9 @@ impl Understanding<'_> {
         Some(Station::new(self.machine, &self.set_ups.now.kinematics, mode, words).pose.tip_mm)
     }
 
-    /// Whether the offset in force may turn the workpiece in a way that nobody states: it is shifted, or the program went over to
-    /// one that is not known. Of the program's first offset nothing is asked: by the contract it does not turn.
+    /// Whether the offset in force may turn the workpiece by an unstated angle: it is shifted, or the program
+    /// changed to an unknown offset. The program's first offset never counts as turned: by the contract it does not
+    /// turn.
     fn may_be_turned(&self, motion: &Motion) -> bool {
         let is_stated =
             motion.work_offset.is_some_and(|offset| self.work_offsets.of(offset, false).is_some());
@@ -293,7 +297,7 @@ impl Understanding<'_> {
     }
 }
 
-/// Linear words counted from the work offset, where the program shifts its zero by what its text says.
+/// Linear words relative to the work offset, if the program's text shifts its zero by known values.
 fn in_workpiece_mm(motion: &Motion, linear_mm: [f64; 3]) -> Option<[f64; 3]> {
     let offset_mm = motion.program_offset_mm.filter(|_| !motion.is_shifted)?;
     Some(std::array::from_fn(|k| linear_mm[k] + offset_mm[k]))
@@ -373,7 +377,7 @@ mod tests {
         };
         let five = CalledTool::Changed(crate::motion::ToolKey::Number(5));
         assert_eq!(of(0), (five, Some(WorkOffset::Code(540)), true));
-        // Nobody states G55.
+        // G55 is not stated.
         assert_eq!(of(1), (five, Some(WorkOffset::Code(550)), false));
         assert!(
             matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }),

@@ -1,18 +1,18 @@
-//! What every step did to every block, streamed, summed up and down-sampled.
+//! What every step did to every block: streamed, summed up and down-sampled.
 
 use crate::process::fault::Fault;
 use crate::process::pipeline::BlockChange;
 
-/// Where changes go: every motion that any step did something to, in the order of the program, once all is verified.
+/// Receives every motion that a step changed, in program order, after everything was verified.
 pub trait ChangeSink {
-    /// The next one.
+    /// Takes the next change.
     ///
     /// # Errors
-    /// It cannot be kept; the compensation then stops.
+    /// The change cannot be stored. The compensation then stops.
     fn changed(&mut self, change: &BlockChange) -> std::io::Result<()>;
 }
 
-/// For those who do not care.
+/// For callers that do not need the changes.
 impl ChangeSink for () {
     fn changed(&mut self, _: &BlockChange) -> std::io::Result<()> {
         Ok(())
@@ -26,7 +26,7 @@ impl ChangeSink for Vec<BlockChange> {
     }
 }
 
-/// One bucket of the series: the largest shares and errors of the motions it stands for.
+/// One bucket of the series, with the largest shares and errors of its motions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ChangePoint {
     /// Line of the upload with the largest sum in the bucket.
@@ -37,11 +37,11 @@ pub struct ChangePoint {
     pub wear_mm: f64,
     /// Largest correction of a course \[mm\].
     pub cc_mm: f64,
-    /// That largest sum \[mm\].
+    /// The largest sum \[mm\].
     pub sum_mm: f64,
-    /// Largest sum of the errors of a motion as programmed \[mm\].
+    /// Largest sum of a motion's errors as programmed \[mm\].
     pub error_before_mm: f64,
-    /// The same as written \[mm\].
+    /// Largest sum of a motion's errors as written \[mm\].
     pub error_after_mm: f64,
 }
 
@@ -101,16 +101,16 @@ fn joined(a: ChangePoint, b: &ChangePoint) -> ChangePoint {
 /// The changes of a whole program.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChangeTotals {
-    /// Motions that any step did something to.
+    /// Number of motions that a step changed.
     pub motions_changed: u64,
-    /// Those with the largest sum of shares, the largest first.
+    /// The motions with the largest sum of shares, largest first.
     pub worst: Vec<BlockChange>,
-    /// Those of all motions, down-sampled.
+    /// The changes of all motions, down-sampled.
     pub series: ChangeSeries,
 }
 
 impl ChangeTotals {
-    /// How many of the worst are kept.
+    /// Number of worst motions kept.
     pub const WORST: usize = 10;
 
     pub(in crate::process) fn take(
@@ -137,7 +137,7 @@ impl ChangeTotals {
     }
 }
 
-/// Puts a block among the worst by `measure`, the first met of equals first.
+/// Inserts a block among the worst by `measure`. Of equal blocks the first stays first.
 pub(in crate::process) fn keep_worst(
     worst: &mut Vec<BlockChange>,
     change: &BlockChange,
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(totals.worst.iter().map(BlockChange::sum_mm).collect::<Vec<_>>(), expected);
         assert!(totals.worst[..5].is_sorted_by_key(|change| change.line));
         assert!(totals.worst[5..].is_sorted_by_key(|change| change.line));
-        // Every thousandth is not moved at all.
+        // Every thousandth motion does not move.
         assert_eq!((totals.motions_changed, sink.len()), (4995, 4995));
     }
 

@@ -1,9 +1,9 @@
-//! How much of the error of a part comes from what, before and after, and what nobody looked at.
+//! The sources of a part's error, before and after, and the sources that were not modelled.
 
 use super::changes::{ChangeTotals, keep_worst};
 use crate::process::pipeline::{BlockChange, BlockError};
 
-/// One source over a whole program: its largest share, and where.
+/// One source over a whole program: its largest shares, with their lines.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BudgetLine {
     /// Largest share as programmed \[mm\].
@@ -36,7 +36,7 @@ pub struct BlockBudget {
     pub error: BlockError,
 }
 
-/// What was not looked at, by name.
+/// A source that was not modelled, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NotModelledKind {
     /// Growth and bending by heat.
@@ -45,27 +45,28 @@ pub enum NotModelledKind {
     Deflection,
     /// Runout and seat of tool and holder.
     Holder,
-    /// Errors of the linear axes along their travel, squareness apart, and of the rotary axes along their turn.
+    /// Errors of the linear axes along their travel, except squareness, and of the rotary axes along their
+    /// turn.
     ErrorMotions,
     /// The scallop between neighbouring passes, which a worn cutter makes higher.
     Scallop,
     /// Chords of the program against the surface it was made from.
     ProgramChords,
-    /// Ends were not posted anew: the program is taken as made for the machine it runs on.
+    /// Ends were not posted again: the program is assumed to be made for the machine that runs it.
     LocationErrors,
     /// No worn cutter was named.
     Wear,
-    /// The course between the ends was not looked at.
+    /// The course between the ends was not checked.
     Interpolation,
-    /// The machine has no drives, or none were named.
+    /// The machine has no drives, or none were given.
     Drives,
-    /// The drives were not run through: the program is too long, or they cannot follow it.
+    /// The drives were not simulated: the program is too long, or they cannot follow it.
     ServoRefused,
-    /// With TCP: that the control knows the calibrated lines of the axes is assumed.
+    /// With TCP: the control is assumed to know the calibrated lines of the axes.
     ControlCalibration,
     /// Contacts are assumed from the feed direction.
     ContactAssumed,
-    /// Motions whose contact is not known: their tip stands for it.
+    /// Motions of unknown contact: their tip is used as the contact.
     ContactUnknown,
     /// Arcs.
     Arcs,
@@ -103,7 +104,7 @@ impl NotModelledKind {
         }
     }
 
-    /// What it means, in a sentence.
+    /// The source in words.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -111,40 +112,42 @@ impl NotModelledKind {
             Self::Deflection => "bending of tool, part and machine under the cutting force",
             Self::Holder => "runout of the tool and the seat of its holder",
             Self::ErrorMotions => {
-                "errors of the axes along their travel and turn; only where rotary axes lie and how square linear ones are is known"
+                "errors of the axes along their travel and turn; only the location of the rotary axes and the squareness of the linear axes are known"
             }
             Self::Scallop => "the scallop between neighbouring passes, which a worn cutter makes higher",
-            Self::ProgramChords => "how far the program's own chords are from the surface it was made from",
-            Self::LocationErrors => {
-                "not asked for: the program is taken as made for the machine it runs on, with its location errors or without as the set-up says"
+            Self::ProgramChords => {
+                "the distance of the program's own chords from the surface it was made from"
             }
-            Self::Wear => "not asked for: the cutter is taken as the program has it",
-            Self::Interpolation => "not asked for: the course between the ends of blocks is not looked at",
-            Self::Drives => "no drives are known: servo lag is not looked at",
+            Self::LocationErrors => {
+                "not asked for: the program is assumed to be made for the machine that runs it, with or without location errors as the set-up states"
+            }
+            Self::Wear => "not asked for: the cutter is assumed to be the nominal one",
+            Self::Interpolation => "not asked for: the course between the ends of blocks is not checked",
+            Self::Drives => "no drives are known, so servo lag is not included",
             Self::ServoRefused => {
-                "the drives were not run through: the program is too long for it, or they cannot follow it"
+                "the drives were not simulated: the program is too long, or the drives cannot follow it"
             }
             Self::ControlCalibration => {
-                "under tool-centre-point control the control itself is taken to know the calibrated axes; X Y Z are places of the workpiece there"
+                "under tool-centre-point control the control itself is assumed to know the calibrated axes; X Y Z are positions on the workpiece"
             }
             Self::ContactAssumed => "contacts are assumed from the feed direction",
-            Self::ContactUnknown => "motions whose contact is not known: their tip stands for it",
-            Self::Arcs => "arcs: their course between the ends is not looked at",
-            Self::Rapids => "rapids: their course between the ends is not looked at",
-            Self::NotFollowed => "motions that cannot be followed are left as they are",
+            Self::ContactUnknown => "motions whose contact is not known: their tip is used as the contact",
+            Self::Arcs => "arcs: their course between the ends is not checked",
+            Self::Rapids => "rapids: their course between the ends is not checked",
+            Self::NotFollowed => "motions that cannot be followed are left unchanged",
             Self::ServoLeftOut => "motions left out of the simulation of the drives",
         }
     }
 }
 
-/// Something that was not looked at.
+/// A source that was not modelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotModelled {
-    /// What.
+    /// The source.
     pub kind: NotModelledKind,
-    /// How many motions, where it is about motions.
+    /// Number of motions, if it concerns motions.
     pub count: Option<u64>,
-    /// The first line of the upload, where it is about motions.
+    /// The first line of the upload, if it concerns motions.
     pub first_line: Option<u64>,
 }
 
@@ -163,17 +166,17 @@ pub struct ErrorBudget {
     pub servo: BudgetLine,
     /// Largest sum of one block, not the sum of the largest.
     pub sum: BudgetLine,
-    /// Largest angle between the tool axis and what was meant, as programmed \[rad\].
+    /// Largest angle between the intended tool axis and the programmed one \[rad\].
     pub axis_before_rad: f64,
-    /// The same as written \[rad\].
+    /// The same for the written tool axis \[rad\].
     pub axis_after_rad: f64,
     /// The blocks with the largest sum as written, the largest first.
     pub worst: Vec<BlockBudget>,
-    /// What was not looked at.
+    /// Sources that were not modelled.
     pub not_modelled: Vec<NotModelled>,
 }
 
-/// Sums up the errors of motion after motion.
+/// Sums up the errors of the motions.
 #[derive(Debug, Default)]
 pub(in crate::process) struct Tally {
     budget: ErrorBudget,

@@ -1,8 +1,8 @@
-//! One pass over a program for everything its parameters name: tool wear, location errors, cutter-contact path.
+//! One pass over a program for all steps its parameters name: tool wear, location errors, cutter-contact path.
 //!
-//! First every end of a motion is moved, for the worn cutter and from the nominal machine to the calibrated one, with one
-//! rounding; then the cutter-contact path of the moved program is compensated. What each step did to every block is
-//! streamed to the caller, and what is left of every error is summed up.
+//! First the ends of all motions move, for the worn cutter and from the nominal to the calibrated machine, with one
+//! rounding. Then the cutter-contact path of the moved program is compensated. The changes of every block are
+//! streamed to the caller, and the remaining errors are summed up.
 
 mod changes;
 mod error_budget;

@@ -1,4 +1,4 @@
-//! What a compensation in one pass is asked to do.
+//! The parameters of a compensation in one pass.
 
 use crate::contact::{Correction, PartSurface};
 use crate::machine::Tool;
@@ -9,81 +9,83 @@ use crate::process::singular::{SingularityAction, SingularityParameters};
 use crate::servo::{DriveSet, FeedProfile};
 use crate::units::{Angle, Feedrate, Length};
 
-/// The steps asked for, and what they share. At least one step has to be named.
+/// The steps asked for, and their common parameters. At least one step has to be named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensationParameters {
     /// Move the program for a worn cutter.
     pub wear: Option<WearStep>,
-    /// The program was posted for the nominal machine: post it anew for the calibrated one.
+    /// The program was posted for the nominal machine: post it again for the calibrated one.
     pub location_errors: bool,
     /// Compensate the cutter-contact path between the ends of blocks.
     pub cc: Option<CcStep>,
-    /// What is done about singular regions, before every other step; `None`: nobody looks for them.
+    /// The treatment of singular regions before all other steps; `None`: they are not searched.
     pub singularity: Option<SingularityParameters>,
-    /// Drives of the machine: the budget then has what servo lag leaves.
+    /// Drives of the machine. The budget then includes servo lag.
     pub servo: Option<ServoStep>,
-    /// What the text does not say, with the nominal tool length. Its `apply_errors` says for which machine the program is where
-    /// `location_errors` is not asked for; else it is not looked at.
+    /// The caller's statements that the text does not have, with the nominal tool length. Without
+    /// `location_errors`, its `apply_errors` says for which machine the program was made; with it, that member is
+    /// ignored.
     pub program: ProgramSetup,
-    /// The largest speed of the tip that an F word may ask for.
+    /// Largest speed of the tip that an F word may ask for.
     pub max_feed: Option<Feedrate>,
-    /// What the control takes for a block at least \[s\].
+    /// Shortest time that the control needs for a block \[s\].
     pub block_time_s: Option<f64>,
-    /// What a step without a budget of its own may cost.
+    /// Cost limits of a step without a budget of its own.
     pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
 
-/// What the step for a worn cutter needs; the members mean what they do in [`WearParameters`].
+/// The parameters of the step for a worn cutter, with the meanings in [`WearParameters`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearStep {
-    /// The cutter (R, r) the program was made for; `None`: each section's own from the machine's tool table.
+    /// The cutter (R, r) for which the program was made; `None` takes each section's cutter from the machine's tool
+    /// table.
     pub nominal: Option<Tool>,
-    /// The cutter that cuts; `None`: as the table has it.
+    /// The worn cutter; `None` takes it from the table.
     pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
     /// ΔL = L − L′; 0 where the lengths are not given.
     pub shorter_by: Length,
-    /// Which of the two lengths the control has.
+    /// The length that the control has: nominal or actual.
     pub length_in_control: LengthInControl,
-    /// Where contacts come from; the tip is none.
+    /// The source of contacts; the tip gives no contact here.
     pub contact: ContactSource,
-    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
     pub pass_break: Angle,
 }
 
-/// What the step for the cutter-contact path needs; the members mean what they do in [`CcParameters`].
+/// The parameters of the step for the cutter-contact path, with the meanings in [`CcParameters`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CcStep {
-    /// The cutter the program was made for; a worn one counts in its place. `None`: each section's own from the machine's tool
-    /// table.
+    /// The cutter for which the program was made. A worn cutter replaces it. `None` takes each section's cutter
+    /// from the machine's tool table.
     pub tool: Option<Tool>,
     /// Largest deviation of the contact point from its line.
     pub tolerance: Length,
-    /// Where contacts come from.
+    /// The source of contacts.
     pub contact: ContactSource,
-    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
     pub pass_break: Angle,
     /// How the tip is moved.
     pub correction: Correction,
     /// How blocks are divided.
     pub output: OutputForm,
-    /// What the computation may cost.
+    /// Cost limits of the computation.
     pub budget: Budget,
 }
 
-/// How the written program runs through the drives, for the error budget.
+/// The simulation of the written program through the drives, for the error budget.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServoStep {
     /// Drives of the axes that move.
     pub drives: DriveSet,
     /// Sample period of the command \[s\].
     pub period_s: f64,
-    /// Jerk-limited feed; without one every block runs at its feed.
+    /// Jerk-limited feed. Without it every block runs at its feed.
     pub profile: Option<FeedProfile>,
-    /// Most samples the program may take; a longer one is not simulated, and the budget says so.
+    /// Most samples of the program. A longer program is not simulated, and the budget says so.
     pub max_samples: u64,
 }
 
@@ -105,18 +107,18 @@ impl CompensationParameters {
         }
     }
 
-    /// Whether ends of motions are to be moved.
+    /// Whether ends of motions have to move.
     pub(super) fn moves(&self) -> bool {
         self.wear.is_some() || self.location_errors
     }
 
-    /// What holds for the written program, the tool's length apart.
+    /// The set-up of the written program, without the tool's length.
     pub(super) fn real_program(&self) -> ProgramSetup {
         let apply_errors = self.location_errors || self.program.apply_errors;
         ProgramSetup { apply_errors, ..self.program.clone() }
     }
 
-    /// The moving step as that of a wear compensation; `fallback` is a cutter that nothing depends on.
+    /// The moving step as a wear compensation. `fallback` is a cutter on which nothing depends.
     pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
         let shared = |parameters: WearParameters| WearParameters {
             budget: self.budget,
@@ -140,8 +142,8 @@ impl CompensationParameters {
         }
     }
 
-    /// What singular regions are treated with: the cutter, the contact and the tolerance of the step for its path, or the
-    /// tip; the set-up is that of the machine which the program was made for.
+    /// The parameters for treating singular regions: the cutter, contact and tolerance of the path step, or the
+    /// tip. The set-up is that of the machine for which the program was made.
     pub(super) fn treatment(&self) -> CcParameters {
         let apply_errors = !self.location_errors && self.program.apply_errors;
         let program = ProgramSetup { apply_errors, ..self.program.clone() };
@@ -155,12 +157,13 @@ impl CompensationParameters {
         CcParameters { tool: step.tool, ..self.contact_path(&step, program) }
     }
 
-    /// The regions that are only to be listed: the first step finds them in its own reading.
+    /// The regions that are only listed. The first step finds them during its own reading.
     pub(super) fn regions_to_list(&self) -> Option<&SingularityParameters> {
         self.singularity.as_ref().filter(|regions| regions.action == SingularityAction::Report)
     }
 
-    /// The step for the cutter-contact path as a compensation of its own; `program` is the moved program's.
+    /// The step for the cutter-contact path as a compensation of its own. `program` is the set-up of the moved
+    /// program.
     pub(super) fn contact_path(&self, step: &CcStep, program: ProgramSetup) -> CcParameters {
         let tool = match self.wear.as_ref().map(|wear| &wear.worn) {
             Some(Some(WornCutter::Tool(worn))) => Some(*worn),
@@ -182,7 +185,7 @@ impl CompensationParameters {
 }
 
 impl WearStep {
-    /// End milling, contact found by itself, the nominal length in the control.
+    /// End milling, contact from the first available source, the nominal length in the control.
     #[must_use]
     pub fn new(nominal: impl Into<Option<Tool>>, worn: impl Into<Option<WornCutter>>) -> Self {
         let WearParameters {

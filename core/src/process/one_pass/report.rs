@@ -1,4 +1,4 @@
-//! The report that goes with a program compensated in one pass.
+//! The report of a program compensated in one pass.
 
 use super::changes::ChangeTotals;
 use super::error_budget::ErrorBudget;
@@ -11,28 +11,28 @@ use crate::process::text::ProgramReading;
 use crate::program::{Dialect, Steps};
 use crate::units::{Angle, Length};
 
-/// What posting anew for the calibrated machine did.
+/// The effect of posting the program again for the calibrated machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocationErrorReport {
-    /// Whether the machine has any error: without one nothing is moved.
+    /// Whether the machine has any error. Without errors nothing moves.
     pub has_errors: bool,
-    /// Motions whose end was posted anew.
+    /// Motions whose ends were posted again.
     pub motions_posted: u64,
-    /// Those whose rotary words changed.
+    /// Motions whose rotary words changed.
     pub motions_turned: u64,
-    /// Largest distance of a tip on the machine as it is from where the nominal machine would have it.
+    /// Largest distance between a tip on the machine with its errors and the same tip on the nominal machine.
     pub max_tip: Length,
     /// Its line of the upload.
     pub max_tip_line: Option<u64>,
-    /// Largest angle between the tool axes of the two.
+    /// Largest angle between the two tool axes.
     pub max_axis: Angle,
     /// Its line of the upload.
     pub max_axis_line: Option<u64>,
-    /// Largest change of a rotary word; near the pole it is far larger than the errors themselves.
+    /// Largest change of a rotary word. Near the pole it is far larger than the errors themselves.
     pub max_turn: Angle,
     /// Its line of the upload.
     pub max_turn_line: Option<u64>,
-    /// Largest angle between the written tool axis and that of the upload: rounding, and what the pole leaves.
+    /// Largest angle between the written tool axis and the upload's: from rounding, and from the pole.
     pub max_axis_left: Angle,
     /// Its line of the upload.
     pub max_axis_left_line: Option<u64>,
@@ -40,12 +40,12 @@ pub struct LocationErrorReport {
     pub held_at_pole: u64,
 }
 
-/// Everything a compensation in one pass has to show for itself. All lines are lines of the upload.
+/// The result of a compensation in one pass. All lines are lines of the upload.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensationReport {
     /// The dialect read and written.
     pub dialect: Dialect,
-    /// Who interpolates: with TCP where the program switches it on or the parameter says so.
+    /// Interpolation mode: TCP if the program switches it on or the parameter asks for it.
     pub interpolation: Interpolation,
     /// The steps that changed something.
     pub steps: Steps,
@@ -55,18 +55,18 @@ pub struct CompensationReport {
     pub blocks_in: u64,
     /// Blocks written.
     pub blocks_out: u64,
-    /// Of singular regions, where they were looked for.
+    /// Report on singular regions, if they were searched.
     pub singularity: Option<SingularityReport>,
-    /// Of the step that moves ends for location errors, where asked for.
+    /// Report of the step that moves ends for location errors, if asked for.
     pub location_errors: Option<LocationErrorReport>,
-    /// Of the step for the worn cutter, where asked for; its words are those of the program before the `cc` step.
+    /// Report of the step for the worn cutter, if asked for. Its words are those before the `cc` step.
     pub wear: Option<WearReport>,
-    /// Of the step for the cutter-contact path, where asked for.
+    /// Report of the step for the cutter-contact path, if asked for.
     pub cc: Option<CcReport>,
     /// What the steps did to the blocks.
     pub changes: ChangeTotals,
-    /// What is wrong before and after.
+    /// The errors before and after.
     pub budget: ErrorBudget,
-    /// What the caller should know of the steps that move ends; the `cc` report has its own.
+    /// Warnings of the steps that move ends. The `cc` report has its own.
     pub warnings: Vec<Warning>,
 }

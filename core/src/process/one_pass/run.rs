@@ -1,4 +1,4 @@
-//! The course of a compensation in one pass: move, compensate the contact's path, run through the drives, sum up.
+//! The course of a compensation in one pass: move ends, compensate the contact path, simulate the drives, sum up.
 
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::sync::OnceLock;
@@ -23,18 +23,18 @@ use crate::process::text::{
 use crate::program::Steps;
 use crate::wear::SideBySide;
 
-/// Compensates a program for everything its parameters name, in one pass over the upload and one more over each step's
-/// text, which rests in `spool`.
+/// Compensates a program with all steps its parameters name. It reads the upload once, and once the text of each
+/// step, which is stored in `spool`.
 ///
-/// Ends of motions are moved first, for wear and location errors together with one rounding: rotary words of the
-/// calibrated machine next to the source's, then X Y Z that put the worn cutter's contact (the tip where no contact is
-/// known) where it was meant. Then the cutter-contact path between the ends is compensated, with the worn cutter on the
-/// calibrated machine. Every step reads back what it wrote. `changes` gets every motion that anything happened to.
-/// Memory does not grow with the program.
+/// The ends of motions move first, for wear and location errors together and with one rounding. The rotary words of
+/// the calibrated machine are taken next to the source's. X Y Z then put the worn cutter's contact (the tip if no
+/// contact is known) at its intended position. Next, the cutter-contact path between the ends is compensated, with
+/// the worn cutter on the calibrated machine. Every step reads its own text back. `changes` gets every changed
+/// motion. Memory does not grow with the program.
 ///
 /// # Errors
-/// No step named, or why the program is refused; `output` then holds text that must not be run and has to be thrown
-/// away, and so has what `changes` got.
+/// No step is named, or the program is refused. `output` and the content of `changes` must then be thrown away and
+/// not be run.
 #[expect(clippy::too_many_arguments, reason = "what goes in, what comes out, and who does the work")]
 pub fn compensate_program(
     machine: &Machine,
@@ -99,7 +99,7 @@ pub fn compensate_program(
 /// The step that moves ends.
 fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, has_errors: bool) -> Moves<'p> {
     let posts = parameters.location_errors && has_errors;
-    // A machine without errors is the nominal one, to the bit.
+    // A machine without errors equals the nominal machine to the bit.
     let exact = |program: &ProgramSetup, real: bool| {
         let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
         ProgramSetup { apply_errors, ..program.clone() }
@@ -113,13 +113,13 @@ fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, ha
     }
 }
 
-/// The steps done.
+/// The finished steps.
 struct Done {
     reports: StepReports,
     has_errors: bool,
 }
 
-/// What the drives left out, once they were run through.
+/// Motions left out by the drives, if these were simulated.
 type Lags = Option<Vec<LeftOut>>;
 
 /// Runs the written program through the drives of the machine.
@@ -130,7 +130,7 @@ struct Drives<'a> {
 }
 
 impl Drives<'_> {
-    /// Runs the written program through the drives; `None` where that cannot be done, which refuses nothing.
+    /// Runs the written program through the drives; `None` if this is not possible, which refuses nothing.
     fn lags(&self, lines: &[LineMap], program: ProgramSetup, servo: &ServoStep) -> Result<Lags, Fault> {
         let parameters = SimulationParameters {
             period_s: servo.period_s,
@@ -161,7 +161,7 @@ impl Drives<'_> {
         if (self.stop)().is_break() { Err(Fault::Cancelled) } else { Ok(()) }
     }
 
-    /// The written program, to where it is wanted.
+    /// Copies the written program to its destination.
     fn hand_on(&self, output: &mut dyn Write) -> Result<(), Fault> {
         let mut text = self.spool.open(Place::Written)?;
         let mut chunk = vec![0; CHUNK_BYTES];
@@ -175,7 +175,7 @@ impl Drives<'_> {
         }
     }
 
-    /// Puts servo lag to what became of the motions.
+    /// Adds servo lag to the changes of the motions.
     fn join(&self, has_lags: bool, note: Note<'_, BlockChange>) -> Result<(), Fault> {
         let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
         let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
@@ -202,17 +202,17 @@ impl Drives<'_> {
     }
 }
 
-/// How many motions are joined between two looks at the stop signal.
+/// Number of motions joined between two checks of the stop signal.
 const MOTIONS_BETWEEN_STOPS: u64 = 4096;
 
-/// Whether the machine is not the nominal one.
+/// Whether the machine differs from the nominal one.
 fn has_errors(machine: &Machine) -> bool {
     let axes = machine.rotary_axes();
     axes.iter().any(|axis| axis.location_error != LocationError::default())
         || *machine.squareness() != Squareness::default()
 }
 
-/// Sums up what became of the motions.
+/// Sums up the changes of the motions.
 struct Sum<'a> {
     sink: &'a mut dyn ChangeSink,
     totals: ChangeTotals,

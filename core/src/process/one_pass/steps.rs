@@ -12,14 +12,14 @@ use crate::process::text::{LineMap, ProgramSource, Spool};
 /// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for wear and for
 /// location errors. The course between the ends is repaired last.
 pub(super) struct StepList<'p> {
-    /// Lists singular regions in the reading of the first step.
+    /// Lists singular regions during the reading of the first step.
     pub(super) search: Option<RegionSearch<'p>>,
     pub(super) singular: Option<SingularStep<'p>>,
     pub(super) moves: Option<MoveStep<'p>>,
     pub(super) path: Option<PathStep<'p>>,
 }
 
-/// The reports of the steps that a program went through.
+/// The reports of the finished steps.
 pub(super) struct StepReports {
     pub(super) singular: Option<SingularityReport>,
     pub(super) moved: Option<Moved>,
@@ -27,10 +27,10 @@ pub(super) struct StepReports {
 }
 
 impl StepList<'_> {
-    /// Takes a program through the steps; returns the lines that each inserted, those of the last step first.
+    /// Takes a program through the steps. Returns the lines that each step inserted, those of the last step first.
     ///
     /// # Errors
-    /// As [`run_chain`].
+    /// As for [`run_chain`].
     pub(super) fn run(
         &mut self,
         upload: &dyn ProgramSource,
@@ -48,7 +48,7 @@ impl StepList<'_> {
         run_chain(&mut steps, look, upload, spool, output, note, with)
     }
 
-    /// The reports, once a program has gone through.
+    /// The reports after the program has gone through.
     ///
     /// # Errors
     /// A step was left out.

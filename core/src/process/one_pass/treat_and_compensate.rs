@@ -15,12 +15,13 @@ use crate::process::singular::{
 use crate::process::text::{ProgramSource, Spool};
 use crate::wear::SideBySide;
 
-/// Treats the singular regions of a program, then repairs the cutter-contact path of the written program. Between the two steps
-/// the program rests in `spool`. Regions that are only to be reported are found in the reading of the path step. They refuse
-/// nothing, and the report is `None` where they cannot be listed. Lines in both reports are the upload's.
+/// Treats the singular regions of a program, then repairs the cutter-contact path of the written program. Between
+/// the two steps the program is stored in `spool`. Regions that are only reported are found during the reading of
+/// the path step. They refuse nothing, and the report is `None` if they cannot be listed. Lines in both reports are
+/// the upload's.
 ///
 /// # Errors
-/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+/// Why the program is refused. `output` must then be thrown away and not be run.
 #[expect(clippy::too_many_arguments, reason = "those of both steps")]
 pub fn treat_and_compensate(
     machine: &Machine,

@@ -1,4 +1,4 @@
-//! What an error budget does not look at, gathered from the program and the steps.
+//! Sources that an error budget does not include, gathered from the program and the steps.
 
 use super::error_budget::{NotModelled, NotModelledKind};
 use super::parameters::CompensationParameters;
@@ -8,7 +8,7 @@ use crate::process::fault::{LeftOut, Warning, WarningKind};
 use crate::process::move_ends::WearReport;
 use crate::process::pipeline::BlockChange;
 
-/// How many motions, and the first line.
+/// Number of motions, and the first line.
 #[derive(Debug, Clone, Copy, Default)]
 struct Count {
     count: u64,
@@ -32,13 +32,13 @@ impl Count {
         sum
     }
 
-    /// Two looks at the same motions.
+    /// The larger of two counts of the same motions.
     fn larger(self, other: Self) -> Self {
         if other.count > self.count { other } else { self }
     }
 }
 
-/// Motions that are not looked at by their kind.
+/// Motions that are not modelled, by kind.
 #[derive(Debug, Default)]
 pub(super) struct Unmodelled {
     arcs: Count,
@@ -54,7 +54,8 @@ impl Unmodelled {
         }
     }
 
-    /// Everything that was not looked at; `lags`: what the drives left out, if they were run through.
+    /// Everything that was not modelled. `lags`: motions left out by the drives, if these were
+    /// simulated.
     pub(super) fn list(
         &self,
         parameters: &CompensationParameters,

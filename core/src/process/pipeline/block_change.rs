@@ -1,4 +1,4 @@
-//! What the steps did to one motion of a program, and the errors it has before and after.
+//! The changes that the steps made to one motion of a program, and its errors before and after.
 
 use crate::motion::MotionKind;
 
@@ -7,67 +7,68 @@ use crate::motion::MotionKind;
 pub struct ErrorShares {
     /// Largest deviation of the contact from its line between the ends.
     pub interpolation_mm: f64,
-    /// Distance of the contact (the tip where none is known) at the end from where it would be on the nominal machine.
+    /// Distance of the contact (the tip if no contact is known) at the end from its position on the nominal
+    /// machine.
     pub location_errors_mm: f64,
     /// Distance of the worn cutter's contact from the nominal one's along the normal; 0 where no contact is known.
     pub wear_mm: f64,
-    /// What the decimals of the written words leave at the end, from reading them back.
+    /// Rounding error at the end from the decimals of the written words, found by reading them back.
     pub rounding_mm: f64,
     /// Largest distance of the tip from its path through the drives.
     pub servo_mm: f64,
 }
 
 impl ErrorShares {
-    /// All of them added, as if they all pointed one way: never less than what they leave together.
+    /// The sum of all shares, as if all pointed the same way: never less than their combined error.
     #[must_use]
     pub fn sum_mm(&self) -> f64 {
         self.interpolation_mm + self.location_errors_mm + self.wear_mm + self.rounding_mm + self.servo_mm
     }
 
-    /// In the order of the members.
+    /// The shares in the order of the members.
     #[must_use]
     pub fn list(&self) -> [f64; 5] {
         [self.interpolation_mm, self.location_errors_mm, self.wear_mm, self.rounding_mm, self.servo_mm]
     }
 }
 
-/// Errors of one motion as programmed and as written. Servo lag is that of the written program in both.
+/// Errors of one motion as programmed and as written. Both have the servo lag of the written program.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BlockError {
     /// As programmed.
     pub before: ErrorShares,
     /// As written.
     pub after: ErrorShares,
-    /// Angle between the tool axis at the end and what was meant, as programmed \[rad\].
+    /// Angle between the intended tool axis at the end and the programmed one \[rad\].
     pub axis_before_rad: f64,
-    /// The same as written \[rad\].
+    /// The same for the written tool axis \[rad\].
     pub axis_after_rad: f64,
 }
 
-/// What became of one motion of the upload. Lengths are of the tool tip in W; ends are moved by location errors and
-/// wear, the course between them by the cutter-contact step.
+/// The changes of one motion of the upload. Lengths are of the tool tip in W. Location errors and wear move ends;
+/// the cutter-contact step moves the course between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockChange {
     /// 1-based line of the upload.
     pub line: u64,
-    /// What kind of motion it is.
+    /// The kind of the motion.
     pub kind: MotionKind,
-    /// How far its end was moved because the machine is not the nominal one \[mm\].
+    /// Distance by which its end moved for the location errors \[mm\].
     pub location_errors_mm: f64,
-    /// By how much the tool axis at its end was turned for the same \[rad\].
+    /// Angle by which the tool axis at its end turned for the location errors \[rad\].
     pub axis_rad: f64,
-    /// How far its end was moved for the worn cutter \[mm\].
+    /// Distance by which its end moved for the worn cutter \[mm\].
     pub wear_mm: f64,
     /// Largest correction of its course \[mm\].
     pub cc_mm: f64,
-    /// How many blocks it became; 1 where it was not divided.
+    /// Number of blocks it became; 1 if it was not divided.
     pub blocks_out: u32,
-    /// What is wrong with it before and after.
+    /// Its errors before and after.
     pub error: BlockError,
 }
 
 impl BlockChange {
-    /// A motion that nothing happened to.
+    /// A motion without changes.
     #[must_use]
     pub fn none(line: u64, kind: MotionKind) -> Self {
         Self {
@@ -82,7 +83,7 @@ impl BlockChange {
         }
     }
 
-    /// The same after a later step, which looks at the course between the ends.
+    /// The changes together with those of a later step, which works on the course between the ends.
     pub(super) fn and(mut self, later: &Self) -> Self {
         self.cc_mm = later.cc_mm;
         self.blocks_out = later.blocks_out;
@@ -91,7 +92,7 @@ impl BlockChange {
         self
     }
 
-    /// Whether any step did anything to it.
+    /// Whether a step changed the motion.
     #[must_use]
     pub fn is_change(&self) -> bool {
         self.blocks_out > 1
@@ -100,7 +101,7 @@ impl BlockChange {
                 .any(|share| *share > 0.0)
     }
 
-    /// All shares of its change \[mm\].
+    /// The sum of all shares of its change \[mm\].
     #[must_use]
     pub fn sum_mm(&self) -> f64 {
         self.location_errors_mm + self.wear_mm + self.cc_mm

@@ -1,4 +1,4 @@
-//! The steps that a program goes through, one after the other: each reads the program that the step before wrote.
+//! The steps of a program, one after the other. Each step reads the program that the previous step wrote.
 
 use std::io::{BufReader, BufWriter, Read, Write};
 
@@ -12,7 +12,7 @@ use crate::process::set_up::Stop;
 use crate::process::text::{LineCursor, LineMap, Place, ProgramSource, Resting, Spool};
 use crate::wear::SideBySide;
 
-/// What every step works with.
+/// The resources that all steps share.
 #[derive(Clone, Copy)]
 pub(in crate::process) struct Resources<'a> {
     pub(in crate::process) machine: &'a Machine,
@@ -22,8 +22,8 @@ pub(in crate::process) struct Resources<'a> {
 
 /// A step of a chain. It keeps its own report.
 pub(in crate::process) trait ChainStep {
-    /// Takes the program of `upstream` through the step. `note` gets what the step did to every motion, in the order of the
-    /// program, once the written motion was read back. Returns the lines that the step inserted.
+    /// Takes the program of `upstream` through the step. `note` gets the changes of every motion, in program order,
+    /// after the written motion was read back. Returns the lines that the step inserted.
     ///
     /// # Errors
     /// Why the program is refused; `output` then holds text that must not be run.
@@ -36,15 +36,16 @@ pub(in crate::process) trait ChainStep {
         with: &Resources<'_>,
     ) -> Result<LineMap, Fault>;
 
-    /// Where the written program rests while a later step reads it.
+    /// The place of the written program while a later step reads it.
     fn rests_in(&self) -> Place;
 
-    /// Where the changes of the motions rest until a later step adds its own; `None` for a step that notes none.
+    /// The place of the motions' changes until a later step adds its own; `None` for a step that notes none.
     fn notes_in(&self) -> Option<Place>;
 }
 
-/// Takes a program through these steps to `output`. Between two steps it rests in `spool`. `look` watches the first reading.
-/// `note` gets every motion with the changes of all steps that note any. Returns the inserted lines of each step, the last first.
+/// Takes a program through these steps to `output`. Between two steps it is stored in `spool`. `look` watches the
+/// first reading. `note` gets every motion with the changes of all steps that note any. Returns the inserted lines
+/// of each step, those of the last step first.
 ///
 /// # Errors
 /// Why a step refuses the program; `output` then holds text that must not be run.
@@ -92,10 +93,10 @@ pub(in crate::process) fn run_chain(
     Ok(maps)
 }
 
-/// The change of a motion together with what earlier steps did to it.
+/// The changes of a motion together with those of earlier steps.
 fn joined(earlier: Option<&mut impl Read>, change: &BlockChange) -> Result<BlockChange, Fault> {
     let Some(earlier) = earlier else { return Ok(*change) };
     let before = record::take(earlier)?.filter(|before| before.line == change.line);
-    let what = "a motion of the moved program is another one";
+    let what = "a motion of the moved program does not match its record";
     before.map(|before| before.and(change)).ok_or_else(|| failed(change.line, what))
 }

@@ -1,4 +1,4 @@
-//! The report that goes with a compensated program.
+//! Deviations summed up for the report of a compensated program.
 
 use crate::contact::Sampled;
 
@@ -50,7 +50,7 @@ impl DeviationTotals {
         self.path_mm
     }
 
-    /// The summary; a path without length counts every motion alike.
+    /// The summary. If the path has no length, every motion has the same weight.
     pub(in crate::process) fn summary(&self) -> DeviationSummary {
         let mean = if self.path_mm > 0.0 {
             self.weighted_square / self.path_mm

@@ -1,6 +1,6 @@
-//! The driver. Four pieces of work have nothing to wait for and are done side by side where there are hands for it: one stretch
-//! of the program is worked on and written, the next is prepared, the one after that is read, and what was written of the one
-//! before is read back. The result does not depend on who does what.
+//! The driver. Four pieces of work run side by side if threads are free: one stretch of the program is worked on
+//! and written, the next one is prepared, the one after that is read, and the text written before is read back. The
+//! result does not depend on which thread does which work.
 
 use std::io::Write;
 
@@ -13,10 +13,10 @@ use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stret
 use crate::program::Dialect;
 use crate::wear::SideBySide;
 
-/// A program, and its way back to the upload that it was written from.
+/// A program, and its line maps back to the upload from which it was written.
 pub(in crate::process) struct Upstream<'a> {
     pub(in crate::process) source: &'a dyn ProgramSource,
-    /// Lead from its lines to those of the upload, one after the other.
+    /// Cursors from its lines to those of the upload, one after the other.
     pub(in crate::process) lines: Vec<LineCursor<'a>>,
 }
 
@@ -27,53 +27,54 @@ impl<'a> Upstream<'a> {
     }
 }
 
-/// A step that writes: what it does to the motions of a program.
+/// A step that writes: its work on the motions of a program.
 pub(in crate::process) trait Step: Send {
-    /// What the next motion of the written program has to be.
+    /// What the next motion of the written program must be.
     type Meant: Send;
-    /// Who reads the written program back.
+    /// The check that reads the written program back.
     type Check: Check<Meant = Self::Meant>;
 
-    /// Goes on with a stretch: true at its end, false where enough is written to be handed over.
+    /// Works on a stretch. Returns true at its end, and false if enough is written to be handed over.
     fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Self::Meant>) -> Result<bool, Fault>;
-    /// Writes what was held back until the program's end.
+    /// Writes the text held back until the program's end.
     fn end(&mut self, _out: &mut Outgoing<Self::Meant>) -> Result<(), Fault> {
         Ok(())
     }
-    /// Hears what reading back has found and what was read so far. It is told between two rounds, so that nothing depends on how
-    /// fast others are. Refuses to go on where too much was spent.
+    /// Receives the findings of the read-back and the inventory read so far. It is called between two rounds, so
+    /// that the result does not depend on timing. Refuses to continue if the cost exceeds its limit.
     fn hear(&mut self, check: &Self::Check, read: &Inventory) -> Result<(), Fault>;
-    /// Whether something in the program refuses it: then it is looked at to its end, so that every fault is named, but no longer
-    /// written.
+    /// Whether the program has a fault that refuses it. It is then read to its end without writing, so that every
+    /// fault is listed.
     fn has_faults(&self) -> bool;
-    /// What it writes with.
+    /// The writer of the step.
     fn rewriter(&self) -> &Rewriter;
 }
 
 /// Reads the written program back.
 pub(in crate::process) trait Check: Send {
-    /// What the next motion has to be.
+    /// What the next motion must be.
     type Meant;
-    /// What became of one motion.
+    /// The result for one motion.
     type Became;
 
-    /// Reads this text, which was written of this stretch.
+    /// Reads this text, which was written from this stretch.
     fn take(&mut self, written: &mut Outgoing<Self::Meant>, of: &Stretch) -> Result<(), Fault>;
-    /// The output has ended: everything expected must have come, and nothing of the source be lost or doubled.
+    /// Called at the end of the output. Every expected motion must have been read, and nothing of the source may be
+    /// lost or doubled.
     fn finish(&mut self, source: &Inventory) -> Result<(), Fault>;
-    /// What became of the motions read back, to be taken away.
+    /// The results of the motions read back. The caller takes them away.
     fn told(&mut self) -> &mut Vec<Self::Became>;
 }
 
-/// Prepares stretches before they are worked on, in the order of the program.
+/// Prepares stretches in program order, before they are worked on.
 pub(in crate::process) trait Prepare: Send {
     /// Prepares the next stretch.
     fn prepare(&mut self, stretch: &mut Stretch);
-    /// Of everything prepared.
+    /// The inventory of everything prepared.
     fn inventory(&self) -> &Inventory;
 }
 
-/// Counts, and leaves stretches as they are.
+/// Counts, and leaves stretches unchanged.
 impl Prepare for Inventory {
     fn prepare(&mut self, stretch: &mut Stretch) {
         stretch.passages.iter().for_each(|passage| self.see(&passage.batch));
@@ -89,30 +90,30 @@ impl Prepare for Inventory {
 pub(in crate::process) struct Surveyed<'s> {
     pub(in crate::process) source: &'s dyn ProgramSource,
     pub(in crate::process) survey: Survey,
-    /// The set-up with the tool of each section, where the step needs the tools that a contact needs.
+    /// The set-up with the tool of each section, if the step needs the same tools as a contact.
     pub(in crate::process) program: Option<&'s ProgramSetup>,
 }
 
 /// Looks at a program while a step works on it, and changes nothing.
 pub(in crate::process) trait Look: Send {
-    /// Begins with the program.
+    /// Begins a program.
     ///
     /// # Errors
-    /// The program cannot be read, or nobody waits any more.
+    /// The program cannot be read, or the caller no longer waits.
     fn begin(&mut self, surveyed: &Surveyed<'_>, dialect: Dialect) -> Result<(), Fault>;
-    /// Looks at the next stretch, which is prepared.
+    /// Looks at the next prepared stretch.
     fn look(&mut self, stretch: &Stretch);
-    /// The program that `passages` read has ended.
+    /// Called at the end of the program that `passages` read.
     ///
     /// # Errors
-    /// Nobody waits any more.
+    /// The caller no longer waits.
     fn finish(&mut self, passages: &Passages<'_>) -> Result<(), Fault>;
 }
 
-/// Takes what became of a motion, in the order of the program.
+/// Receives the result of each motion, in program order.
 pub(in crate::process) type Note<'n, B> = &'n mut dyn FnMut(&B) -> Result<(), Fault>;
 
-/// Who does what.
+/// The workers of a step.
 pub(in crate::process) struct Hands<'h, S: Step> {
     pub(in crate::process) prepare: &'h mut dyn Prepare,
     pub(in crate::process) step: &'h mut S,
@@ -120,10 +121,10 @@ pub(in crate::process) struct Hands<'h, S: Step> {
     pub(in crate::process) look: Option<&'h mut dyn Look>,
 }
 
-/// A program on its way.
+/// The progress of a program through a step.
 pub(in crate::process) struct Course<'a> {
     pub(in crate::process) passages: Passages<'a>,
-    /// Worked off; its text is still to be read back.
+    /// The finished stretch, whose text has still to be read back.
     worked_off: Stretch,
     present: Stretch,
     next: Stretch,
@@ -132,8 +133,8 @@ pub(in crate::process) struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// Begins to read a program. Tool vectors are given their words as it is read, unless `leaves_vectors` says that this is done
-    /// as stretches are prepared.
+    /// Begins to read a program. Tool vectors get their words during reading. If `leaves_vectors` is set, they get
+    /// them when stretches are prepared.
     pub(in crate::process) fn begin(
         Upstream { source, lines }: Upstream<'a>,
         machine: &Machine,
@@ -152,12 +153,12 @@ impl<'a> Course<'a> {
         Ok(Self { passages, worked_off, present, next, coming, stop })
     }
 
-    /// The dialect of what was read.
+    /// The dialect of the text read.
     pub(in crate::process) fn dialect(&self) -> Dialect {
         self.passages.dialect()
     }
 
-    /// Takes the program through a step to its end. What was written stands in `output`; it still has to be
+    /// Takes the program through a step to its end. `output` then has the written text, which still has to be
     /// [finished](Hands::finish).
     pub(in crate::process) fn run<S: Step>(
         &mut self,
@@ -184,7 +185,7 @@ impl<'a> Course<'a> {
             }
             let written_of = if is_of_present { &*present } else { &*worked_off };
             let (mut worked, mut checked, mut filled) = (Ok(true), Ok(()), Ok(()));
-            // The longest first: who is done with one takes the next.
+            // The longest part first: a worker that finishes takes the next part.
             parts.run(vec![
                 Box::new(|| {
                     if !is_refused && !present.passages.is_empty() {
@@ -239,7 +240,7 @@ impl<'a> Course<'a> {
 }
 
 impl<S: Step> Hands<'_, S> {
-    /// Finishes a program that nothing refuses: everything must have been read back.
+    /// Finishes a program without faults: everything must have been read back.
     pub(in crate::process) fn finish(
         &mut self,
         passages: &Passages<'_>,

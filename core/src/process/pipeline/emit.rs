@@ -1,4 +1,4 @@
-//! Writing the compensated program: untouched blocks byte for byte, divided blocks in their own style.
+//! Writes the compensated program: unchanged blocks byte for byte, divided blocks in their own style.
 
 use super::feed_at_risk::feed_at_risk;
 use crate::motion::{AxisWords, Feed, FeedForm, FeedMode, FeedRules, Motion, Unfollowable};
@@ -7,27 +7,27 @@ use crate::program::{
     Address, Batch, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed, round_to_decimals,
 };
 
-/// A written number this close to the meant one is it \[program units\].
+/// A written number this close to the intended one is equal to it \[program units\].
 const SAME_WORD: f64 = 1e-9;
-/// An F word may be off by this share after rounding; finer decimals are used where the source's are too coarse.
+/// Largest relative rounding error of an F word. If the source's decimals are too coarse, finer ones are used.
 const FEED_ROUNDING: f64 = 0.005;
 /// Most decimals of an F word: the smallest one written still has three digits.
 const MAX_FEED_DECIMALS: u8 = 9;
 
-/// Writes blocks and keeps track of the feed that the written program has at each point.
+/// Writes blocks and keeps track of the feed in force in the written program.
 #[derive(Debug, Default)]
 pub(in crate::process) struct Emitter {
-    /// F as the written program has it after divided blocks, where it differs from the source's.
+    /// The source's F, if divided blocks left another F in force. It has to be restored.
     owed: Option<OwedFeed>,
     pub(super) feeds_restored: u64,
-    /// Blocks written that hold nothing but an F word.
+    /// Number of written blocks with an F word only.
     pub(super) feed_blocks: u64,
     numbering: Numbering,
-    /// Numbers that new blocks got.
+    /// Numbers given to inserted blocks.
     pub(super) numbers: Inventory,
 }
 
-/// The F word that the source has and the output lost in divided blocks.
+/// The F word in force in the source that divided blocks replaced in the output. It has to be restored.
 #[derive(Debug, Clone, Copy)]
 struct OwedFeed {
     raw: f64,
@@ -36,17 +36,17 @@ struct OwedFeed {
 }
 
 impl OwedFeed {
-    /// Whether the source itself states another F, or means another thing by it, at this feed. A feed that is not known is
-    /// none that was stated.
+    /// Whether the source itself states another F, or changes the meaning of F, at this feed. An unknown feed
+    /// counts as not stated.
     fn is_given_again(&self, feed: &Feed) -> bool {
-        // In G93 a block without F has none that could be compared.
+        // In G93 a block without F has no value to compare.
         let is_compared = feed.value.is_some() && self.mode != Some(FeedMode::InverseTime);
         feed.word_in_block || feed.mode != self.mode || (is_compared && differs(feed.raw, self.raw))
     }
 }
 
 impl Emitter {
-    /// For a program that numbers its blocks like this.
+    /// For a program with this numbering.
     pub(super) fn new(numbering: Numbering) -> Self {
         Self { numbering, ..Self::default() }
     }
@@ -56,12 +56,12 @@ impl Emitter {
         self.owed.is_some()
     }
 
-    /// The written program now has another modal F than this one of the source.
+    /// Records that the written program has another modal F than this feed of the source.
     pub(super) fn owe(&mut self, feed: &Feed) {
         self.owed = Some(OwedFeed { raw: feed.raw, decimals: feed.decimals, mode: feed.mode });
     }
 
-    /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
+    /// The F word that a block with this feed must restore when it is written again. It is then no longer owed.
     pub(super) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
         let owed = self.owed.take()?;
         (!owed.is_given_again(feed)).then_some(NewWord {
@@ -71,8 +71,8 @@ impl Emitter {
         })
     }
 
-    /// A block was written with these words: in cutter location data a feed is a statement of its own. Whether there is
-    /// one.
+    /// Counts a feed written with these words. In cutter location data a feed is a statement of its own. Returns
+    /// whether there is one.
     pub(in crate::process) fn count_feed(&mut self, batch: &Batch, words: &[NewWord]) -> bool {
         let states_feed =
             form(batch) == FeedForm::Statement && words.iter().any(|word| word.address == Address::F);
@@ -80,8 +80,9 @@ impl Emitter {
         states_feed
     }
 
-    /// Gives the owed F back in a block of its own, in the style of this one, where the blocks from `first` on would give it
-    /// another meaning before a motion could: the written program must not run on with the F of divided blocks.
+    /// Restores the owed F in a block of its own, in the style of this one, if the blocks from `first` on would
+    /// change the meaning of F before a motion restores it. The written program must not continue with the F of
+    /// divided blocks.
     pub(super) fn settle(
         &mut self,
         batch: &Batch,
@@ -100,8 +101,8 @@ impl Emitter {
         Ok(())
     }
 
-    /// What a block that is left alone needs before or in it, so that it runs at the source's feed: writes the
-    /// block and returns true, or returns false where it can be copied as it is.
+    /// Restores the source's feed for a block that is left unchanged. Returns true if the block was written with
+    /// its F, and false if it can be copied as it is.
     pub(super) fn restore_feed(
         &mut self,
         batch: &Batch,
@@ -121,8 +122,8 @@ impl Emitter {
                 self.owed = None;
                 return Ok(false);
             }
-            // A block that the operator may skip must not be the one that brings the feed back.
-            // Nor one that had none in G93: a control may stop there, or take the number that stands.
+            // A block that the operator may skip must not be the one that restores the feed. Nor may a block
+            // without F in G93: a control can stop there, or use the number in force.
             Linear | Arc
                 if motion.unfollowable != Some(Unfollowable::BlockDelete)
                     && owed.mode != Some(FeedMode::InverseTime) =>
@@ -144,23 +145,24 @@ impl Emitter {
         Ok(false)
     }
 
-    /// The modal feed that the written program has before a block with this feed \[its unit\]; NaN where nothing is known of it.
+    /// The modal feed in the written program before a block with this feed \[its unit\]; NaN if unknown.
     pub(in crate::process) fn modal_feed_before(&self, feed: &Feed) -> f64 {
-        // Whatever was modal before, the source block may state its own.
+        // The source block may state its own feed, whatever was modal before.
         if self.owed.is_some() || feed.word_in_block { f64::NAN } else { feed.raw }
     }
 
-    /// The number of the first of so many blocks inserted after this one, where the program numbers its blocks.
+    /// The number of the first of `inserted` blocks after this one, if the program numbers its blocks.
     pub(in crate::process) fn number_after(&self, batch: &Batch, block: usize, inserted: u64) -> Option<u64> {
         self.numbering.behind(batch, block, inserted)
     }
 
-    /// An inserted block got this number.
+    /// Counts the number of an inserted block.
     pub(in crate::process) fn count_number(&mut self, number: f64) {
         self.numbers.add_number(number);
     }
 
-    /// A block was divided, and the written program is left with this modal feed: the source's is owed where it differs.
+    /// Records that a block was divided and left this modal feed in the written program. The source's feed is owed
+    /// if it differs.
     ///
     /// # Errors
     /// The feed cannot be written.
@@ -172,13 +174,13 @@ impl Emitter {
         modal_feed: f64,
         out: &mut Vec<u8>,
     ) -> Result<(), WriteFault> {
-        // In G93 too: a cycle, or what follows G94, may run at the number that stands.
+        // Also in G93: a cycle, or a motion after G94, may use the number in force.
         self.owed = differs(modal_feed, feed.raw).then_some(OwedFeed {
             raw: feed.raw,
             decimals: feed.decimals,
             mode: feed.mode,
         });
-        // Statements between this point and the next may belong to the next.
+        // Statements between this point and the next may belong to the next point.
         if form(batch) == FeedForm::Statement
             && let Some(owed) = self.owed.take()
         {
@@ -189,23 +191,23 @@ impl Emitter {
         Ok(())
     }
 
-    /// A divided block carries no feed: nothing is owed after it.
+    /// A divided block without a feed: nothing is owed after it.
     pub(in crate::process) fn owe_nothing(&mut self) {
         self.owed = None;
     }
 }
 
-/// How a feed stands in programs of this batch's dialect.
+/// The form of a feed in programs of this batch's dialect.
 pub(in crate::process) fn form(batch: &Batch) -> FeedForm {
     FeedRules::of(batch.dialect()).form
 }
 
-/// Whether two written numbers differ; an unknown one (NaN) differs from every other.
+/// Whether two written numbers differ. An unknown number (NaN) differs from every other.
 pub(in crate::process) fn differs(a: f64, b: f64) -> bool {
     a.is_nan() || b.is_nan() || (a - b).abs() > SAME_WORD
 }
 
-/// The F word of this value, with the source's decimals or as many more as it needs.
+/// The F word with this value, with the source's decimals or more if needed.
 pub(in crate::process) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
     let mut decimals = feed.decimals;
     while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
@@ -223,7 +225,7 @@ pub(in crate::process) fn in_units(words: &AxisWords, mm_per_unit: f64) -> [f64;
     [x, y, z, first, second]
 }
 
-/// The fewest decimals, at least `decimals`, that give `value` back.
+/// The fewest decimals, at least `decimals`, that reproduce `value`.
 pub(in crate::process) fn exact_decimals(value: f64, decimals: u8) -> u8 {
     (decimals..=MAX_DECIMALS)
         .find(|&digits| !differs(round_to_decimals(value, digits), value))

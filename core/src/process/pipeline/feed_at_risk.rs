@@ -1,19 +1,19 @@
-//! Whether the F that divided blocks owe would meet another meaning before a motion gives it back.
+//! Whether the meaning of F changes before a motion restores the F that divided blocks replaced.
 
 use crate::motion::{FeedMode, FeedRules};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, Word};
 
-/// G codes behind which a block with axis words moves at feed, in tenths: G1 to G3, and canned cycles.
+/// G codes after which a block with axis words moves at feed, in tenths: G1 to G3, and canned cycles.
 fn moves_at_feed(tenths: u32) -> bool {
     matches!(tenths, 10 | 20 | 30 | 730 | 740 | 760 | 810..=899)
 }
 
-/// Looks at the blocks from `first` on: true where one changes what F means before the next motion at feed takes the F owed
-/// in this mode back, false where that motion (or an F of the source, or the program's end) comes first, `None` where
-/// neither is in this batch.
+/// Looks at the blocks from `first` on. True if a block changes the meaning of F before the next motion at feed
+/// restores the F owed in this mode. False if that motion, an F of the source, or the program's end comes first.
+/// `None` if this batch has none of these.
 ///
-/// The number of G93 is meant for its own block. Where the mode changes it is at risk only if something then moves
-/// without an F of its own: controls that keep the number would take it.
+/// The number of G93 is meant for its own block. After a change of mode it is at risk only if a block then moves
+/// without an F of its own: controls that keep the number would use it.
 pub(in crate::process) fn feed_at_risk(
     batch: &Batch,
     first: usize,
@@ -27,7 +27,7 @@ pub(in crate::process) fn feed_at_risk(
             return Some(is_changed);
         }
         let words = batch.words(block);
-        // Whether a block that the operator may skip gives a feed, nobody knows.
+        // It is not known whether a block that the operator may skip gives a feed.
         if block.flags.has(BlockFlags::DELETE) {
             return Some(true);
         }
@@ -55,11 +55,11 @@ pub(in crate::process) fn feed_at_risk(
             return Some(is_changed);
         }
     }
-    // What follows the batch is not seen yet, and the number could not be given back before the change any more.
+    // The blocks after the batch are not known yet, and the number could no longer be restored before the change.
     is_changed.then_some(true)
 }
 
-/// M2 and M30.
+/// Whether the block ends the program (M2 or M30).
 fn ends_program(words: &[Word]) -> bool {
     let codes = words.iter().filter(|word| word.address == Address::M);
     codes.filter_map(Word::code_tenths).any(|code| matches!(code, 20 | 300))
@@ -70,12 +70,12 @@ fn has_coordinates(words: &[Word]) -> bool {
     words.iter().any(|word| word.address.is_coordinate()) && !words.iter().any(takes_axis_words)
 }
 
-/// G4, whose F may be a time.
+/// Whether the block is a dwell (G4), whose F may be a time.
 fn is_dwell(words: &[Word]) -> bool {
     words.iter().any(|word| word.address == Address::G && word.code_tenths() == Some(40))
 }
 
-/// A code or statement whose axis words are no place to go to.
+/// Whether this is a code or statement whose axis words are not a position to move to.
 fn takes_axis_words(word: &Word) -> bool {
     use Keyword as K;
     let by_statement = matches!(

@@ -1,4 +1,4 @@
-//! The one way of a program through a step that writes: read in stretches, worked on, written, read back, handed over.
+//! The only way of a program through a writing step: read in stretches, worked on, written, read back, handed over.
 
 mod block_change;
 mod chain;

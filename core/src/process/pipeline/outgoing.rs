@@ -1,27 +1,27 @@
-//! Text on its way out.
+//! Written text before it is read back.
 
 use std::collections::VecDeque;
 
 use crate::process::text::Passage;
 
-/// Text of the output, and what it has to mean.
+/// Text of the output, and its intended meaning.
 #[derive(Debug)]
 pub(in crate::process) struct Outgoing<E> {
     pub(in crate::process) text: Vec<u8>,
-    /// What its motions have to be, in their order.
+    /// The intended motions, in order.
     pub(in crate::process) expected: VecDeque<E>,
-    /// What of it was copied.
+    /// The copied parts of it.
     pub(in crate::process) copied: Vec<Copied>,
 }
 
 /// Blocks that were copied into the output.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::process) struct Copied {
-    /// Their passage, by its place in its stretch.
+    /// Their passage, as its index in its stretch.
     pub(in crate::process) passage: usize,
-    /// The first block, and the one behind the last.
+    /// The first block, and the block after the last.
     pub(in crate::process) blocks: [usize; 2],
-    /// Where they start in the text that was written.
+    /// Their start in the written text.
     pub(in crate::process) at: usize,
 }
 
@@ -38,7 +38,7 @@ impl<E> Outgoing<E> {
         self.copied.clear();
     }
 
-    /// Copies blocks of a passage, given with its place in its stretch.
+    /// Copies blocks of a passage. The passage comes with its index in its stretch.
     pub(in crate::process) fn copy(
         &mut self,
         (index, passage): (usize, &Passage),

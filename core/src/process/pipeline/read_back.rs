@@ -1,6 +1,6 @@
-//! The bytes that leave, read back as a control would read them, beside what was meant.
+//! Reads the output bytes back as a control would, and compares them with the intended motions.
 //!
-//! Reader and interpreter here know nothing of the writer.
+//! The reader and interpreter here know nothing of the writer.
 
 use std::collections::VecDeque;
 
@@ -14,49 +14,49 @@ use crate::process::set_up::{ProgramSetup, ToolVectors};
 use crate::process::text::Inventory;
 use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity, Word};
 
-/// What the next motion of the written program has to be.
+/// What the next motion of the written program must be.
 pub(in crate::process) trait Awaited {
-    /// The source's line that it comes from.
+    /// Its line of the source.
     fn line(&self) -> u64;
-    /// What is said where it never comes.
+    /// The message if it never comes.
     fn missing(&self) -> &'static str;
 }
 
-/// A word that has the machine do something, as it was read.
+/// A word that makes the machine do something, as read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct MachineWord {
-    /// How many motions stand before its block.
+    /// Number of motions before its block.
     pub(in crate::process) motions: u64,
     pub(in crate::process) address: Address,
     pub(in crate::process) value: f64,
 }
 
-/// Pairs every motion that is read with what was meant.
+/// Pairs every motion that is read with the intended one.
 pub(in crate::process) struct ReadBack<E> {
     reader: Reader,
     interpreter: Interpreter,
     vectors: ToolVectors,
     batch: Batch,
     motions: Vec<Motion>,
-    /// How many of `motions` were handed out.
+    /// How many of `motions` were returned.
     seen: usize,
     diagnostics: Diagnostics,
-    /// Blocks before the batch at hand.
+    /// Blocks before the current batch.
     blocks_before: u64,
-    /// Lines are read as soon as they are there; else in full batches.
+    /// Lines are read as soon as they arrive, otherwise in full batches.
     is_eager: bool,
-    /// A statement may run over lines, or hang on the one behind it.
+    /// A statement may run over several lines, or depend on the next one.
     pub(in crate::process) looks_ahead: bool,
-    /// What comes next; empty only where `later` is.
+    /// The next expected motions; empty only if `later` is.
     expected: VecDeque<E>,
-    /// What comes behind it, in the order written.
+    /// The motions expected after them, in the order written.
     later: VecDeque<VecDeque<E>>,
-    /// Queues that were worked off: their memory is used again.
+    /// Finished queues, whose memory is used again.
     spare: Vec<VecDeque<E>>,
     pub(in crate::process) inventory: Inventory,
-    /// M, S, G4 and its P, in their order, where somebody takes them.
+    /// M, S, G4 and its P, in order, if the caller takes them.
     words: Option<VecDeque<MachineWord>>,
-    /// Motions before the batch at hand.
+    /// Motions before the current batch.
     motions_before: u64,
 }
 
@@ -82,13 +82,14 @@ impl<E: Awaited> ReadBack<E> {
         }
     }
 
-    /// Words for the machine are kept until they are [taken](Self::take_word). Not where blocks are passed over.
+    /// Keeps words for the machine until they are [taken](Self::take_word). Blocks that are passed over give no
+    /// words.
     pub(in crate::process) fn with_words(mut self) -> Self {
         self.words = Some(VecDeque::new());
         self
     }
 
-    /// The next word for the machine that was read.
+    /// The next word for the machine.
     pub(in crate::process) fn take_word(&mut self) -> Option<MachineWord> {
         self.words.as_mut()?.pop_front()
     }
@@ -107,13 +108,13 @@ impl<E: Awaited> ReadBack<E> {
         }
     }
 
-    /// Lines are read as soon as they were fed.
+    /// Makes lines be read as soon as they were fed.
     pub(in crate::process) fn eager(mut self) -> Self {
         self.is_eager = true;
         self
     }
 
-    /// The words that name places, of the block that makes the motion read last.
+    /// The words with positions in the block of the motion read last.
     pub(in crate::process) fn coordinates_read(&self) -> impl Iterator<Item = &Word> {
         let last = self.seen.checked_sub(1).and_then(|index| self.motions.get(index));
         let block = last.and_then(|motion| self.batch.blocks().get(motion.block as usize));
@@ -121,18 +122,18 @@ impl<E: Awaited> ReadBack<E> {
         words.iter().filter(|word| word.address.is_coordinate())
     }
 
-    /// How many blocks stand before that of the motion read last.
+    /// Number of blocks before that of the motion read last.
     pub(in crate::process) fn blocks_before(&self) -> u64 {
         let last = self.seen.checked_sub(1).and_then(|index| self.motions.get(index));
         self.blocks_before + last.map_or(0, |motion| u64::from(motion.block))
     }
 
-    /// How many blocks were read.
+    /// Number of blocks read.
     pub(in crate::process) fn blocks_read(&self) -> u64 {
         self.blocks_before + self.batch.blocks().len() as u64
     }
 
-    /// What has to come next, to be changed.
+    /// The expected motions, to be changed.
     pub(in crate::process) fn awaited_mut(&mut self) -> impl Iterator<Item = &mut E> {
         self.expected.iter_mut().chain(self.later.iter_mut().flatten())
     }
@@ -142,8 +143,8 @@ impl<E: Awaited> ReadBack<E> {
         self.seen == self.motions.len() && self.reader.is_between_lines() && self.interpreter.can_pass_over()
     }
 
-    /// Goes on behind blocks that stand in the output as they stand in the source, on so many lines, and make these
-    /// motions; what was expected of them is taken away by the caller.
+    /// Continues after blocks that are the same in output and source, on `lines` lines, and that make these
+    /// motions. The caller removes the motions expected from them.
     pub(in crate::process) fn pass_over(
         &mut self,
         batch: &Batch,
@@ -162,27 +163,27 @@ impl<E: Awaited> ReadBack<E> {
         self.seen = 0;
     }
 
-    /// What has to come next, in the order written.
+    /// Expects this motion after all others.
     pub(in crate::process) fn await_next(&mut self, next: E) {
         self.later.back_mut().unwrap_or(&mut self.expected).push_back(next);
     }
 
-    /// These bytes of the output were written.
+    /// Takes these written bytes of the output.
     pub(in crate::process) fn feed(&mut self, bytes: &[u8]) {
         self.reader.feed(bytes);
     }
 
-    /// The last so many of them are only looked at until this is called with 0.
+    /// The last `bytes` bytes are only looked at until this is called with 0.
     pub(in crate::process) fn hold(&mut self, bytes: usize) {
         self.reader.hold(bytes);
     }
 
-    /// Nothing more is written.
+    /// Called when nothing more is written.
     pub(in crate::process) fn end(&mut self) {
         self.reader.finish();
     }
 
-    /// Takes over what has to come next, in the order written; leaves the queue empty.
+    /// Takes over the expected motions, in the order written, and leaves the queue empty.
     pub(in crate::process) fn await_all(&mut self, next: &mut VecDeque<E>) {
         if self.expected.is_empty() {
             std::mem::swap(&mut self.expected, next);
@@ -202,7 +203,7 @@ impl<E: Awaited> ReadBack<E> {
         popped
     }
 
-    /// The next motion that can be read, with what it has to be.
+    /// The next motion that can be read, with the expected one.
     pub(in crate::process) fn next(&mut self) -> Result<Option<(Motion, E)>, Fault> {
         if !self.advance()? {
             return Ok(None);
@@ -211,22 +212,22 @@ impl<E: Awaited> ReadBack<E> {
         Ok(motion.zip(self.pop()))
     }
 
-    /// The motion that was read last, with what it has to be.
+    /// The motion that was read last, with the expected one.
     pub(in crate::process) fn pair(&self) -> Option<(&Motion, &E)> {
         self.motions.get(self.seen.checked_sub(1)?).zip(self.expected.front())
     }
 
-    /// The pair looked at is done with.
+    /// Removes the pair that was looked at.
     pub(in crate::process) fn drop_pair(&mut self) {
         self.pop();
     }
 
-    /// Takes away what has to come next.
+    /// Removes the next expected motion and returns it.
     pub(in crate::process) fn take_awaited(&mut self) -> Option<E> {
         self.pop()
     }
 
-    /// Reads on to the next motion; false where it is not there yet.
+    /// Reads on to the next motion; false if it has not arrived yet.
     pub(in crate::process) fn advance(&mut self) -> Result<bool, Fault> {
         while self.seen == self.motions.len() {
             let before = self.batch.blocks().len() as u64;
@@ -242,39 +243,39 @@ impl<E: Awaited> ReadBack<E> {
             self.motions_before += self.motions.len() as u64;
             self.motions.clear();
             self.seen = 0;
-            // Which words are a tool axis is known then.
+            // From here on it is known which words are a tool axis.
             self.interpreter.interpret(&mut self.batch, &mut self.motions, &mut self.diagnostics);
             self.vectors.resolve(&mut self.motions);
             self.inventory.see(&self.batch);
             self.note_words();
             if self.diagnostics.count(Severity::Refusal) > 0 {
                 let line = self.expected.front().map_or(0, Awaited::line);
-                return Err(failed(line, "the written program is not readable"));
+                return Err(failed(line, "the written program cannot be read"));
             }
         }
         let line = self.motions.get(self.seen).map_or(0, |motion| motion.line);
         self.seen += 1;
         if self.expected.is_empty() {
-            return Err(failed(line, "a motion too many"));
+            return Err(failed(line, "the written program has a motion too many"));
         }
         Ok(true)
     }
 
-    /// Everything expected must have come.
+    /// Every expected motion must have been read.
     pub(in crate::process) fn has_all(&self) -> Result<(), Fault> {
         self.expected.front().map_or(Ok(()), |next| Err(failed(next.line(), next.missing())))
     }
 
-    /// Nothing was read so far that is warned of.
+    /// The text read so far must give no warning.
     pub(in crate::process) fn has_no_warning(&self) -> Result<(), Fault> {
         if self.diagnostics.count(Severity::Warning) == 0 {
             return Ok(());
         }
         let line = self.expected.front().map_or(0, Awaited::line);
-        Err(failed(line, "the written program is not readable"))
+        Err(failed(line, "the written program cannot be read"))
     }
 
-    /// Everything expected must have come, and nothing of the source be lost or doubled.
+    /// Every expected motion must have been read, and nothing of the source may be lost or doubled.
     pub(in crate::process) fn is_whole(&self, source: &Inventory) -> Result<(), Fault> {
         self.has_all()?;
         if !source.is_kept_by(&self.inventory) {
@@ -284,7 +285,7 @@ impl<E: Awaited> ReadBack<E> {
     }
 }
 
-/// Deviations of the source and of what was read back, motion by motion.
+/// Deviations of the source and of the text read back, motion by motion.
 #[derive(Debug, Default)]
 pub(in crate::process) struct BeforeAfter {
     pub(in crate::process) before: DeviationTotals,
@@ -293,7 +294,7 @@ pub(in crate::process) struct BeforeAfter {
 }
 
 impl BeforeAfter {
-    /// One motion's.
+    /// Records those of one motion.
     pub(in crate::process) fn record(&mut self, line: u64, path_mm: f64, before: &Sampled, after: &Sampled) {
         self.before.add(line, path_mm, before);
         self.after.add(line, path_mm, after);

@@ -1,4 +1,4 @@
-//! What became of every motion, as it rests between two steps: single precision, which is finer than any control.
+//! The changes of every motion, stored between two steps in single precision, which is finer than any control.
 
 use std::io;
 use std::io::{Read, Write};
@@ -10,7 +10,7 @@ const KINDS: [MotionKind; 4] = [MotionKind::Rapid, MotionKind::Linear, MotionKin
 const NUMBERS: usize = 10;
 const BYTES: usize = 8 + 4 + 1 + 4 * NUMBERS;
 
-/// Writes one; servo lag is not among it.
+/// Writes one record, without servo lag.
 pub(in crate::process) fn put(change: &BlockChange, out: &mut dyn Write) -> io::Result<()> {
     let BlockError { before, after, axis_after_rad, .. } = change.error;
     let numbers: [f64; NUMBERS] = [
@@ -38,7 +38,7 @@ pub(in crate::process) fn put(change: &BlockChange, out: &mut dyn Write) -> io::
     out.write_all(&bytes)
 }
 
-/// Reads one; `None` at the end.
+/// Reads one record; `None` at the end.
 pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockChange>> {
     let mut bytes = [0; BYTES];
     if !fill(input, &mut bytes)? {
@@ -76,14 +76,14 @@ pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockC
     }))
 }
 
-/// The largest contour error of a line.
+/// Writes the largest contour error of a line.
 pub(in crate::process) fn put_lag(line: u64, lag_mm: f64, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(&line.to_le_bytes())?;
     #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough here")]
     out.write_all(&(lag_mm as f32).to_le_bytes())
 }
 
-/// Reads one; `None` at the end.
+/// Reads one record; `None` at the end.
 pub(in crate::process) fn take_lag(input: &mut dyn Read) -> io::Result<Option<(u64, f64)>> {
     let mut bytes = [0; 12];
     if !fill(input, &mut bytes)? {
@@ -95,7 +95,7 @@ pub(in crate::process) fn take_lag(input: &mut dyn Read) -> io::Result<Option<(u
     Ok(Some((u64::from_le_bytes(line), f64::from(f32::from_le_bytes(lag)))))
 }
 
-/// Fills the buffer; false where nothing is left.
+/// Fills the buffer; false if nothing is left.
 fn fill(input: &mut dyn Read, bytes: &mut [u8]) -> io::Result<bool> {
     let mut filled = 0;
     while filled < bytes.len() {

@@ -1,5 +1,5 @@
-//! A program written from another one: blocks are copied or written anew, feeds that new blocks took are given back, and it is
-//! kept which lines came in.
+//! A program written from another one: blocks are copied or written again, feeds that inserted blocks replaced are
+//! restored, and inserted lines are recorded.
 
 use super::emit::Emitter;
 use super::outgoing::Outgoing;
@@ -8,7 +8,7 @@ use crate::process::fault::Fault;
 use crate::process::text::{Inventory, LineMap, Numbering, Passage, line_ends};
 use crate::program::{Batch, NewWord, WriteFault, print_changed};
 
-/// A passage, and its place in the stretch at hand.
+/// A passage, and its index in the current stretch.
 pub(in crate::process) type Placed<'p> = (usize, &'p Passage);
 
 /// Writes the passages of a program one after the other.
@@ -16,19 +16,20 @@ pub(in crate::process) type Placed<'p> = (usize, &'p Passage);
 pub(in crate::process) struct Rewriter {
     emitter: Emitter,
     lines: LineMap,
-    /// Blocks of the passage at hand that are written.
+    /// Blocks of the current passage that are written.
     copied: usize,
-    /// Blocks that came in, but for those that state a feed and nothing else.
+    /// Inserted blocks, without those that only state a feed.
     inserted: u64,
 }
 
 impl Rewriter {
-    /// For a program that numbers its blocks like this.
+    /// For a program with this numbering.
     pub(in crate::process) fn new(numbering: Numbering) -> Self {
         Self { emitter: Emitter::new(numbering), ..Self::default() }
     }
 
-    /// Begins a passage. Where the one before ended with an F owed, gives it back before this one changes what F means.
+    /// Begins a passage. If the previous one ended with an owed F, restores it before this passage changes the
+    /// meaning of F.
     pub(in crate::process) fn begin<E>(
         &mut self,
         passage: &Passage,
@@ -43,7 +44,8 @@ impl Rewriter {
         self.lines.insert(first.line.saturating_sub(1), line_ends(&out.text[from..]))
     }
 
-    /// Leaves the block of a motion as it is, but gives it its feed back. Whether it was written anew for that.
+    /// Leaves the block of a motion unchanged, but restores its feed. Returns whether it was written again for
+    /// that.
     pub(in crate::process) fn leave<E>(
         &mut self,
         passage: Placed<'_>,
@@ -83,7 +85,7 @@ impl Rewriter {
         })
     }
 
-    /// Writes the block of a motion anew, copying those before it.
+    /// Writes the block of a motion again, after copying those before it.
     pub(in crate::process) fn anew<E>(
         &mut self,
         passage: Placed<'_>,
@@ -101,42 +103,42 @@ impl Rewriter {
         Ok(())
     }
 
-    /// Ends a passage: copies the rest of it.
+    /// Ends a passage by copying the rest of it.
     pub(in crate::process) fn end<E>(&mut self, passage: Placed<'_>, out: &mut Outgoing<E>) {
         out.copy(passage, self.copied, passage.1.batch.blocks().len());
     }
 
-    /// The written program now has another modal F than this one of the source.
+    /// Records that the written program has another modal F than this feed of the source.
     pub(in crate::process) fn owe(&mut self, feed: &Feed) {
         self.emitter.owe(feed);
     }
 
-    /// The F word that a block with this feed, written anew, has to bring back; it is owed no more.
+    /// The F word that a block with this feed must restore when it is written again. It is then no longer owed.
     pub(in crate::process) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
         self.emitter.take_owed(feed)
     }
 
-    /// A block was written for its feed alone.
+    /// Counts a block written for its feed only.
     pub(in crate::process) fn count_restored(&mut self) {
         self.emitter.feeds_restored += 1;
     }
 
-    /// So many blocks came in behind one that was divided.
+    /// Counts blocks that were inserted after a divided one.
     pub(in crate::process) fn count_inserted(&mut self, blocks: u64) {
         self.inserted += blocks;
     }
 
-    /// Blocks that came in so far, but for those that state a feed and nothing else.
+    /// Blocks inserted so far, without those that only state a feed.
     pub(in crate::process) fn inserted(&self) -> u64 {
         self.inserted
     }
 
-    /// Blocks that got their F word back and nothing else, and those that came in for it.
+    /// Blocks in which only the F word was restored, and blocks inserted for it.
     pub(in crate::process) fn feeds_restored(&self) -> u64 {
         self.emitter.feeds_restored
     }
 
-    /// What the written program has to have, by what was read.
+    /// The inventory that the written program must have, from what was read.
     pub(in crate::process) fn inventory(&self, read: &Inventory) -> Inventory {
         let mut inventory = *read;
         inventory.inserted += self.inserted + self.emitter.feed_blocks;
@@ -144,7 +146,7 @@ impl Rewriter {
         inventory
     }
 
-    /// The lines that came in, in those of what was read.
+    /// The inserted lines, as a map to the lines read.
     pub(in crate::process) fn into_lines(self) -> LineMap {
         self.lines
     }
@@ -154,14 +156,15 @@ impl Rewriter {
         self.copied = motion.block as usize;
     }
 
-    /// Lines written for this motion, of which the source has `own`; where it has none they stand before its block.
+    /// Records the lines written for this motion. The source has `own` of them; if it has none, they come before
+    /// its block.
     fn note_lines(&mut self, batch: &Batch, motion: &Motion, written: &[u8], own: u64) -> Result<(), Fault> {
         let line = batch.blocks().get(motion.block as usize).map_or(motion.line, |block| block.line);
         self.lines.insert(line.saturating_sub(u64::from(own == 0)), line_ends(written).saturating_sub(own))
     }
 }
 
-/// Lines that end in the block of this motion.
+/// Number of lines that end in the block of this motion.
 fn own_lines(batch: &Batch, motion: &Motion) -> u64 {
     let own = batch.blocks().get(motion.block as usize);
     own.map_or(0, |block| line_ends(batch.block_text(block)))

@@ -1,6 +1,6 @@
 //! The deviation along the path, down-sampled while it streams by.
 
-/// One bucket of the series: the largest deviation of the motions it stands for.
+/// One bucket of the series, with the largest deviation of its motions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeriesPoint {
     /// Contact path length at the bucket's end \[mm\].
@@ -13,8 +13,8 @@ pub struct SeriesPoint {
     pub after_mm: f64,
 }
 
-/// A series of at most [`Series::MAX_POINTS`] points however long the program is: when it is full, neighbours are
-/// merged and every later point stands for twice as many motions.
+/// A series of at most [`Series::MAX_POINTS`] points for any length of program. When it is full, neighbours are
+/// merged, and every later point covers twice as many motions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     points: Vec<SeriesPoint>,
@@ -32,7 +32,7 @@ impl Series {
     /// Most points kept.
     pub const MAX_POINTS: usize = 2000;
 
-    /// Takes one motion.
+    /// Adds one motion.
     pub fn push(&mut self, point: SeriesPoint) {
         if self.motions_in_last == self.motions_per_point || self.points.is_empty() {
             if self.points.len() == Self::MAX_POINTS {

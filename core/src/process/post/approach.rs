@@ -1,11 +1,12 @@
-//! The first approach: from a place that nobody knows to the first point.
+//! The first approach: from an unknown position to the first point.
 //!
-//! One block with all five words would swing the table and plunge at once, from wherever the machine stands. The approach
-//! takes three blocks instead, and relies on nothing that the source does not say:
+//! One block with all five words would swing the table and plunge at once, from any position of the machine. The
+//! approach takes three blocks instead, and relies only on what the source states:
 //!
 //! 1. the rotary axes alone, before tool-centre-point control is on: with it on, they would take the linear axes along;
 //! 2. the two linear axes that are more across the tool axis;
-//! 3. the linear axis that is nearest to the tool axis, last: the tool comes along its own axis as nearly as one word can.
+//! 3. the linear axis nearest to the tool axis last, so that the tool moves along its own axis as nearly as one
+//!    word allows.
 
 use super::parameters::PostForm;
 use crate::contact::rotary_rad;
@@ -16,10 +17,10 @@ use crate::machine::Machine;
 /// Which of X Y Z and the rotary axes, in the profile's order, a block states.
 pub(super) type Coordinates = [bool; 5];
 
-/// A block that states all.
+/// A block that states all five.
 pub(super) const ALL: Coordinates = [true; 5];
 const ROTARY: Coordinates = [false, false, false, true, true];
-/// Components nearer than this are equal: then Z comes last, or else Y.
+/// Components nearer than this are equal. Then Z, or otherwise Y, comes last.
 const SAME_COMPONENT: f64 = 1e-9;
 
 /// The order of the first approach.
@@ -30,7 +31,7 @@ pub(super) struct Approach {
 }
 
 impl Approach {
-    /// The approach to a pose that is reached with these rotary words.
+    /// The approach to a pose with these rotary words.
     pub(super) fn of(
         machine: &Machine,
         kinematics: &Kinematics,
@@ -38,7 +39,7 @@ impl Approach {
         pose: &ToolPose,
         rotary_deg: [f64; 2],
     ) -> Self {
-        // The tool axis as X Y Z count: in W, or along the linear axes.
+        // The tool axis in the frame of X Y Z: in W, or along the linear axes.
         let along: Vec3 = match form {
             PostForm::Tcp => pose.axis,
             PostForm::Machine => {
@@ -56,13 +57,13 @@ impl Approach {
         Self { last }
     }
 
-    /// What its blocks state, in their order.
+    /// The words stated by its blocks, in their order.
     pub(super) fn parts(self) -> [Coordinates; 3] {
         let linear = |is_last: bool| std::array::from_fn(|slot| slot < 3 && (slot == self.last) == is_last);
         [ROTARY, linear(false), linear(true)]
     }
 
-    /// What the operator has to know before, as comments.
+    /// What the operator has to know before the approach, as comments.
     pub(super) fn notes(self, machine: &Machine) -> [String; 2] {
         let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let [before, between, last] = match self.last {

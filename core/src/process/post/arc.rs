@@ -3,18 +3,19 @@
 use crate::geometry::{Vec3, angle_about, trig};
 use crate::process::fault::NotPosted;
 
-/// Ends may be off their circle by this \[mm\], or by this share of its radius, as six digits of it leave; few decimals of
-/// the text come on top.
+/// Largest distance of the ends from their circle \[mm\], or share of its radius, as six digits of the radius
+/// leave. Few decimals in the text add to it.
 const OFF_CIRCLE_MM: f64 = 0.01;
 const OFF_CIRCLE_SHARE: f64 = 1e-5;
-/// Ends this near are one point: a full circle \[mm\].
+/// Ends this near are the same point, so the arc is a full circle \[mm\].
 const SAME_POINT_MM: f64 = 1e-6;
-/// Two ends rounded by half a unit each on every axis are apart by less than this \[units\].
+/// Two copies of one point, rounded by half a unit on every axis, differ by less than this \[units\].
 const ROUNDED_ENDS: f64 = 2.0;
 /// Most chords of an arc.
 const MAX_CHORDS: f64 = 100_000.0;
 
-/// `CIRCLE/x,y,z,i,j,k[,r…]`: centre, axis and radius; the arc turns counterclockwise seen from where the axis points to.
+/// `CIRCLE/x,y,z,i,j,k[,r…]`: centre, axis and radius. The arc turns counterclockwise as seen from the tip of the
+/// axis vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Circle {
     centre_mm: Vec3,
@@ -23,7 +24,7 @@ pub(super) struct Circle {
 }
 
 impl Circle {
-    /// Reads the statement; lengths in program units of `mm_per_unit`.
+    /// Reads the statement, with lengths in program units of `mm_per_unit`.
     pub(super) fn read(statement: &[u8], mm_per_unit: f64) -> Option<Self> {
         let text = std::str::from_utf8(statement).ok()?;
         let mut numbers = text.split_once('/')?.1.split(',').map(|item| {
@@ -39,11 +40,12 @@ impl Circle {
         Some(Self { centre_mm, axis, radius_mm })
     }
 
-    /// The points behind `start` at which chords end, `end` the last. Both are written in units of `unit_mm`, their last
-    /// decimal: ends that are one point but for rounding are a full circle or next to none, and nobody knows which.
+    /// The points after `start` at which chords end; `end` is the last. Both have units of `unit_mm`, their last
+    /// decimal. Ends that differ by rounding only are a full circle or almost no arc, and the text does not tell
+    /// which.
     ///
     /// # Errors
-    /// Why it is no arc.
+    /// Why it is not an arc.
     pub(super) fn chords(
         &self,
         [start, end]: [Vec3; 2],
@@ -74,7 +76,7 @@ impl Circle {
             // One turn of a helix.
             std::f64::consts::TAU + turn
         } else if is_open {
-            let why = "its ends are one point but for the last decimal: a full circle, or next to none";
+            let why = "its ends differ in the last decimal only: it can be a full circle or almost no arc";
             return Err(NotPosted::Arc { why });
         } else if turn < 0.0 {
             turn + std::f64::consts::TAU
@@ -86,7 +88,7 @@ impl Circle {
         let step_rad = 4.0 * trig::atan2(sagitta.sqrt(), (1.0 - sagitta).sqrt());
         let chords = (turn_rad / step_rad).ceil().max(1.0);
         if chords.is_nan() || chords > MAX_CHORDS {
-            return Err(NotPosted::Arc { why: "it would take too many lines" });
+            return Err(NotPosted::Arc { why: "it would need too many lines" });
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to MAX_CHORDS")]
         let count = chords as u32;

@@ -1,4 +1,4 @@
-//! Posting: cutter location data becomes an ISO program for one machine by the inverse kinematics.
+//! Posting turns cutter location data into an ISO program for one machine, by inverse kinematics.
 
 mod approach;
 mod arc;

@@ -1,4 +1,4 @@
-//! What a posting is asked to do.
+//! The parameters of a posting.
 
 use std::ops::RangeInclusive;
 
@@ -6,41 +6,43 @@ use crate::kinematics::REWIND_DEG;
 use crate::process::set_up::ProgramSetup;
 use crate::units::Length;
 
-/// What X Y Z of the posted program are.
+/// The meaning of X Y Z in the posted program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PostForm {
     /// Tool tips in W under G43.4; F is the tip's feed.
     #[default]
     Tcp,
-    /// Axis positions in the work offset; F is inverse time (G93), but where the way to a point is not known.
+    /// Axis positions in the work offset. F is inverse time (G93), except where the path to a point is not
+    /// known.
     Machine,
 }
 
 /// The parameters of a posting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PostParameters {
-    /// What the text does not say: unit, work offset, tool length, the dialect of the source.
+    /// The caller's statements that the text does not have: unit, work offset, tool length, dialect of the
+    /// source.
     pub program: ProgramSetup,
-    /// What X Y Z are.
+    /// The meaning of X Y Z.
     pub form: PostForm,
-    /// H of G43.4; where it is missing, the number of the tool.
+    /// H of G43.4. If it is missing, the number of the tool.
     pub length_number: Option<u32>,
     /// Rotary words before the first point, in the profile's order \[deg\].
     pub start_words_deg: Option<[f64; 2]>,
-    /// A rotary step over this is a rewind \[deg\].
+    /// A rotary step above this is a rewind \[deg\].
     pub rewind_deg: f64,
-    /// Digits behind the point of X Y Z.
+    /// Decimals of X Y Z.
     pub linear_decimals: u8,
-    /// Digits behind the point of the rotary words.
+    /// Decimals of the rotary words.
     pub rotary_decimals: u8,
-    /// How far lines in place of an arc may stand off it.
+    /// Largest distance from an arc to the lines that replace it.
     pub arc_tolerance: Length,
     /// Most blocks written.
     pub max_blocks_out: u64,
 }
 
 impl PostParameters {
-    /// Numbers that a length can have: H0 is no length, and controls have four digits.
+    /// Valid numbers of a length: H0 is no length, and controls have four digits.
     pub const LENGTH_NUMBERS: RangeInclusive<u32> = 1..=9999;
 
     /// The defaults of the contract: tool tips under G43.4, four decimals.

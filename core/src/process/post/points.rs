@@ -9,7 +9,7 @@ use crate::motion::{FeedMode, Motion, MotionKind, Unfollowable};
 use crate::process::fault::NotPosted;
 use crate::program::{Address, Batch, Block, Keyword, Word};
 
-/// What goes into the posted program, in its order.
+/// An item of the posted program, in order.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
     /// A statement for the post-processor, as a comment.
@@ -19,11 +19,11 @@ pub(super) enum Item {
     Point(Point),
 }
 
-/// Decimals that points written without any are taken to be right to.
+/// Assumed precision of points written as whole numbers \[decimals\].
 const WHOLE_NUMBERS_DECIMALS: i32 = 3;
 
 impl Item {
-    /// The point that it is, if it is one.
+    /// The point, if the item is one.
     pub(super) fn point(&self) -> Option<Point> {
         match self {
             Self::Point(point) => Some(*point),
@@ -35,17 +35,17 @@ impl Item {
 /// A point to go to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
-    /// Of the source.
+    /// Line of the source.
     pub(super) line: u64,
     pub(super) rapid: bool,
     pub(super) pose: ToolPose,
-    /// Where the tip comes from, as far as the source says \[mm\].
+    /// Position of the tip before the motion, as far as the source states it \[mm\].
     pub(super) from_mm: Option<Vec3>,
-    /// mm/min or mm a turn; of rapids none.
+    /// Feed \[mm/min, or mm per turn\]; rapids have none.
     pub(super) feed: Option<(FeedMode, f64)>,
 }
 
-/// Longest statement that is carried along \[bytes\].
+/// Longest statement kept as a comment \[bytes\].
 const MAX_NOTE_BYTES: usize = 200;
 /// Tool axes of an arc's ends may differ by this \[length of the difference\].
 const SAME_AXIS: f64 = 1e-6;
@@ -53,27 +53,27 @@ const SAME_AXIS: f64 = 1e-6;
 /// Reads the source's blocks and motions.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Points {
-    /// The circle that the next point ends, and its line.
+    /// The circle that ends at the next point, and its line.
     circle: Option<(u64, Option<Circle>)>,
     mm_per_unit: Option<f64>,
     last: Option<ToolPose>,
     /// The statement of the tool in the spindle.
     tool: Option<ToolName>,
-    /// What tells the cutter from others.
+    /// The value that distinguishes the cutter from others.
     cutter: Option<f64>,
-    /// Whether a point was gone to at feed.
+    /// Whether a motion at feed has reached a point.
     has_cut: bool,
     ended: bool,
     coolant: Coolant,
     pub(super) arcs: u64,
     pub(super) notes: u64,
     pub(super) words: u64,
-    /// Statements for the machine that are comments, and the first one's line.
+    /// Number of statements for the machine that became comments, and the line of the first.
     pub(super) not_done: u64,
     pub(super) first_not_done_line: Option<u64>,
 }
 
-/// A tool as `LOADTL/` names it: by its number, or by the statement where it has none.
+/// A tool as `LOADTL/` names it: by its number, or by the whole statement if it has no number.
 #[derive(Debug, Clone, PartialEq)]
 enum ToolName {
     Number(f64),
@@ -81,7 +81,7 @@ enum ToolName {
 }
 
 impl Points {
-    /// What a block without a motion says.
+    /// Posts a block without a motion.
     ///
     /// # Errors
     /// Why it cannot be posted.
@@ -122,7 +122,7 @@ impl Points {
             }
             Keyword::Cutter => {
                 let cutter = value_of(batch, block, Address::P);
-                // Also where it is refused: the next one back is a change as well.
+                // This also holds for a refused change: the change back is refused too.
                 if std::mem::replace(&mut self.cutter, cutter) != cutter && self.has_cut {
                     return Err(NotPosted::CutterChange);
                 }
@@ -133,7 +133,7 @@ impl Points {
         Ok(None)
     }
 
-    /// Line of a circle whose end never came.
+    /// Line of a circle without an end point.
     pub(super) fn open_circle_line(&self) -> Option<u64> {
         self.circle.as_ref().map(|(line, _)| *line)
     }
@@ -143,8 +143,8 @@ impl Points {
         Item::Note(note(statement))
     }
 
-    /// `LOADTL/` and its like. The program has one length offset and no tool change: whoever frames it puts the tool in
-    /// before its first block, and cannot put another one in behind a cut.
+    /// `LOADTL/` and similar statements. The program has one length offset and no tool change. The caller's frame
+    /// puts the tool in before its first block, and cannot change it after a cut.
     fn load(&mut self, batch: &Batch, block: &Block) -> Result<(), NotPosted> {
         let text = batch.block_text(block).trim_ascii().to_ascii_uppercase();
         if text.starts_with(b"UNLOAD") {
@@ -156,7 +156,7 @@ impl Points {
         if self.has_cut && before != self.tool { Err(NotPosted::ToolChange) } else { Ok(()) }
     }
 
-    /// The number of the tool, where `LOADTL/` states one that can be the number of a length.
+    /// The number of the tool, if `LOADTL/` states one that is valid as a length number.
     pub(super) fn tool_number(&self) -> Option<u32> {
         let Some(ToolName::Number(number)) = self.tool else { return None };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole")]
@@ -191,7 +191,7 @@ impl Points {
         let rapid = motion.kind == MotionKind::Rapid;
         let feed = if rapid { None } else { Some(feed(parameters.form, motion)?) };
         self.has_cut |= !rapid;
-        // What FROM/ says is newer than the point before.
+        // The position in FROM/ is newer than the previous point.
         let mut from_mm =
             motion.vector_start.map(|(tip, _)| Vec3::from(tip)).or(before.map(|before| before.tip_mm));
         let mut point = |tip_mm: Vec3| {
@@ -202,7 +202,7 @@ impl Points {
             self.arcs += 1;
             let (_, circle) = circle.unzip();
             let circle = circle.flatten().ok_or(NotPosted::Arc { why: "its circle cannot be read" })?;
-            let start = before.ok_or(NotPosted::Arc { why: "where it starts is not known" })?;
+            let start = before.ok_or(NotPosted::Arc { why: "its start is not known" })?;
             if (start.axis - axis).norm() > SAME_AXIS {
                 return Err(NotPosted::Arc { why: "the tool axis turns along it" });
             }
@@ -217,7 +217,7 @@ impl Points {
             out.extend(chords.into_iter().map(point));
         } else if circle.is_some() {
             return Err(NotPosted::Arc {
-                why: "between circle and end stands what makes the end another motion's",
+                why: "a statement between circle and end makes the end belong to another motion",
             });
         } else {
             out.push(point(pose.tip_mm));
@@ -235,19 +235,19 @@ fn feed(form: PostForm, motion: &Motion) -> Result<(FeedMode, f64), NotPosted> {
     }
 }
 
-/// The number of this word of the block, where it is one.
+/// The number of this word of the block, if it has one.
 fn value_of(batch: &Batch, block: &Block, address: Address) -> Option<f64> {
     batch.words(block).iter().find(|word| word.address == address && word.is_known()).map(|word| word.value)
 }
 
-/// The statement on one line between round brackets.
+/// The statement on one line in round brackets.
 fn note(statement: &[u8]) -> Vec<u8> {
     let mut note = vec![b'('];
     for byte in statement.trim_ascii().iter().take(MAX_NOTE_BYTES) {
         note.push(match byte {
             b'(' => b'[',
             b')' => b']',
-            // The end of a tape or of a block for many controls, in comments too.
+            // For many controls they end the tape or a block, even in comments.
             b'%' | b';' => b' ',
             b' '..=b'~' => *byte,
             _ => b' ',

@@ -1,4 +1,4 @@
-//! The posted program read back as a control would read it, point by point against the source.
+//! Reads the posted program back as a control would, and compares it with the source point by point.
 
 use std::collections::VecDeque;
 
@@ -15,31 +15,31 @@ use crate::process::pipeline::{Awaited, MachineWord, ReadBack, failed};
 use crate::process::set_up::ProgramSetup;
 use crate::program::{Address, Dialect};
 
-/// Beyond the rounding of the words nothing may be lost [mm, rad].
+/// Largest arithmetic error on top of the rounding of the words [mm, rad].
 const ARITHMETIC: f64 = 1e-6;
 
-/// What the next motion has to be.
+/// What the next motion must be.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Expected {
     pub(super) point: Point,
     /// F as written.
     pub(super) feed: Option<f64>,
-    /// How far the axes at best miss the point's axis \[rad\].
+    /// Smallest angle that the axes can leave to the point's axis \[rad\].
     pub(super) residual_rad: f64,
-    /// Which part of the first approach it is, where it is one.
+    /// Its part of the first approach, if it is one.
     pub(super) part: Option<Part>,
 }
 
 /// A block of the first approach.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part {
-    /// Of the first point.
+    /// The words of the first point.
     pub(super) words: AxisWords,
-    /// Which of them the block has, and no others.
+    /// The words that the block has. It has no others.
     pub(super) coordinates: Coordinates,
-    /// The rotary axes turn, and tool-centre-point control is off.
+    /// The rotary axes turn while tool-centre-point control is off.
     pub(super) is_first: bool,
-    /// The first point is reached.
+    /// The block that reaches the first point.
     pub(super) is_last: bool,
 }
 
@@ -53,12 +53,12 @@ impl Awaited for Expected {
     }
 }
 
-/// Reads what is written and measures how far it is off.
+/// Reads the written program and measures its errors.
 pub(super) struct PostedAgain<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
     read_back: ReadBack<Expected>,
-    /// Words for the machine that have to come next.
+    /// Words for the machine that must come next.
     words: VecDeque<MachineWord>,
     /// Points that were written.
     points: u64,
@@ -86,7 +86,7 @@ impl<'a> PostedAgain<'a> {
                 PostForm::Tcp => Interpolation::Tcp,
                 PostForm::Machine => Interpolation::Machine,
             },
-            // Three linear words, and two rotary ones, each off by half its last digit.
+            // Three linear words and two rotary words, each wrong by half its last digit.
             tip_mm: 3_f64.sqrt() * half(parameters.linear_decimals) + ARITHMETIC,
             axis_rad: 2.0 * half(parameters.rotary_decimals).to_radians() + ARITHMETIC,
             largest_tip_mm: 0.0,
@@ -99,7 +99,7 @@ impl<'a> PostedAgain<'a> {
         self.points += 1;
     }
 
-    /// These words for the machine, parted by blanks, come next.
+    /// Expects these words for the machine next, separated by blanks.
     pub(super) fn await_words(&mut self, text: &str) {
         let words = text.split_ascii_whitespace().filter_map(|word| {
             let address = Address::from_letter(*word.as_bytes().first()?)?;
@@ -126,10 +126,10 @@ impl<'a> PostedAgain<'a> {
         }
         while let Some(read) = self.read_back.take_word() {
             if self.words.pop_front() != Some(read) {
-                return Err(failed(0, "a word for the machine is missing, one too many or elsewhere"));
+                return Err(failed(0, "a word for the machine is missing, added or moved"));
             }
         }
-        // What is written here has nothing in it that a reader could wonder at.
+        // The posted text has nothing that a reader warns of.
         self.read_back.has_no_warning()
     }
 
@@ -157,12 +157,12 @@ impl<'a> PostedAgain<'a> {
         self.largest_tip_mm = self.largest_tip_mm.max(tip_mm);
         self.largest_axis_rad = self.largest_axis_rad.max(axis_rad);
         if !(tip_mm <= self.tip_mm && axis_rad <= self.axis_rad + next.residual_rad) {
-            return Err(failed(line, "a point stands elsewhere than in the source"));
+            return Err(failed(line, "a point is elsewhere than in the source"));
         }
         Ok(())
     }
 
-    /// A block of the first approach moves its axes and no others, and nobody knows from where.
+    /// A block of the first approach moves its axes and no others, from an unknown position.
     fn check_part(&self, line: u64, read: &Motion, part: &Part) -> Result<(), Fault> {
         let [first, second] = self.machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let [x, y, z] = part.words.linear_mm;
@@ -190,7 +190,7 @@ mod tests {
         Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
     }
 
-    /// Two points with words between and behind them, read back as `text`.
+    /// Two points with words between and after them, read back as `text`.
     fn read_back(text: &str) -> Result<(), Fault> {
         let (machine, parameters) =
             (tables(), PostParameters::new(ProgramSetup::in_mm(&crate::kinematics::Setup::default())));

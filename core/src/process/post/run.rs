@@ -1,4 +1,5 @@
-//! The course of a posting: points are gathered, ways through them chosen window by window, written and read back.
+//! The course of a posting: points are gathered, paths through them are chosen window by window, written and read
+//! back.
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -19,82 +20,84 @@ use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 use crate::units::Angle;
 
-/// Points through which one way is chosen, and how many of them are looked at again with the next ones.
+/// Points in one window: one path is chosen through them.
 const WINDOW: usize = 4096;
+/// Points at the end of a window that are looked at again with the next ones.
 const OVERLAP: usize = 1024;
-/// What was written is handed on when it has come to this \[bytes\].
+/// Written text is handed on when it reaches this size \[bytes\].
 const FLUSH_BYTES: usize = 1 << 18;
 
-/// An F above this no control takes, whatever it counts; it has not the digits either.
+/// No control accepts an F above this, in any unit. Controls do not have that many digits either.
 const MAX_PER_MIN: f64 = 1e8;
 
-/// H where nobody states it and the data name no tool by a number.
+/// H if it is not stated and the data name no tool by number.
 const FIRST_LENGTH: u32 = 1;
 
-/// What was made of the source.
+/// The result of a posting.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PostReport {
     /// How the data were read.
     pub reading: ProgramReading,
-    /// Blocks of the source and of the program.
+    /// Blocks of the source.
     pub blocks_in: u64,
-    /// Of the posted program.
+    /// Blocks of the posted program.
     pub blocks_out: u64,
     /// Points of the posted program.
     pub points: u64,
     /// Arcs that became lines.
     pub arcs: u64,
-    /// Statements for the post-processor that were carried along as comments.
+    /// Statements for the post-processor that became comments.
     pub notes: u64,
-    /// Statements for the post-processor that are words of the program: M0 M1, G4, S M3 M4 M5, M7 M8 M9.
+    /// Statements for the post-processor that became words: M0 M1, G4, S M3 M4 M5, M7 M8 M9.
     pub words: u64,
-    /// Of the comments those that the machine should have done something for, and the first one's line.
+    /// Comments that the machine should have acted on.
     pub not_done: u64,
     /// Line of the first of them.
     pub first_not_done_line: Option<u64>,
-    /// Blocks of the source behind its end, which are not posted.
+    /// Blocks after the end of the source, which are not posted.
     pub blocks_after_end: u64,
-    /// Line of the end, where there is one.
+    /// Line of the end, if there is one.
     pub end_line: Option<u64>,
-    /// Ways were chosen over so many stretches of points, each with knowledge of the next ones only.
+    /// Number of windows of points. The path in each was chosen with knowledge of the next points only.
     pub windows: u64,
-    /// H of G43.4, where the program has it.
+    /// H of G43.4, if the program has it.
     pub length_number: Option<u32>,
-    /// Nobody states it, and the data name no tool by a number.
+    /// The number is not stated, and the data name no tool by number.
     pub length_number_is_assumed: bool,
-    /// Points at which a rotary axis turns by more than the threshold, and the first one's line.
+    /// Points at which a rotary axis turns by more than the threshold.
     pub rewinds: u64,
     /// Line of the first rewind.
     pub first_rewind_line: Option<u64>,
-    /// Line of the first of them at feed: the table winds while the cutter is in the part.
+    /// Line of the first rewind at feed: the table turns back while the cutter is in the part.
     pub cutting_rewind_line: Option<u64>,
-    /// Points inside the pole cone, where the rotary axis next to the workpiece was held.
+    /// Points inside the pole cone, at which the rotary axis next to the workpiece was held.
     pub pole_holds: u64,
-    /// Largest distance of a tip, read back, from the source's \[mm\].
+    /// Largest distance between a tip read back and the source's tip \[mm\].
     pub largest_tip_error_mm: f64,
-    /// Largest angle of a tool axis, read back, from the source's.
+    /// Largest angle between a tool axis read back and the source's.
     pub largest_axis_error: Angle,
-    /// Half way between two points: largest angle of the tool axis from the great circle, and the line.
+    /// Largest angle between the tool axis and the great circle half way between two points.
     pub largest_axis_swing: Angle,
     /// Line of that motion.
     pub axis_swing_line: Option<u64>,
-    /// Half way between two points: largest distance of the tip from the straight line \[mm\]; in machine coordinates
-    /// only, under tool-centre-point control the control keeps it straight.
+    /// Largest distance of the tip from the straight line half way between two points \[mm\]. In machine
+    /// coordinates only: under tool-centre-point control the control keeps the tip straight.
     pub largest_tip_swing_mm: f64,
     /// Line of that motion.
     pub tip_swing_line: Option<u64>,
 }
 
-/// Posts cutter location data to one machine as an ISO program (§1): ways by dynamic programming over windows of
-/// points, rewinds first, so that memory does not grow with the program. Rotary words are rounded before the linear
-/// ones are computed. Every point is read back and put through the forward kinematics before this returns.
+/// Posts cutter location data to one machine as an ISO program (§1). Dynamic programming chooses the path over
+/// windows of points, with as few rewinds as possible. Memory does not grow with the program. Rotary words are
+/// rounded before the linear words are computed. Every point is read back and put through the forward kinematics
+/// before this returns.
 ///
-/// Statements for the post-processor become words where their form is plain, else comments; tools are for the caller's
-/// frame, which can put in one: another one behind a cut is refused.
+/// Statements for the post-processor become words if their form is plain, otherwise comments. Tool changes belong
+/// to the caller's frame, which can put one tool in. A tool change after a cut is refused.
 ///
 /// # Errors
-/// Lines that cannot be posted, all of them; another dialect than cutter location data; the write fails. `output` then
-/// holds text that must not be run.
+/// All lines that cannot be posted; another dialect than cutter location data; the write fails. `output` then holds
+/// text that must not be run.
 pub fn post(
     machine: &Machine,
     parameters: &PostParameters,
@@ -103,9 +106,9 @@ pub fn post(
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
     let program = parameters.program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop)?;
-    // What was taken for each tool stands in the report.
+    // The report shows the values used for each tool.
     let mut passages = Passages::open(source, machine, &program)?;
-    // A program with one tool: another one behind a cut is refused.
+    // A program has one tool. A tool change after a cut is refused.
     let length_number = parameters
         .length_number
         .or(program.tools.number.filter(|number| PostParameters::LENGTH_NUMBERS.contains(number)));
@@ -165,7 +168,8 @@ pub fn post(
     Ok(report)
 }
 
-/// Whether the words depend on the set-up: axis positions do, and so does which way keeps within the travel of X Y Z.
+/// Whether the words depend on the set-up. Axis positions do, and so does the choice of a path within the travel of
+/// X Y Z.
 fn hangs_on_set_up(machine: &Machine, parameters: &PostParameters) -> bool {
     parameters.form == PostForm::Machine || machine.linear_travel_mm().iter().any(Option::is_some)
 }
@@ -173,15 +177,15 @@ fn hangs_on_set_up(machine: &Machine, parameters: &PostParameters) -> bool {
 struct Run<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
-    /// What the words depend on, where it is not stated.
+    /// A value on which the words depend and that is not stated.
     unstated: Option<LineFaultKind>,
     parameters: &'a PostParameters,
     points: Points,
     window: Vec<Item>,
     start_words_deg: Option<[f64; 2]>,
-    /// The last point written, where the machine stands.
+    /// The last point written: the position of the machine.
     last: Option<(AxisWords, ToolPose)>,
-    /// H of G43.4, as it is stated.
+    /// The stated H of G43.4.
     length_number: Option<u32>,
     writer: Writer,
     read_back: PostedAgain<'a>,
@@ -226,7 +230,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Chooses the way through the points gathered and writes them, but for the last ones of a window that goes on.
+    /// Chooses the path through the points gathered and writes them, except the last ones of a window that
+    /// continues.
     fn settle(
         &mut self,
         last: bool,
@@ -234,7 +239,7 @@ impl Run<'_> {
         stop: &(dyn Fn() -> ControlFlow<()> + Sync),
     ) -> Result<(), Fault> {
         if self.faults.total > 0 {
-            // It is read to its end, so that every fault is named.
+            // The program is read to its end, so that every fault is listed.
             return self.each_alone(stop);
         }
         let poses: Vec<ToolPose> =
@@ -304,12 +309,12 @@ impl Run<'_> {
         self.flush(output)
     }
 
-    /// Names every point gathered that the machine does not reach, whatever comes before it.
+    /// Lists every gathered point that the machine cannot reach, independent of the points before it.
     fn each_alone(&mut self, stop: &(dyn Fn() -> ControlFlow<()> + Sync)) -> Result<(), Fault> {
         let options = PathOptions { rewind_deg: self.parameters.rewind_deg, ..PathOptions::default() };
         let mut named = None;
         for item in std::mem::take(&mut self.window) {
-            // Chords of an arc are one line.
+            // All chords of an arc have the same line.
             let Some(point) = item.point().filter(|point| named != Some(point.line)) else { continue };
             match self.kinematics.path(&[point.pose], &options, &|| stop()) {
                 Ok(_) => {}
@@ -348,7 +353,7 @@ impl Run<'_> {
     fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {
         let words = words(self.machine, self.kinematics, point, rotary_deg, self.parameters);
         let minutes = match (self.parameters.form, point.feed) {
-            // The machine stands nowhere that is known before the first point, whatever FROM/ says.
+            // The position before the first point is not known, even after FROM/.
             (PostForm::Machine, Some((FeedMode::PerMinute, feed))) if self.last.is_some() => {
                 self.minutes(&words, point, feed)
             }
@@ -366,9 +371,9 @@ impl Run<'_> {
             let too_quick = NotPosted::TooQuick { per_min };
             return self.faults.add(point.line, b"", LineFaultKind::NotPosted(too_quick));
         }
-        // A cut that goes nowhere takes no time that could be written: no block.
+        // A cut of no length takes no time that could be written, so it gets no block.
         if minutes.is_some_and(|minutes| minutes <= 0.0) {
-            // The machine stays at the point before: ways are measured from there.
+            // The machine stays at the previous point, and paths are measured from there.
             return;
         }
         if self.last.is_none() {
@@ -404,10 +409,10 @@ impl Run<'_> {
         }
     }
 
-    /// How long the source's motion takes: the tip's way at its feed, or the turn in degrees where the tip rests. `None`
-    /// where it is not known from where it comes: there is no time, and the block keeps the feed. The way is the longer
-    /// one of that from where the source says and that from the last point written, where the machine stands: `FROM/`
-    /// behind a point says the first, and moves nothing.
+    /// Duration of the source's motion: the tip's path at its feed, or the turn in degrees if the tip rests. `None`
+    /// if its start is not known: then there is no time, and the block keeps the feed. The path is the longer of
+    /// two: from the source's start, and from the last point written, where the machine is. `FROM/` after a point
+    /// changes the first and moves nothing.
     fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> Option<f64> {
         let said_mm = (point.pose.tip_mm - point.from_mm?).norm();
         let way_mm =
@@ -421,7 +426,7 @@ impl Run<'_> {
         Some(turns.fold(0.0, f64::max) / feed)
     }
 
-    /// How far the machine is off half way between two points.
+    /// Measures the errors half way between two points.
     fn swing(&mut self, before: &AxisWords, words: &AxisWords, from: &ToolPose, point: &Point) {
         let half = |a: f64, b: f64| f64::midpoint(a, b);
         let rotary_deg = [0, 1].map(|k: usize| half(before.rotary_deg[k], words.rotary_deg[k]));

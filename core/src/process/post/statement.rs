@@ -1,24 +1,24 @@
-//! Statements for the post-processor: which of them are words of the posted program.
+//! Statements for the post-processor that become words of the posted program.
 
-/// Longest dwell that is written \[s\], and fastest spindle \[1/min\]: what is over them is a mistake of the text.
+/// Longest dwell written \[s\], and fastest spindle \[1/min\]. Larger values are mistakes in the text.
 const MAX_DWELL_S: f64 = 9999.0;
 const MAX_SPINDLE_PER_MIN: f64 = 1e6;
-/// Statements that switch or move something on the machine: as comments they are not done.
+/// Statements that switch or move something on the machine. As comments they have no effect.
 const FOR_THE_MACHINE: [&str; 9] =
     ["STOP", "OPSTOP", "DELAY", "SPINDL", "COOLNT", "AUXFUN", "PREFUN", "CLAMP", "INSERT"];
 
-/// What becomes of a statement.
+/// What a statement becomes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Posted {
     /// A block with these words.
     Words(String),
-    /// A comment, and nothing is lost: it is for people, or for the caller's frame.
+    /// A comment without loss: it is for people, or for the caller's frame.
     Comment,
-    /// A comment, though the machine should do something: its form is not one that is known.
+    /// A comment, although the machine should act on it: its form is unknown.
     NotDone,
 }
 
-/// What switched the coolant on last; flood where nothing has yet, none where it was in no form that is known.
+/// The coolant switched on last. Flood at the start; missing after an unknown form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Coolant(Option<&'static str>);
 
@@ -39,9 +39,9 @@ impl Coolant {
     }
 }
 
-/// Reads a statement: `STOP` is M0, `OPSTOP` M1, `DELAY/s` a G4 in milliseconds, `SPINDL/n,CLW` S and M3 (CCLW: M4),
-/// `SPINDL/OFF` M5, `COOLNT/` `FLOOD` M8, `MIST` M7, `OFF` M9, `ON` the one that was on last, which `coolant` keeps.
-/// Whatever else stands beside them makes it a comment.
+/// Reads a statement: `STOP` is M0, `OPSTOP` M1, `DELAY/s` a G4 in milliseconds, `SPINDL/n,CLW` S and M3 (CCLW:
+/// M4), `SPINDL/OFF` M5, `COOLNT/` `FLOOD` M8, `MIST` M7, `OFF` M9, `ON` the one that was on last, which `coolant`
+/// keeps. With anything else beside them it becomes a comment.
 pub(super) fn posted(statement: &[u8], coolant: &mut Coolant) -> Posted {
     let text = String::from_utf8_lossy(statement).to_ascii_uppercase();
     let text = text.split("$$").next().unwrap_or_default();
@@ -70,13 +70,13 @@ pub(super) fn posted(statement: &[u8], coolant: &mut Coolant) -> Posted {
     }
 }
 
-/// Seconds, as whole milliseconds: P is read alike with and without a decimal point only where it is a whole number.
+/// Seconds as whole milliseconds: only a whole P has the same meaning with and without a decimal point.
 fn dwell(text: &str) -> Option<String> {
     let time_s = text.parse::<f64>().ok().filter(|time_s| (0.001..=MAX_DWELL_S).contains(time_s))?;
     Some(format!("G4 P{:.0}", (time_s * 1000.0).ceil()))
 }
 
-/// A speed in turns a minute and a sense, in either order, with or without the word RPM.
+/// A speed in turns per minute and a direction, in either order, with or without the word RPM.
 fn spindle(minors: &[&str]) -> Option<String> {
     let (mut speed, mut sense) = (None, None);
     for minor in minors {

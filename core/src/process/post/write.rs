@@ -9,11 +9,11 @@ use crate::machine::Machine;
 use crate::motion::{AxisWords, FeedMode};
 use crate::program::{print_decimal, round_to_decimals};
 
-/// An F word may be off by this share.
+/// Largest relative rounding error of an F word.
 const FEED_ROUNDING: f64 = 1e-3;
 const MAX_FEED_DECIMALS: u8 = 9;
 
-/// Writes blocks and remembers what is modal.
+/// Writes blocks and keeps the modal state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Writer {
     rapid: Option<bool>,
@@ -22,11 +22,11 @@ pub(super) struct Writer {
     pub(super) blocks: u64,
 }
 
-/// A point as it is written.
+/// A point as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WrittenPoint {
     pub(super) words: AxisWords,
-    /// F as it stands in the block, or before it.
+    /// F in the block, or the one in force before it.
     pub(super) feed: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ impl Writer {
         self.mode = Some(FeedMode::PerMinute);
     }
 
-    /// What the operator has to know of the first approach, before its blocks.
+    /// Writes the operator's notes on the first approach, before its blocks.
     pub(super) fn announce(approach: Approach, machine: &Machine, out: &mut Vec<u8>) {
         for note in approach.notes(machine) {
             out.extend_from_slice(note.as_bytes());
@@ -52,13 +52,13 @@ impl Writer {
         }
     }
 
-    /// Tool-centre-point control on, with its length.
+    /// Switches tool-centre-point control on, with its length.
     pub(super) fn take_length(&mut self, number: u32, out: &mut Vec<u8>) {
         self.line(&format!("G43.4 H{number}"), out);
     }
 
-    /// Leaves the control as it was found: M30 takes back neither inverse time nor tool-centre-point control everywhere, and
-    /// whoever frames the program may end it without.
+    /// Leaves the control in its initial state. M30 does not reset inverse time and tool-centre-point control
+    /// everywhere, and the caller's frame may end the program without it.
     pub(super) fn close(&mut self, parameters: &PostParameters, out: &mut Vec<u8>) {
         if self.mode != Some(FeedMode::PerMinute) {
             self.line("G94", out);
@@ -70,7 +70,7 @@ impl Writer {
         self.line("%", out);
     }
 
-    /// A block with these of its five words; F where it changes, in inverse time always.
+    /// A block with the given words. F is written if it changes, and always in inverse time.
     #[expect(clippy::too_many_arguments, reason = "all that makes one block, used here only")]
     pub(super) fn point(
         &mut self,
@@ -142,7 +142,7 @@ impl Writer {
     }
 }
 
-/// The words of a point: rotary words rounded first, then the linear ones computed from them and rounded.
+/// The words of a point: rotary words are rounded first, then the linear words are computed from them and rounded.
 pub(super) fn words(
     machine: &Machine,
     kinematics: &Kinematics,

@@ -1,18 +1,20 @@
 //! Where cutter contacts come from.
 
-/// Where the contact at the block ends comes from.
+/// The source of the contact at the ends of blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSource {
-    /// The first available of program, normals and surface, else the tip.
+    /// The first available of program, normals and surface, otherwise the tip.
     #[default]
     Auto,
     /// U V W words.
     Program,
     /// Contact normals carried with the program (CSV columns nx ny nz).
     Normals,
-    /// P0's rule from the feed direction, where rotary axes turn; an assumption, reported as such.
+    /// P0's rule: from the feed direction, where rotary axes turn. It is an assumption, and the
+    /// report says so.
     FeedPlane,
-    /// The part's surface, where it comes with the program: where the cutter touches it.
+    /// The contact between the cutter and the part's surface, if the surface is sent with the
+    /// program.
     Surface,
     /// The tool tip itself.
     Tip,

@@ -1,13 +1,13 @@
-//! What one program may cost.
+//! Limits on the cost of one program.
 
 use std::ops::ControlFlow;
 
 use crate::contact::Effort;
 
-/// Asked now and then whether the work is still wanted.
+/// Called at intervals to ask whether the work is still wanted.
 pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
-/// Bounds on what one program may cost, checked as it runs.
+/// Limits on the cost of one program, checked while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Most evaluations of the deviation.
@@ -25,7 +25,7 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// An effort that may take as much.
+    /// An effort with the same limits.
     pub(in crate::process) fn effort<'s>(&self, stop: &'s Stop<'s>) -> Effort<'s> {
         Effort::new(stop, self.max_evaluations).searching_at_most(self.max_surface_steps)
     }

@@ -1,4 +1,4 @@
-//! What a program runs with: unit, work offsets, tools, and the machine set up with them.
+//! The set-up in which a program runs: unit, work offsets, tools, and the machine set up with them.
 
 mod contact_source;
 mod cost_budget;

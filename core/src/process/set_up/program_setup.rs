@@ -1,4 +1,4 @@
-//! What the caller states of a program where its text does not.
+//! The caller's statements for everything that the program text does not state.
 
 use std::sync::Arc;
 
@@ -11,31 +11,31 @@ use crate::process::fault::Fault;
 use crate::program::Dialect;
 use crate::units::{Feedrate, Length, LengthUnit};
 
-/// How a program is to be read, and how part and tool are mounted while it runs. Nothing of it is guessed: what is missing is
-/// asked for as soon as something depends on it.
+/// How a program is read, and how part and tool are mounted while it runs. Nothing is guessed: the service asks for
+/// a missing value as soon as something depends on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProgramSetup {
-    /// The dialect; `None` detects it.
+    /// The dialect; `None` detects it from the text.
     pub dialect: Option<Dialect>,
-    /// The unit of a program that states none.
+    /// The unit of a program that does not state one.
     pub unit: Option<LengthUnit>,
-    /// Who interpolates; `None` takes it from the program's own switches.
+    /// Interpolation mode; `None` takes it from the program's own switches.
     pub interpolation: Option<Interpolation>,
-    /// Feedrate where the program has none.
+    /// Feedrate for a program without a feed.
     pub feed: Option<Feedrate>,
-    /// Where the work offsets are.
+    /// Positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
-    /// Its tools, cutters of the request apart.
+    /// The tools of the program, without the cutters in the request.
     pub tools: Tools,
-    /// Where the axes stand before the first block.
+    /// Positions of the axes before the first block.
     pub start: StartPosition,
-    /// Whether the location errors and the squareness of the machine count.
+    /// Whether the location errors and the squareness of the machine are applied.
     pub apply_errors: bool,
-    /// Whether steps may be done again to a program that bears their stamp, where doing them again is sound.
+    /// Whether steps may be repeated on a program that has their stamp, if repeating them is sound.
     pub allow_repeated: bool,
 }
 
-/// Where the axes stand before the first block, as words in the program's first work offset; `None` is not known.
+/// Positions of the axes before the first block, as words in the program's first work offset. `None` is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StartPosition {
     /// X Y Z \[mm\].
@@ -61,7 +61,7 @@ impl Default for ProgramSetup {
 }
 
 impl ProgramSetup {
-    /// Work offset and tool length of a set-up, and a program that counts in millimetres unless it says otherwise.
+    /// Work offset and tool length of a set-up, for a program in millimetres unless its text states another unit.
     #[must_use]
     pub fn in_mm(setup: &Setup) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl ProgramSetup {
         }
     }
 
-    /// How an interpreter takes the program.
+    /// The options with which an interpreter reads the program.
     pub(in crate::process) fn options(&self) -> InterpreterOptions {
         let ([x, y, z], [first, second]) = (self.start.linear_mm, self.start.rotary_deg);
         InterpreterOptions {

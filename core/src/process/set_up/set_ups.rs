@@ -1,4 +1,4 @@
-//! The machine as it is set up for each motion of a program: its work offset, its tool.
+//! The machine set up for each motion of a program: its work offset and its tool.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use crate::motion::{AxisWords, CalledTool, Interpolation, Motion, WorkOffset, Wo
 use crate::process::fault::{LineFaultKind, Unstated};
 use crate::units::Length;
 
-/// So many set-ups are kept; a program with more makes them again.
+/// Largest number of set-ups kept. A program with more computes some of them again.
 const MAX_KEPT: usize = 1024;
 
-/// What tells one set-up from another.
+/// The values that distinguish one set-up from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Key {
     work_offset: Option<WorkOffset>,
@@ -30,19 +30,19 @@ impl Key {
     }
 }
 
-/// The machine as it is set up for some motions.
+/// The machine set up for some motions.
 #[derive(Debug, Clone)]
 pub(in crate::process) struct SetUp {
     key: Key,
-    /// With zero for what is not stated.
+    /// Computed with zero for values that are not stated.
     pub(in crate::process) kinematics: Arc<Kinematics>,
-    /// The tool; `None` where other sections have theirs, and nothing is known of this one's.
+    /// The tool; `None` if other sections have known tools and this one does not.
     pub(in crate::process) tool: Option<ToolUsed>,
-    /// Something on which the poses of turning motions depend is not stated.
+    /// A value that is not stated, but on which the poses of turning motions depend.
     unstated: Option<Unstated>,
 }
 
-/// The set-ups of a program's motions, made as they are met.
+/// The set-ups of a program's motions, made when they are first needed.
 #[derive(Debug, Clone)]
 pub(in crate::process) struct SetUps {
     bare: BareKinematics,
@@ -51,12 +51,12 @@ pub(in crate::process) struct SetUps {
     has_table_axis: bool,
     has_head_axis: bool,
     made: Vec<SetUp>,
-    /// That of the motion entered last.
+    /// The set-up of the motion entered last.
     pub(in crate::process) now: SetUp,
 }
 
 impl SetUps {
-    /// Of programs with this set-up on this machine.
+    /// The set-ups of a program with this setup on this machine.
     pub(in crate::process) fn new(machine: &Machine, program: &ProgramSetup) -> Self {
         let bare = BareKinematics::new(machine, program.apply_errors);
         let has = |side: Side| machine.rotary_axes().iter().any(|axis| axis.side == side);
@@ -78,7 +78,7 @@ impl SetUps {
         set_ups
     }
 
-    /// Goes over to the set-up of a motion. Whether that is another one than before.
+    /// Changes to the set-up of a motion. Returns whether it differs from the previous one.
     #[inline]
     pub(in crate::process) fn enter(&mut self, motion: &Motion) -> bool {
         let key = Key::of(motion);
@@ -94,7 +94,7 @@ impl SetUps {
         Key::of(motion) == self.now.key
     }
 
-    /// Whether motions of tools of which nothing is known are to be told: nobody asked for one tool alone.
+    /// Whether to report motions with unknown tools. Not if the request is for one tool only.
     pub(in crate::process) fn tells_unknown_tools(&self) -> bool {
         !self.tooling.is_by_number
     }
@@ -125,7 +125,7 @@ impl SetUps {
         } else {
             None
         };
-        // The same tool called in another way does not make the machine another one.
+        // The same tool called in another way needs no new set-up.
         let known = self.made.iter().find(|made| {
             let Key { work_offset, is_only_offset, .. } = made.key;
             (work_offset, is_only_offset) == (key.work_offset, key.is_only_offset)
@@ -143,25 +143,26 @@ impl SetUps {
 }
 
 impl SetUp {
-    /// The nominal cutter, or the one that counts in its place.
+    /// The nominal cutter, or the cutter that replaces it.
     #[inline]
     pub(in crate::process) fn cutter(&self) -> Option<Tool> {
         self.tool.and_then(|tool| tool.cutter())
     }
 
-    /// Whether this is a section of a tool of which nothing is known, while others are known.
+    /// Whether this section has an unknown tool while other tools are known.
     #[inline]
     pub(in crate::process) fn is_foreign(&self) -> bool {
         self.tool.is_none()
     }
 
-    /// Whether all that is missing is the length of such a tool: its motions are left alone.
+    /// Whether only the length of such a tool is missing. Its motions are then left unchanged.
     #[inline]
     pub(in crate::process) fn lacks_foreign_length(&self) -> bool {
         self.is_foreign() && self.unstated == Some(Unstated::ToolLength)
     }
 
-    /// What has to be stated before anything can be said of the path of a motion that turns in machine interpolation.
+    /// The value that must be stated before the path of a motion that turns in machine interpolation can be
+    /// computed.
     #[inline]
     pub(in crate::process) fn missing_for_turning(
         &self,
@@ -172,26 +173,26 @@ impl SetUp {
         turns(motion).then_some(LineFaultKind::Unstated(unstated))
     }
 
-    /// What has to be stated before anything can be said of where a motion is on the machine.
+    /// The value that must be stated before the position of a motion on the machine can be computed.
     #[inline]
     pub(in crate::process) fn missing_for_place(&self) -> Option<LineFaultKind> {
         self.unstated.map(LineFaultKind::Unstated)
     }
 
-    /// Whether the place of a motion on the machine is known.
+    /// Whether the position of a motion on the machine is known.
     pub(in crate::process) fn is_stated(&self) -> bool {
         self.unstated.is_none()
     }
 }
 
-/// Whether a rotary axis turns in a motion whose ends are known.
+/// Whether a rotary axis turns in a motion with known ends.
 #[inline]
 pub(in crate::process) fn turns(motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (&motion.start, &motion.end) else { return false };
     turn_between(start, end)
 }
 
-/// Whether rotary axes stand elsewhere at these words than at those.
+/// Whether the rotary axes are at other positions at `end` than at `start`.
 #[inline]
 #[expect(clippy::float_cmp, reason = "words that stand are the same to the bit")]
 pub(in crate::process) fn turn_between(start: &AxisWords, end: &AxisWords) -> bool {

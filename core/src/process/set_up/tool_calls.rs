@@ -1,20 +1,20 @@
-//! What the text of a program tells of its tools at a first look: none, one, or several.
+//! A first look at the tool calls in a program's text: none, one or several tools.
 
 use crate::motion::{CalledTool, Spindle, ToolKey, ToolName};
 use crate::program::{Address, Batch, Block, WordForm};
 
-/// The calls of tools in a text so far.
+/// The tool calls found in a text so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct ToolCalls {
     spindle: Spindle,
-    /// The first tool that came in.
+    /// The first tool put into the spindle.
     first: Option<CalledTool>,
-    /// Another one came in, or something may have moved before the first.
+    /// A second tool was put in, or something may have moved before the first.
     several: bool,
     has_moved: bool,
-    /// The last name that was called.
+    /// The name called last.
     name: Option<ToolName>,
-    /// `CUTTER/` was there.
+    /// The text has a `CUTTER/` statement.
     pub(in crate::process) has_shapes: bool,
 }
 
@@ -49,7 +49,7 @@ impl ToolCalls {
         }
     }
 
-    /// Lines were passed over that call no tool.
+    /// Takes note of skipped lines that call no tool.
     #[inline]
     pub(in crate::process) fn pass_over(&mut self) {
         self.has_moved = true;
@@ -70,7 +70,8 @@ impl ToolCalls {
         self.first = self.first.or(Some(tool));
     }
 
-    /// The one tool that may be at work, as far as the text tells without following it; `None` where there may be several.
+    /// The only tool that can be in use, as far as the text shows without being followed. `None` if there may be
+    /// several.
     pub(in crate::process) fn only(&self) -> Option<(CalledTool, Option<ToolName>)> {
         let tool = self.first.unwrap_or_default();
         let name = self.name.filter(|name| Some(name.key()) == tool.key());

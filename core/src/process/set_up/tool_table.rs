@@ -1,4 +1,4 @@
-//! The tools of a machine, by what programs call them.
+//! The tools of a machine, found by the number or name that programs call.
 
 use std::collections::BTreeMap;
 
@@ -10,15 +10,15 @@ use crate::units::Length;
 /// A tool of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ListedTool {
-    /// The number that programs call it by.
+    /// The number by which programs call it.
     pub number: Option<u32>,
-    /// The name that programs call it by.
+    /// The name by which programs call it.
     pub name: Option<ToolName>,
-    /// The nominal cutter; none of a drill or a probe.
+    /// The nominal cutter; missing for a drill or a probe.
     pub cutter: Option<Tool>,
     /// Its length.
     pub length: Option<Length>,
-    /// The cutter as it was measured last, where its wear is asked for.
+    /// The cutter at its last measurement, if the request asks for wear.
     pub worn: Option<Tool>,
 }
 
@@ -27,12 +27,12 @@ pub struct ListedTool {
 pub struct ToolTable {
     tools: Vec<ListedTool>,
     by_key: BTreeMap<ToolKey, usize>,
-    /// By the tools' places.
+    /// By the tools' places in the table.
     unfit: BTreeMap<usize, UnfitWear>,
 }
 
 impl ToolTable {
-    /// A table of these tools, which keep their places. Of two with one number or one name the first counts.
+    /// A table of these tools, in this order. If two have the same number or name, the first is used.
     #[must_use]
     pub fn new(tools: Vec<ListedTool>) -> Self {
         let mut by_key = BTreeMap::new();
@@ -45,24 +45,24 @@ impl ToolTable {
         Self { tools, by_key, unfit: BTreeMap::new() }
     }
 
-    /// The same where the wear entries of the tools at these places do not tell their worn cutters.
+    /// The same table. The wear entries of the tools at these places do not give their worn cutters.
     #[must_use]
     pub fn with_unfit_wear(self, unfit: BTreeMap<usize, UnfitWear>) -> Self {
         Self { unfit, ..self }
     }
 
-    /// Why the wear entries of the tool that programs call so do not tell its worn cutter, where there are any.
+    /// Why the wear entries of the tool with this key do not give its worn cutter, if so.
     pub(in crate::process) fn unfit_wear(&self, key: ToolKey) -> Option<&UnfitWear> {
         self.unfit.get(self.by_key.get(&key)?)
     }
 
-    /// Whether it has no tool.
+    /// Whether the table has no tool.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.tools.is_empty()
     }
 
-    /// The tool that programs call so, with its place.
+    /// The tool with this key, and its place in the table.
     #[must_use]
     pub fn find(&self, key: ToolKey) -> Option<(usize, &ListedTool)> {
         let place = *self.by_key.get(&key)?;

@@ -1,8 +1,9 @@
 //! Tool axes programmed as vectors (G43.5 I J K, `A3= B3= C3=`, APT i j k) as the rotary words of one machine.
 //!
-//! The control turns its rotary axes to the vector, on the branch and in the turn next to where they stand. What it
-//! does between two vectors is a matter of its settings: the rotary axes run linearly, or the tool axis on the great
-//! circle. A motion where the two differ by no more than [`SAME_COURSE_RAD`] is followed; another is left alone.
+//! The control turns its rotary axes to the vector, on the branch and in the turn next to their present positions.
+//! Its motion between two vectors depends on its settings: the rotary axes run linearly, or the tool axis follows
+//! the great circle. A motion is followed if the two differ by no more than [`SAME_COURSE_RAD`]. Any other motion
+//! is left unchanged.
 
 use super::program_setup::ProgramSetup;
 use super::set_ups::SetUps;
@@ -12,10 +13,11 @@ use crate::kinematics::ToolPose;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 
-/// Tool axes half way along a motion by linear rotary axes and by the great circle that count as one \[rad\]: at the
-/// end of a radius of 5 mm they are 5 µm apart, a quarter of that in two parts.
+/// Largest angle, half way along a motion, between the tool axes by linear rotary axes and by the great circle, at
+/// which both courses are the same \[rad\]. At a radius of 5 mm it is 5 µm; in two parts a quarter of that.
 const SAME_COURSE_RAD: f64 = 1e-3;
-/// A vector that the axes miss by more than this and the tilt of the location errors is not the one programmed \[rad\].
+/// Largest angle between the programmed vector and the one reached, on top of the tilt of the location errors
+/// \[rad\].
 const SAME_AXIS_RAD: f64 = 1e-7;
 
 /// X Y Z \[mm\] and the tool axis as written.
@@ -26,21 +28,21 @@ type VectorPoint = ([f64; 3], [f64; 3]);
 pub(in crate::process) struct ToolVectors {
     machine: Machine,
     set_ups: SetUps,
-    /// Where the rotary axes stand, or stood last \[deg\].
+    /// Present or last known positions of the rotary axes \[deg\].
     near_deg: Option<[f64; 2]>,
     /// The last point and its vector, with its words.
     last: Option<(VectorPoint, AxisWords)>,
 }
 
 impl ToolVectors {
-    /// On this machine, with the set-up of this program.
+    /// For this machine with the set-up of this program.
     pub(in crate::process) fn new(machine: &Machine, program: &ProgramSetup) -> Self {
         let set_ups = SetUps::new(machine, program);
         Self { machine: machine.clone(), set_ups, near_deg: None, last: None }
     }
 
-    /// Gives the motions with vectors, in the program's order, their rotary words, and takes them to be followable
-    /// where the vector was all that was in the way.
+    /// Gives motions with vectors their rotary words, in program order. A motion that only its vector made
+    /// impossible to follow can then be followed.
     pub(in crate::process) fn resolve(&mut self, motions: &mut [Motion]) {
         for motion in motions {
             match (motion.tool_axis, motion.linear_end_mm, motion.end) {
@@ -61,14 +63,14 @@ impl ToolVectors {
         }
     }
 
-    /// The same for the motion that comes next, which comes again.
+    /// The same for the next motion, which will be passed in again.
     pub(in crate::process) fn resolve_ahead(&mut self, motion: &mut Motion) {
         let kept = (self.near_deg, self.last, self.set_ups.now.clone());
         self.resolve(std::slice::from_mut(motion));
         (self.near_deg, self.last, self.set_ups.now) = kept;
     }
 
-    /// Goes on behind motions that were resolved elsewhere and all end at known words.
+    /// Continues after motions that were resolved elsewhere and that all end at known words.
     pub(in crate::process) fn pass_over(&mut self, motions: &[Motion]) {
         let Some(Motion { end: Some(end), linear_end_mm, tool_axis, .. }) = motions.last() else { return };
         self.near_deg = Some(end.rotary_deg);
@@ -84,7 +86,7 @@ impl ToolVectors {
         if motion.unfollowable != Some(Unfollowable::ToolVector) {
             return;
         }
-        // What a rapid does on its way cuts nothing.
+        // The course of a rapid cuts nothing.
         let is_same = motion.kind == MotionKind::Rapid
             || motion.start.is_none_or(|start| self.course_rad(&start, &words) <= SAME_COURSE_RAD);
         if is_same {
@@ -92,7 +94,7 @@ impl ToolVectors {
         }
     }
 
-    /// The words of a point and its vector.
+    /// The words of a point with its vector.
     fn words(&mut self, point: VectorPoint) -> Option<AxisWords> {
         if let Some((_, words)) = self.last.filter(|(last, _)| *last == point) {
             return Some(words);
@@ -114,7 +116,8 @@ impl ToolVectors {
         {
             return Some(words);
         }
-        // The first point, or one that the nearest turn does not reach: what the travels allow next to there.
+        // The first point, or a point that the nearest turn does not reach: take the solution within travel that is
+        // nearest.
         let pose = ToolPose { tip_mm: Vec3::from(tip_mm), axis };
         let tilt_rad = self.set_ups.now.kinematics.tilt_rad();
         let candidates = self.set_ups.now.kinematics.candidates(0, &pose, near_deg[0]).unwrap_or_default();
@@ -148,7 +151,7 @@ impl ToolVectors {
         })
     }
 
-    /// How far the tool axis half way with linear rotary axes is from the great circle \[rad\].
+    /// Angle between the tool axis with linear rotary axes and the great circle, half way \[rad\].
     fn course_rad(&self, start: &AxisWords, end: &AxisWords) -> f64 {
         let axis = |words_deg| self.set_ups.now.kinematics.axis(rotary_rad(&self.machine, words_deg));
         let (a, b) = (start.rotary_deg, end.rotary_deg);
@@ -158,7 +161,7 @@ impl ToolVectors {
     }
 }
 
-/// Whether rotary axes may stand anywhere behind such a motion: the control turns next to there.
+/// Whether the positions of the rotary axes are unknown after such a motion.
 fn turns_unseen(reason: Unfollowable) -> bool {
     use Unfollowable as U;
     matches!(reason, U::Reference | U::MachineCoordinates | U::Call | U::Return | U::UnknownCode | U::Probing)
@@ -173,7 +176,7 @@ mod tests {
     use crate::motion::Interpreter;
     use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
-    /// Angles through vectors of seven decimals \[deg\].
+    /// Precision of angles through vectors with seven decimals \[deg\].
     const NEAR_DEG: f64 = 2e-5;
 
     fn tables(travel_deg: Option<Travel>) -> Machine {
@@ -233,13 +236,13 @@ mod tests {
         }
         assert_eq!((motions[0].start, motions[0].unfollowable), (None, None));
         assert_eq!((motions[1].start, motions[1].unfollowable), (motions[0].end, None));
-        // 60° about C at 20°: what the axis does on the way is the control's choice.
+        // 60° about C at 20°: the control decides how the axis turns on the way.
         assert_eq!(motions[3].unfollowable, Some(Unfollowable::ToolVector));
         assert_eq!(motions[6].unfollowable, None);
-        // The vector stands.
+        // The vector still applies.
         assert_words(&motions[7], [22.0, 186.0]);
         assert_eq!((motions[7].start, motions[7].unfollowable), (motions[6].end, None));
-        // No vector any more.
+        // The vector no longer applies.
         assert_eq!(motions[8].end, None);
         assert!(motions[8].unfollowable.is_some());
     }
@@ -278,7 +281,7 @@ mod tests {
             assert_eq!(motions[1].end, None, "{block}");
             assert_eq!(motions[2].start, None, "{block}");
         }
-        // Centres of arcs are none.
+        // I J K are arc centres here, not vectors.
         let motions = resolved(&machine, &format!("{head}G2 X1. Y1. I1. J0.\n"));
         assert_eq!(motions[1].tool_axis, motions[0].tool_axis);
     }

@@ -10,43 +10,44 @@ use crate::motion::{CalledTool, StatedCutter, ToolKey};
 use crate::process::fault::{CutterDifference, ToolUnknown, UnfitWear};
 use crate::units::Length;
 
-/// What the caller states of the tools of a program, cutters apart.
+/// The caller's statements about the tools of a program, without cutters.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tools {
-    /// The number of the tool that is meant, in a program of several: motions of the others stay as they are.
+    /// The number of the tool that the request is for. In a program of several tools the motions of the others stay
+    /// unchanged.
     pub number: Option<u32>,
-    /// Length of the tool, which head axes turn.
+    /// Length of the tool. Head axes turn it.
     pub length: Option<Length>,
     /// The machine's tool table.
     pub table: Arc<ToolTable>,
-    /// The program was moved for worn cutters, which count in the place of nominal ones.
+    /// The program was moved for worn cutters, which replace the nominal ones.
     behind_wear: bool,
-    /// What the control knows the tools to be shorter by.
+    /// By how much the control's tool lengths are shorter.
     shorter_by: Length,
-    /// Which tool cuts where, once the program was looked through.
+    /// Which tool cuts in which section, after the program was looked through.
     by_section: Option<Arc<Tooling>>,
 }
 
-/// What the work needs to know of a tool.
+/// What the computation needs to know of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "independent needs")]
 pub(in crate::process) struct Need {
     /// The shape of the cutter.
     pub(in crate::process) cutter: bool,
-    /// The cutter as measured, from the table.
+    /// The measured cutter, from the table.
     pub(in crate::process) worn: bool,
-    /// The request states something that holds for one tool only, whatever the table has.
+    /// The request states something that holds for one tool only, even if the table has the others.
     pub(in crate::process) is_for_one: bool,
-    /// How the request states a cutter.
+    /// The request members that state a cutter.
     pub(in crate::process) stated_by: &'static str,
-    /// Where `CUTTER/` states another cutter than the table, the tool is not known.
+    /// If `CUTTER/` states another cutter than the table, the tool counts as unknown.
     pub(in crate::process) agreement: bool,
-    /// Sections of unknown tools are left alone, even where the result does not depend on the tool.
+    /// Sections with unknown tools are left unchanged, even if the result does not depend on the tool.
     pub(in crate::process) leaves_unknown: bool,
 }
 
 impl Need {
-    /// Nothing but the length, where the machine turns the tool.
+    /// Only the length, and only if the machine turns the tool.
     pub(in crate::process) const LENGTH: Self = Self {
         cutter: false,
         worn: false,
@@ -57,50 +58,51 @@ impl Need {
     };
 }
 
-/// What is known of the tool of a section.
+/// The known values of the tool of a section.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::process) struct ToolUsed {
     pub(in crate::process) nominal: Option<Tool>,
-    /// As measured, where the table has it and it is asked for.
+    /// The measured cutter, if the table has it and it is needed.
     pub(in crate::process) worn: Option<Tool>,
     pub(in crate::process) length: Option<Length>,
-    /// Its place in the table, where something of it is the table's.
+    /// Its place in the table, if any value comes from the table.
     pub(in crate::process) listed: Option<usize>,
-    /// The worn cutter counts in the place of the nominal one.
+    /// The worn cutter replaces the nominal one.
     takes_worn: bool,
 }
 
-/// Which tool cuts where.
+/// Which tool cuts in which section.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::process) struct Tooling {
     by: By,
-    /// The request says by its number which tool is meant.
+    /// The request names the tool by its number.
     pub(in crate::process) is_by_number: bool,
-    /// The request states a cutter, and the table's are taken in its place.
+    /// The request states a cutter, but the table's cutters are used.
     pub(in crate::process) leaves_stated: bool,
-    /// Cutters in the text that differ from those of the request or the table: how many, and the line of the first.
+    /// Cutters in the text that differ from the request's or the table's: their number, and the line of the first.
     pub(in crate::process) differing: Option<(u64, u64)>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 enum By {
-    /// One tool, whatever the program calls it.
+    /// One tool, whatever the program calls.
     All(ToolUsed),
     /// Tools by their calls.
     Sections {
         tools: BTreeMap<ToolKey, ToolUsed>,
-        /// What holds for others; `None` where their sections are left alone.
+        /// The tool used for all others; `None` if their sections are left unchanged.
         others: Option<ToolUsed>,
         /// A T word alone changes tools.
         by_t: bool,
     },
 }
 
-/// Cutters whose diameters or corner radii differ by more are different \[mm\]: the decimals of a post.
+/// Largest difference of diameter or corner radius for two statements of the same cutter \[mm\]: the decimals of a
+/// post.
 const SAME_CUTTER_MM: f64 = 1e-3;
 
 impl Tools {
-    /// One tool of this length, the same along the program.
+    /// One tool of this length for the whole program.
     #[must_use]
     pub fn of_length(length: Option<Length>) -> Self {
         Self { length, ..Self::default() }
@@ -112,26 +114,27 @@ impl Tools {
         Self { number, length, table, ..Self::default() }
     }
 
-    /// Those of the program that was moved for worn cutters, of which the control knows to be shorter by so much.
+    /// The tools of a program that was moved for worn cutters, whose lengths in the control are shorter by
+    /// `shorter_by`.
     pub(in crate::process) fn behind_wear(&self, shorter_by: Length) -> Self {
         let shorter_by = self.shorter_by + shorter_by;
         Self { behind_wear: true, shorter_by, by_section: None, ..self.clone() }
     }
 
-    /// Which tool cuts where. Before the program was looked through: one of the stated length.
+    /// Which tool cuts in which section. Before the program was looked through: one tool of the stated length.
     pub(in crate::process) fn tooling(&self) -> Arc<Tooling> {
         self.by_section.clone().unwrap_or_else(|| Arc::new(Tooling::of_one(self.length)))
     }
 
-    /// Whether the cutters that the program itself states are compared with the request's and the table's.
+    /// Whether the cutters that the program states are compared with the request's and the table's.
     pub(in crate::process) fn compares_cutters(&self, stated: Option<Tool>) -> bool {
         !self.behind_wear && (stated.is_some() || !self.table.is_empty())
     }
 
-    /// The same, with the tools that were found at work in the program; `stated` is the request's cutter.
+    /// The same with the tools found at work in the program. `stated` is the request's cutter.
     ///
     /// # Errors
-    /// Which tool cuts is not known.
+    /// It is not known which tool cuts.
     pub(super) fn found_at_work(
         &self,
         stated: Option<Tool>,
@@ -172,12 +175,12 @@ impl ToolUsed {
         }
     }
 
-    /// The cutter that counts.
+    /// The cutter to compute with.
     pub(in crate::process) fn cutter(&self) -> Option<Tool> {
         self.worn.filter(|_| self.takes_worn).or(self.nominal)
     }
 
-    /// Whether what is needed is known.
+    /// Whether all needed values are known.
     fn has(&self, need: Need) -> bool {
         (!need.cutter || self.nominal.is_some()) && (!need.worn || self.worn.is_some())
     }
@@ -193,7 +196,7 @@ impl Tooling {
         Self { by: By::All(used), is_by_number: false, leaves_stated: false, differing: None }
     }
 
-    /// The tool of a section; `None` where nothing is known of it.
+    /// The tool of a section; `None` if nothing is known of it.
     #[inline]
     pub(in crate::process) fn tool(&self, called: CalledTool) -> Option<ToolUsed> {
         match (&self.by, called) {
@@ -214,7 +217,7 @@ impl Tooling {
         all.into_iter().chain(sections.into_iter().flatten())
     }
 
-    /// The one tool that is used, where it is one.
+    /// The only tool used, if there is only one.
     pub(in crate::process) fn only(&self) -> Option<ToolUsed> {
         match &self.by {
             By::All(used) => Some(*used),
@@ -249,7 +252,8 @@ impl Tooling {
         Ok(tooling)
     }
 
-    /// The tool with this number. A program that calls none runs with it, and so does one whose only tool its text does not tell.
+    /// The tool with this number. A program without tool calls runs with it. So does a program whose only tool
+    /// cannot be told from its text.
     fn of_number(
         number: u32,
         given: &Tools,
@@ -286,7 +290,7 @@ impl Tooling {
         Ok(Self { by, is_by_number: true, leaves_stated: false, differing: None })
     }
 
-    /// The one tool at work, called or not.
+    /// The only tool at work, called or not.
     fn of_only(
         given: &Tools,
         stated: Option<Tool>,
@@ -309,7 +313,7 @@ impl Tooling {
         })
     }
 
-    /// Each section's own tool.
+    /// The tool of each section.
     fn by_calls(
         given: &Tools,
         stated: Option<Tool>,
@@ -331,7 +335,7 @@ impl Tooling {
             return Err(no_wear(given, at_work, &at_work.tools));
         }
         if !need.cutter && !need.worn && !states_one && listed.is_empty() {
-            // Nothing hangs on the tool.
+            // The result does not depend on the tool.
             return Ok(Self::of_one(given.length));
         }
         let tools: BTreeMap<_, _> = listed.iter().filter(|(_, used)| used.has(need)).copied().collect();
@@ -358,8 +362,8 @@ impl Tooling {
         Ok(Self { by, is_by_number: false, leaves_stated: states_one, differing: None })
     }
 
-    /// Compares cutters of the text with those that are taken. Where the table has another one nobody knows which is right, and
-    /// the sections of that tool are left alone; what the request states counts.
+    /// Compares cutters of the text with those in use. If the table's cutter differs, it is not known which is
+    /// right, and the sections of that tool are left unchanged. A cutter in the request is always used.
     fn compare(
         &mut self,
         stated: Option<Tool>,
@@ -394,7 +398,7 @@ impl Tooling {
     }
 }
 
-/// Those of these tools whose wear entries do not tell the worn cutter.
+/// Those of these tools whose wear entries do not give the worn cutter.
 fn unfit_wear<'a>(
     given: &'a Tools,
     tools: &'a [CalledTool],
@@ -411,7 +415,8 @@ fn no_wear(given: &Tools, at_work: &ToolsAtWork, tools: &[CalledTool]) -> ToolUn
     }
 }
 
-/// Whether the program puts this tool in, as far as its text tells: a T word alone does where nothing else could.
+/// Whether the program puts this tool into the spindle, as far as its text shows. A T word alone does so if nothing
+/// else could.
 fn is_put_in(tool: CalledTool, at_work: &ToolsAtWork) -> bool {
     by_t(at_work) || !matches!(tool, CalledTool::Selected(_))
 }
@@ -420,12 +425,12 @@ fn is_listed(given: &Tools, tool: CalledTool) -> bool {
     tool.key().is_some_and(|key| given.table.find(key).is_some())
 }
 
-/// These tools are called by T words alone, which do not put them in.
+/// The fault that only T words call these tools and do not put them in.
 fn not_put_in(at_work: &ToolsAtWork, tools: &[CalledTool]) -> ToolUnknown {
     ToolUnknown::NotPutIn { tools: names(at_work, tools), by_m6: at_work.has_changer }
 }
 
-/// Whether a T word alone changes tools: nothing else in the program could.
+/// Whether a T word alone changes tools, because nothing else in the program could.
 fn by_t(at_work: &ToolsAtWork) -> bool {
     !at_work.has_changer && !at_work.has_calls
 }
@@ -453,10 +458,10 @@ fn differing(stated: &StatedCutter, listed: Option<Tool>, at_work: &ToolsAtWork)
     }))
 }
 
-/// Most tools that are named.
+/// Most tools listed by name.
 const NAMED: usize = 20;
 
-/// What people call these tools.
+/// The names of these tools, for messages.
 fn names(at_work: &ToolsAtWork, tools: &[CalledTool]) -> String {
     let mut text: Vec<_> = tools.iter().take(NAMED).map(|tool| at_work.told(*tool)).collect();
     if tools.len() > NAMED {

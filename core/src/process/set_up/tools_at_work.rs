@@ -2,26 +2,27 @@
 
 use crate::motion::{CalledTool, Motion, MotionKind, StatedCutter, ToolKey, ToolName, Unfollowable};
 
-/// Most tools that are told apart, as the places of a large magazine. Programs with more have several all the same.
+/// Most tools that are distinguished, as many as a large magazine has places. A program with more has several tools
+/// in any case.
 pub(in crate::process) const MAX_TOOLS: usize = 1000;
 
 /// The tools that cut in a program.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(in crate::process) struct ToolsAtWork {
-    /// Each once, in the order in which they begin to cut.
+    /// Each tool once, in the order of its first cut.
     pub(in crate::process) tools: Vec<CalledTool>,
-    /// Those that are called by names.
+    /// The names by which tools are called.
     pub(in crate::process) names: Vec<ToolName>,
-    /// What `CUTTER/` says of them.
+    /// The cutters that `CUTTER/` states.
     pub(in crate::process) cutters: Vec<StatedCutter>,
     /// M6 changes tools.
     pub(in crate::process) has_changer: bool,
-    /// Something is called that is not read.
+    /// The program calls something that is not read.
     pub(in crate::process) has_calls: bool,
 }
 
 impl ToolsAtWork {
-    /// Takes the tool of a motion, if it cuts.
+    /// Takes the tool of a motion, if the motion cuts.
     #[inline]
     pub(in crate::process) fn see(&mut self, motion: &Motion) {
         self.has_calls |= motion.unfollowable == Some(Unfollowable::Call);
@@ -37,18 +38,18 @@ impl ToolsAtWork {
         }
     }
 
-    /// What people call a tool.
+    /// The name of a tool, for messages.
     pub(in crate::process) fn told(&self, tool: CalledTool) -> String {
         told(tool, &self.names)
     }
 }
 
-/// Whether two calls are of one tool.
+/// Whether two calls are of the same tool.
 fn is_one(a: CalledTool, b: CalledTool) -> bool {
     a == b || (a.key().is_some() && a.key() == b.key())
 }
 
-/// What people call a tool.
+/// The name of a tool, for messages.
 pub(in crate::process) fn told(tool: CalledTool, names: &[ToolName]) -> String {
     match (tool, tool.key()) {
         (_, Some(ToolKey::Number(number))) => format!("T{number}"),
@@ -56,7 +57,7 @@ pub(in crate::process) fn told(tool: CalledTool, names: &[ToolName]) -> String {
             .iter()
             .find(|name| name.key() == key)
             .map_or_else(|| "a tool called by its name".to_owned(), ToString::to_string),
-        (CalledTool::NotCalled, None) => "the tool that was there from the start".to_owned(),
-        (_, None) => "a tool that the text does not tell".to_owned(),
+        (CalledTool::NotCalled, None) => "the tool in the spindle at the start".to_owned(),
+        (_, None) => "a tool that the text does not name".to_owned(),
     }
 }

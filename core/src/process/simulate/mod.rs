@@ -1,4 +1,4 @@
-//! A whole program through the drives of its machine: what servo lag does to the part.
+//! A whole program through the drives of its machine: the effect of servo lag on the part.
 
 mod parameters;
 mod run;

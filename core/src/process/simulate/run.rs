@@ -1,4 +1,4 @@
-//! A whole program through the drives of its machine: what servo lag does to the part.
+//! A whole program through the drives of its machine: the effect of servo lag on the part.
 
 use std::ops::ControlFlow;
 
@@ -12,18 +12,18 @@ use crate::process::text::{LineCursor, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 use crate::servo::{AxisLetter, ToolOutcome};
 
-/// What became of a program.
+/// The result of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProgramSimulation {
-    /// The dialect it was read in.
+    /// The dialect in which it was read.
     pub dialect: Dialect,
     /// How the program was read.
     pub reading: ProgramReading,
     /// Blocks: non-empty lines that are not only comments.
     pub blocks: u64,
-    /// Motions that were simulated.
+    /// Number of simulated motions.
     pub motions: u64,
-    /// Runs of motions between rapids and motions left out; each starts from rest.
+    /// Number of passes: sequences of simulated motions between rapids and motions left out. Each starts from rest.
     pub passes: u64,
     /// Time of the simulated motions \[s\].
     pub duration_s: f64,
@@ -31,22 +31,22 @@ pub struct ProgramSimulation {
     pub axes: [AxisLetter; 5],
     /// Following errors, contour error and trace.
     pub outcome: ToolOutcome,
-    /// What was not simulated.
+    /// Motions that were not simulated.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Simulates the motions of a program at feed through the drives (`math.md` §3) and judges the contour error of
-/// the tool against the commanded path in W: the poses of the commanded samples, so that neither interpolation
-/// error nor location errors count, only the servo.
+/// Simulates the motions of a program at feed through the drives (`math.md` §3). It measures the contour error of
+/// the tool against the commanded path in W, given by the poses of the commanded samples. Only servo errors count,
+/// neither interpolation nor location errors.
 ///
-/// The control's interpolator is taken as ideal: every block at its F (G94 along the tip, or degrees where only
-/// rotary axes turn; G93 by its time), axes linear in machine interpolation, the tip straight with TCP.
-/// Motions follow each other without a stop unless a profile asks for one. Rapids and what cannot be followed are
-/// left out; the axes are at rest where the next pass begins.
+/// The control's interpolator is ideal: every block runs at its F (G94 along the tip, or degrees if only rotary
+/// axes turn; G93 by its time). Axes are linear in machine interpolation, and the tip is straight with TCP. Motions
+/// follow each other without a stop, unless a profile asks for one. Rapids and motions that cannot be followed are
+/// left out. The next pass starts at rest.
 ///
 /// # Errors
-/// The program cannot be read, has no motion to simulate, takes too many samples; a drive is missing, unstable or
-/// too stiff.
+/// The program cannot be read, has no motion to simulate, or takes too many samples; a drive is missing, unstable
+/// or too stiff.
 pub fn simulate(
     machine: &Machine,
     parameters: &SimulationParameters,
@@ -56,11 +56,11 @@ pub fn simulate(
     simulate_lines(machine, parameters, source, Vec::new(), None, stop)
 }
 
-/// [`simulate`] for a program that was written from the upload: `lines` lead to the upload's, `peaks` gets the largest
-/// contour error of every line.
+/// [`simulate`] for a program that was written from the upload. `lines` lead to the upload's lines; `peaks` gets
+/// the largest contour error of every line.
 ///
 /// # Errors
-/// As [`simulate`].
+/// As for [`simulate`].
 pub(in crate::process) fn simulate_lines(
     machine: &Machine,
     parameters: &SimulationParameters,
@@ -111,11 +111,11 @@ pub(in crate::process) fn simulate_lines(
 #[derive(Clone, Copy)]
 enum Seen<'a> {
     Piece(&'a Motion, &'a Piece),
-    /// No reason: a rapid.
+    /// A motion left out, and its line. Rapids have no reason.
     LeftOut(Option<LeftOutReason>, u64),
 }
 
-/// What is known of a program once it is read.
+/// What is known of a program after reading it.
 struct Text {
     dialect: Dialect,
     reading: ProgramReading,
@@ -141,7 +141,7 @@ fn for_each_motion(
                         take(Seen::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
                         continue;
                     }
-                    // Where the axes go while the tool turns hangs on the set-up, whoever interpolates.
+                    // With either interpolation mode, the axis positions depend on the set-up while the tool turns.
                     if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
                         let block = passage.batch.blocks().get(motion.block as usize);
                         let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
@@ -161,11 +161,11 @@ fn for_each_motion(
     Ok(Text { dialect: passages.dialect(), reading: passages.reading(), blocks: passages.blocks })
 }
 
-/// What a first reading tells: how long the program runs, how fast, in how many passes.
+/// The result of a first reading: duration, speed and number of passes of the program.
 #[derive(Debug, Default)]
 struct Outlook {
     duration_s: f64,
-    /// Largest speed in what F counts along [mm/s, or deg/s].
+    /// Largest speed along the length that F measures [mm/s, or deg/s].
     fastest: f64,
     motions: u64,
     passes: u64,
@@ -174,7 +174,7 @@ struct Outlook {
     under_way: bool,
 }
 
-/// Most samples that the averages of a profile may hold: bounds their memory.
+/// Most samples in the averages of a profile. It limits their memory.
 const MAX_AVERAGED: u64 = 1_000_000;
 
 impl Outlook {
@@ -195,7 +195,7 @@ impl Outlook {
         }
     }
 
-    /// Refuses before any work what would cost too much.
+    /// Refuses too costly work before it begins.
     fn check(&self, parameters: &SimulationParameters) -> Result<(), Fault> {
         if self.motions == 0 {
             return Err(Fault::NothingToSimulate { left_out: self.left_out, first: self.first_left_out });

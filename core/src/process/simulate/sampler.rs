@@ -25,22 +25,22 @@ pub(in crate::process) struct Piece {
     ends: [AxisWords; 2],
     mode: Interpolation,
     pub(in crate::process) line: u64,
-    /// What F counts along: mm, or degrees where only rotary axes turn.
+    /// The length that F measures: mm, or degrees if only rotary axes turn.
     pub(in crate::process) length: f64,
     pub(in crate::process) duration_s: f64,
-    /// Unit direction of the linear words; `None` where they rest.
+    /// Unit direction of the linear words; `None` if they rest.
     direction: Option<Vec3>,
-    /// Distance of its end from the start of the pass, in the units of `length`.
+    /// Distance of its end from the start of the pass, in the unit of `length`.
     end: f64,
 }
 
-/// A motion that takes less time than this is none \[s\].
+/// A motion that takes less time than this is skipped \[s\].
 const INSTANT_S: f64 = 1e-12;
-/// Linear words that change less than this rest \[mm\].
+/// Linear words that change by less than this are at rest \[mm\].
 const RESTING_MM: f64 = 1e-9;
 
 impl Piece {
-    /// The motion as a piece of a pass; `None` if it goes nowhere.
+    /// The motion as a piece of a pass; `None` if it has no length.
     ///
     /// # Errors
     /// Why it is not simulated; `None` for a rapid.
@@ -94,17 +94,17 @@ pub(in crate::process) struct Sampler<'a> {
     parameters: &'a SimulationParameters,
     pub(in crate::process) axes: [AxisLetter; 5],
     pub(in crate::process) run: ToolRun<'a>,
-    /// Pieces that samples may still lie on.
+    /// Pieces on which later samples can lie.
     pieces: VecDeque<Piece>,
     averages: Option<[MovingAverage; 2]>,
-    /// Lengths of the averages, with a profile.
+    /// Lengths of the averages, if there is a profile.
     average_lengths: Option<[usize; 2]>,
     stop: &'a dyn Fn() -> ControlFlow<()>,
-    /// Who gets the largest contour error of every line.
+    /// Receives the largest contour error of every line.
     pub(in crate::process) peaks: Option<LinePeaks<'a>>,
-    /// The line whose samples are coming in, and its largest so far \[mm\].
+    /// The line of the current samples, and its largest error so far \[mm\].
     peak: Option<(u64, f64)>,
-    /// Distance of the end of the last piece.
+    /// Distance of the last piece's end from the start of the pass.
     reached: f64,
     /// Time from the end of the last piece to the next sample \[s\].
     wait_s: f64,
@@ -117,7 +117,7 @@ pub(in crate::process) struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    /// `fastest`: the largest speed of the program, for which the averages of a profile are made.
+    /// `fastest`: the largest speed of the program, which sets the averages of a profile.
     pub(in crate::process) fn new(
         machine: &'a Machine,
         parameters: &'a SimulationParameters,
@@ -150,7 +150,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Goes on with a motion.
+    /// Adds a motion.
     pub(in crate::process) fn add(&mut self, motion: &Motion, mut piece: Piece) -> Result<(), Fault> {
         let period_s = self.parameters.period_s;
         if !self.set_ups.is_entered(motion) {
@@ -158,7 +158,8 @@ impl<'a> Sampler<'a> {
             self.set_ups.enter(motion);
             self.run.set_up(&self.set_ups.now.kinematics);
         }
-        // A step of position between two motions (a change of interpolation, say) is no motion of the axes.
+        // A step of position between two motions, for example by a change of interpolation, does not move
+        // the axes.
         if self.pieces.back().is_some_and(|last| last.ends[1] != piece.ends[0] || last.mode != piece.mode) {
             self.lift()?;
         }
@@ -190,7 +191,7 @@ impl<'a> Sampler<'a> {
         Ok(())
     }
 
-    /// Ends the pass: the command comes to rest and stays until the axes have.
+    /// Ends the pass. The command comes to rest and stays until the axes are at rest.
     pub(in crate::process) fn lift(&mut self) -> Result<(), Fault> {
         if self.pieces.is_empty() {
             return Ok(());
@@ -209,7 +210,7 @@ impl<'a> Sampler<'a> {
         Ok(())
     }
 
-    /// The end of the last piece is a sample, and the averages run dry.
+    /// The end of the last piece becomes a sample, and the averages run out.
     fn come_to_rest(&mut self) -> Result<(), Fault> {
         let dry = self.average_lengths.map_or(0, |[first, second]| first + second);
         self.check_budget(dry as f64)?;
@@ -270,7 +271,7 @@ impl<'a> Sampler<'a> {
         Ok(())
     }
 
-    /// Refuses words that the machine cannot take, as paths do.
+    /// Refuses words outside the machine's travel, as paths do.
     fn check_travel(&self, linear_mm: [f64; 3], rotary_deg: [f64; 2]) -> Result<(), Fault> {
         let linear = self.machine.linear_travel_mm().iter().zip(linear_mm);
         let rotary = self.machine.rotary_axes().iter().map(|axis| &axis.travel_deg).zip(rotary_deg);
@@ -296,7 +297,7 @@ impl<'a> Sampler<'a> {
         self.tell_peaks(false)
     }
 
-    /// Hands on the lines that were judged to their end; at the end of the program the last one too.
+    /// Hands on the lines that are complete; at the end of the program also the last line.
     pub(in crate::process) fn tell_peaks(&mut self, all: bool) -> Result<(), Fault> {
         let Some(peaks) = &mut self.peaks else { return Ok(()) };
         for (line, peak_mm) in self.run.take_line_peaks() {

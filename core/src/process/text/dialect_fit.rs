@@ -1,21 +1,22 @@
-//! Whether a program was read in its dialect at all.
+//! Whether a program was read in the right dialect.
 
 use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
 use crate::motion::{Motion, MotionKind, Unfollowable};
 use crate::process::fault::Fault;
 use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, Word};
 
-/// What was made of a program's motions at feed.
+/// What was found out about a program's motions at feed.
 #[derive(Debug, Clone, Copy, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about one program")]
 pub(in crate::process) struct DialectFit {
-    /// One was followed, or left alone for what it is: an arc with radius compensation, a cycle, a tilted plane.
+    /// A motion was followed, or left unchanged for a known reason: an arc with radius compensation, a cycle, a
+    /// tilted plane.
     is_understood: bool,
     /// Something may move at feed.
     has_motion: bool,
-    /// There was a code that is not known.
+    /// The program has an unknown code.
     has_code: bool,
-    /// A block with coordinates has such a code, or stands behind one.
+    /// A block with coordinates has such a code, or comes after one.
     has_unknown: bool,
 }
 
@@ -28,7 +29,7 @@ impl DialectFit {
         let is_foreign = match motion.unfollowable {
             Some(Unfollowable::UnknownCode | Unfollowable::ModeUnknown { .. }) => true,
             Some(Unfollowable::Call | Unfollowable::ControlWord) => motion.kind == MotionKind::Opaque,
-            // Ends and reference positions are at home in every dialect.
+            // Program ends and reference positions occur in every dialect.
             Some(Unfollowable::Reference | Unfollowable::Return) => return,
             _ => false,
         };
@@ -47,8 +48,8 @@ impl DialectFit {
         self.has_unknown |= is_unknown;
     }
 
-    /// Whether nothing that moves at feed was understood because the dialect reads nothing of it: codes are unknown where
-    /// coordinates stand, or the text by itself shows another dialect than the one `stated`.
+    /// Whether no motion at feed was understood because the dialect is wrong: codes are unknown in blocks with
+    /// coordinates, or the text itself shows another dialect than `stated`.
     ///
     /// # Errors
     /// The source cannot be read.

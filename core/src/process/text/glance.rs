@@ -3,9 +3,9 @@
 use super::survey::{CONTROL_DECIMALS, Survey};
 use crate::program::{Address, Batch, Dialect};
 
-/// Pieces of a text are about so long \[bytes\]: a line that has to be read costs the reading of its piece.
+/// Approximate length of a piece of text \[bytes\]. If one line has to be read, its whole piece is read.
 const PIECE_BYTES: usize = 4096;
-/// Text without an LF is handed over at this length, so that a reader can say what is wrong with it \[bytes\].
+/// Text without an LF is handed over at this length, so that a reader can report its fault \[bytes\].
 const MAX_UNBROKEN_BYTES: usize = 128 * 1024;
 
 /// How a piece of text is looked at.
@@ -16,12 +16,12 @@ pub(in crate::process) struct Glance {
 }
 
 impl Glance {
-    /// For the text behind this batch; `None` where it has to be read. The dialect and all that stands before the
-    /// program proper are known then.
+    /// The glance for the text after this batch; `None` if that text has to be read. The dialect and everything
+    /// before the program proper are known by then.
     pub(in crate::process) fn behind(batch: &Batch, rotary: [char; 2]) -> Option<Self> {
         let has_letters = match batch.dialect() {
             Dialect::Iso => true,
-            // Which columns count beside the decimals is known; a decimal comma would look like a separator.
+            // The columns that count apart from decimals are known. A decimal comma would look like a separator.
             Dialect::Csv if batch.separator() == b',' && !batch.columns().iter().copied().any(is_counted) => {
                 false
             }
@@ -30,11 +30,11 @@ impl Glance {
         Some(Self { has_letters, rotary })
     }
 
-    /// Whether these whole lines can have nothing to add to what the survey knows: no block number, no U V W, and no
-    /// number with more decimals than its class of axes has shown.
+    /// Whether these whole lines cannot add to the survey: they have no block number, no U V W, and no number with
+    /// more decimals than its class of axes has shown.
     pub(in crate::process) fn tells_nothing_new(self, lines: &[u8], survey: &Survey) -> bool {
         let coarse = survey.linear_decimals.min(survey.rotary_decimals);
-        // Lines longer than a reader takes have to be refused by it.
+        // A reader has to refuse lines that are longer than it accepts.
         lines.len() <= 2 * PIECE_BYTES
             && self.is_of_plain_bytes(lines)
             && (coarse >= CONTROL_DECIMALS
@@ -56,7 +56,7 @@ impl Glance {
         !odd
     }
 
-    /// Whether every long fraction belongs to an axis of the class that has shown as many decimals, or to none.
+    /// Whether every long fraction belongs to an axis of a class that has shown as many decimals, or to no axis.
     fn keeps_decimals(self, lines: &[u8], survey: &Survey, coarse: u8) -> bool {
         memchr::memchr_iter(b'.', lines).all(|point| {
             let (before, behind) = lines.split_at(point);
@@ -78,12 +78,12 @@ impl Glance {
     }
 }
 
-/// Whether a survey counts more of such a column than decimals.
+/// Whether a survey counts more of such a column than its decimals.
 fn is_counted(column: Address) -> bool {
     matches!(column, Address::N | Address::U | Address::V | Address::W)
 }
 
-/// How many of these bytes are to be looked at next: whole lines, or at the end what is left. `None`: more is needed.
+/// Number of bytes to look at next: whole lines, or at the end the rest. `None` if more text is needed.
 pub(in crate::process) fn whole_lines(text: &[u8], ended: bool) -> Option<usize> {
     let head = text.get(..PIECE_BYTES).unwrap_or(text);
     if head.len() == text.len() && !ended {
@@ -95,13 +95,13 @@ pub(in crate::process) fn whole_lines(text: &[u8], ended: bool) -> Option<usize>
         .or_else(|| (!text.is_empty() && (ended || text.len() > MAX_UNBROKEN_BYTES)).then_some(text.len()))
 }
 
-/// How many lines these whole ones are; a CR that no LF follows ends one too.
+/// Number of lines in this text of whole lines. A CR without an LF ends a line too.
 pub(in crate::process) fn line_count(lines: &[u8]) -> u64 {
     let ends = memchr::memchr2_iter(b'\n', b'\r', lines);
     ends.filter(|&at| lines[at] == b'\n' || lines.get(at + 1) != Some(&b'\n')).count() as u64
 }
 
-/// Whether more than `decimals` digits stand behind a point somewhere.
+/// Whether a number in the text has more than `decimals` digits after its point.
 fn has_fraction_longer_than(decimals: u8, text: &[u8]) -> bool {
     match decimals {
         0 => has_fraction::<2>(text),
@@ -113,7 +113,7 @@ fn has_fraction_longer_than(decimals: u8, text: &[u8]) -> bool {
     }
 }
 
-/// A point and `N` − 1 digits. Looks at every place, so that many are looked at side by side.
+/// A point and `N` − 1 digits. It looks at every position, so that many are compared side by side.
 fn has_fraction<const N: usize>(text: &[u8]) -> bool {
     text.windows(N).fold(false, |found, window| {
         let is_fraction = window
@@ -139,7 +139,7 @@ mod tests {
         survey
     }
 
-    /// The survey when these lines were read, behind a head that has no part in it.
+    /// The survey after these lines were read, after a head that adds nothing to it.
     fn read(head: &str, lines: &str, dialect: Dialect, before: Survey) -> (Survey, Option<Glance>) {
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let mut batch = Batch::new();

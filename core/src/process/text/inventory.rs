@@ -1,15 +1,15 @@
-//! A count of everything in a program that compensation must not lose or double: blocks, and all words but coordinates,
-//! contacts, extruder and feed.
+//! A count of everything in a program that compensation must neither lose nor double: blocks, and all words except
+//! coordinates, contacts, extruder and feed.
 
 use crate::program::{Address, Batch, Block, Keyword, Word, WordForm};
 
-/// Blocks counted, and a checksum of words that does not depend on their order: M words move to the last part of a
-/// divided block, everything else stays.
+/// A count of blocks, and a checksum of words that does not depend on their order: M words move to the last part of
+/// a divided block, all other words stay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(in crate::process) struct Inventory {
     /// Blocks as the contract counts them.
     pub(in crate::process) blocks: u64,
-    /// Blocks that compensation adds.
+    /// Blocks that compensation inserts.
     pub(in crate::process) inserted: u64,
     words: u64,
     checksum: u64,
@@ -18,7 +18,7 @@ pub(in crate::process) struct Inventory {
 /// Odd multiplier that spreads bits (the golden ratio's fraction times 2^64).
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Words of statements that new blocks have as well: they are checked as motions and feeds.
+/// Words of statements that inserted blocks have as well. They are checked as motions and feeds.
 fn says_motion_or_feed(word: &Word) -> bool {
     use Keyword as K;
     word.keyword().is_some_and(|keyword| {
@@ -51,7 +51,7 @@ impl Inventory {
                 if word.address.is_coordinate() || word.address == Address::F || says_motion_or_feed(word) {
                     continue;
                 }
-                // Constants may have told what an expression is worth or an assignment means, or not yet.
+                // Constants may decide later what an expression is worth or an assignment means.
                 let is_told = match word.form {
                     WordForm::Number | WordForm::Comma => false,
                     WordForm::Keyword => word.keyword().is_some_and(Keyword::is_assignment),
@@ -68,7 +68,7 @@ impl Inventory {
         self.count(Address::N, number.to_bits());
     }
 
-    /// Adds what another inventory has counted.
+    /// Adds the counts of another inventory.
     pub(in crate::process) fn join(&mut self, other: &Self) {
         self.blocks += other.blocks;
         self.inserted += other.inserted;

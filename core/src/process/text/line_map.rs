@@ -1,32 +1,32 @@
-//! Which line of the source a line of the written program comes from.
+//! From a line of the written program to its line of the source.
 
 use crate::process::fault::Fault;
 
-/// Lines that were inserted, in a few bytes for each stretch of them.
+/// Inserted lines, stored in a few bytes for each stretch of them.
 #[derive(Debug, Default)]
 pub(in crate::process) struct LineMap {
-    /// Pairs of numbers: source lines since the pair before, and how many lines were inserted behind that line.
+    /// Pairs of numbers: source lines since the previous pair, and lines inserted after that line.
     pairs: Vec<u8>,
-    /// The last pair, which may still grow.
+    /// The last pair. It can still grow.
     last: Option<(u64, u64)>,
-    /// The source line of the pair before it.
+    /// The source line of the previous pair.
     before: u64,
 }
 
-/// Most bytes of a map: more than the twenty million blocks that a program may become take.
+/// Most bytes of a map. Twenty million blocks, the most that a program may become, need less.
 const MAX_BYTES: usize = 48 << 20;
 
 impl LineMap {
-    /// Behind this line of the source stand `extra` lines that the source does not have. Lines never go back.
+    /// Records `extra` inserted lines after this line of the source. Lines must not decrease.
     ///
     /// # Errors
-    /// A line before the last one, or more lines than a map holds.
+    /// A line before the last one, or more lines than a map can hold.
     pub(in crate::process) fn insert(&mut self, line: u64, extra: u64) -> Result<(), Fault> {
         match &mut self.last {
             Some((same, count)) if *same == line => *count += extra,
             _ if extra == 0 => {}
             Some((at, _)) if line < *at => {
-                let what = "lines that were put in go back";
+                let what = "inserted lines are out of order";
                 return Err(Fault::VerificationFailed { line, what });
             }
             last => {
@@ -44,7 +44,7 @@ impl LineMap {
     }
 }
 
-/// Seven bits a byte, the lowest first; the eighth says that more follow.
+/// Seven bits per byte, the lowest first. The eighth bit marks that more bytes follow.
 fn put(mut value: u64, out: &mut Vec<u8>) {
     while value > 0x7F {
         #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
@@ -68,7 +68,7 @@ fn take(bytes: &[u8], at: &mut usize) -> Option<u64> {
     }
 }
 
-/// Goes through a map with lines that never go back.
+/// Walks through a map with increasing lines.
 #[derive(Debug, Clone)]
 pub(in crate::process) struct LineCursor<'a> {
     map: &'a LineMap,
@@ -76,7 +76,7 @@ pub(in crate::process) struct LineCursor<'a> {
     /// The source line of the last pair read.
     line: u64,
     pair: Option<(u64, u64)>,
-    /// The map's last pair, until it was read.
+    /// The map's last pair, until it is read.
     last: Option<(u64, u64)>,
     /// Lines inserted before that pair.
     shift: u64,
@@ -100,7 +100,7 @@ impl<'a> LineCursor<'a> {
         };
     }
 
-    /// The line of the source that this line of the written program comes from.
+    /// The line of the source from which this line of the written program comes.
     pub(in crate::process) fn source_line(&mut self, line: u64) -> u64 {
         while let Some((at, extra)) = self.pair {
             if line <= at + self.shift {
@@ -116,7 +116,7 @@ impl<'a> LineCursor<'a> {
     }
 }
 
-/// How many lines end in this text: at LF, CR LF or CR.
+/// Number of line ends in this text: LF, CR LF or CR.
 pub(in crate::process) fn line_ends(text: &[u8]) -> u64 {
     let mut count = 0;
     let mut at = 0;

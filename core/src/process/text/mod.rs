@@ -1,4 +1,5 @@
-//! A program read piece by piece: text in, blocks and motions out, and what the whole text tells before it is followed.
+//! A program read piece by piece, from text to blocks and motions, and the survey of the whole text before it is
+//! followed.
 
 mod dialect_fit;
 mod glance;

@@ -1,4 +1,4 @@
-//! Numbers for blocks that come in: between those of their neighbours, or none.
+//! Numbers for inserted blocks, between those of their neighbours, if there is room.
 
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
@@ -9,9 +9,9 @@ const MAX_NUMBER: f64 = 1e9;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::process) struct Numbering {
     last: Option<u64>,
-    /// Every number is greater than all before it: then one between two neighbours is nobody else's.
+    /// Every number is greater than all numbers before it. A number between two neighbours is then unused.
     increases: bool,
-    /// From one number to the next at least.
+    /// Smallest step from one number to the next.
     least_step: u64,
 }
 
@@ -42,9 +42,9 @@ impl Numbering {
         self.last = Some(number);
     }
 
-    /// The first of `count` numbers, one apart, for blocks behind the one of index `block`. `None` where that block has
-    /// no number or there is no room before the next one; behind the last one of a batch the program's smallest step
-    /// is the room.
+    /// The first of `count` numbers, one apart, for blocks after the block of index `block`. `None` if that block
+    /// has no number, or if there is no room before the next one. After the last block of a batch, the room is the
+    /// program's smallest step.
     pub(in crate::process) fn behind(&self, batch: &Batch, block: usize, count: u64) -> Option<u64> {
         if !self.increases || self.last.is_none() || count == 0 {
             return None;
@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(numbers(text, 1, 4), Some(21));
         assert_eq!(numbers(text, 1, 5), None);
         assert_eq!(numbers(text, 4, 1), None, "a block without a number");
-        // Behind the last number of the batch there may be another one the smallest step away.
+        // The number after the last one of the batch may be the smallest step away.
         assert_eq!(numbers(text, 5, 4), Some(36));
         assert_eq!(numbers(text, 5, 5), None);
     }
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(numbers("N10 X1\nN20 X2\nN20 X3\n", 0, 1), None);
         assert_eq!(numbers("N10.5 X1\nN20 X2\n", 0, 1), None);
         assert_eq!(numbers("N1 X1\nN2 X2\n", 0, 1), None);
-        // One digit more than the control may take.
+        // One digit more than the control may accept.
         assert_eq!(numbers("N9989 X1\nN9999 X2\n", 1, 2), None);
     }
 }

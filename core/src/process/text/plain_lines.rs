@@ -1,14 +1,14 @@
-//! Lines of conversational, Sinumerik and cutter location programs that tell a survey all it asks for by their bytes:
-//! block numbers and decimals of points, read without making words of them.
+//! Lines of conversational, Sinumerik and cutter location programs whose bytes alone tell the survey all it needs:
+//! block numbers and decimals of points. Their words are not read.
 
 use super::survey::{CONTROL_DECIMALS, Survey};
 use crate::program::Dialect;
 
-/// Longer lines are read \[bytes\]; a line of this length cannot hold more words than a reader takes.
+/// Longer lines are read \[bytes\]. A line of this length cannot hold more words than a reader accepts.
 const MAX_LINE_BYTES: usize = 256;
-/// Block numbers of more digits are read.
+/// Block numbers with more digits are read.
 const MAX_NUMBER_DIGITS: usize = 8;
-/// So are values with more digits before the point, or behind it.
+/// Values with more digits before or after the point are read.
 const MAX_WHOLE_DIGITS: usize = 6;
 const MAX_FRACTION_DIGITS: usize = 9;
 
@@ -30,7 +30,7 @@ enum Grammar {
 }
 
 impl PlainLines {
-    /// Of a program of this dialect; `None` where lines are not looked at in this way.
+    /// For a program of this dialect; `None` if its lines are not looked at in this way.
     pub(in crate::process) fn of(dialect: Dialect, rotary: [char; 2]) -> Option<Self> {
         let grammar = match dialect {
             Dialect::Heidenhain => Grammar::Conversational,
@@ -41,8 +41,8 @@ impl PlainLines {
         Some(Self { grammar, rotary })
     }
 
-    /// What the survey knows behind these whole lines, and how many they are; `None` where one of them has to be read. They
-    /// begin with a statement.
+    /// The survey after these whole lines, and their number. `None` if one of them has to be read. The lines begin
+    /// with a statement.
     pub(in crate::process) fn behind(self, lines: &[u8], survey: &Survey) -> Option<(Survey, u64)> {
         let mut survey = *survey;
         survey.tools.pass_over();
@@ -116,7 +116,7 @@ impl PlainLines {
     }
 }
 
-/// A point, with a tool axis or without.
+/// A point, with or without a tool axis.
 #[inline]
 fn point(line: &mut Line<'_>, survey: &mut Survey) -> Option<()> {
     b"GOTO/".iter().try_for_each(|byte| line.take(*byte))?;
@@ -144,7 +144,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// The byte at hand; a line end behind the last one.
+    /// The current byte; a line end after the last one.
     #[inline]
     fn byte(&self) -> u8 {
         self.text.get(self.at).copied().unwrap_or(b'\n')
@@ -157,7 +157,7 @@ impl Line<'_> {
         is_there.then_some(())
     }
 
-    /// How many blanks were skipped.
+    /// Number of blanks skipped.
     #[inline]
     fn skip_blanks(&mut self) -> usize {
         let start = self.at;
@@ -167,7 +167,7 @@ impl Line<'_> {
         self.at - start
     }
 
-    /// Goes behind LF or CR LF.
+    /// Moves to after LF or CR LF.
     #[inline]
     fn end(&mut self) -> Option<()> {
         self.at += usize::from(self.byte() == b'\r');
@@ -224,7 +224,7 @@ mod tests {
         survey
     }
 
-    /// The survey when these lines were read as words.
+    /// The survey after these lines were read as words.
     fn read(lines: &str, dialect: Dialect, mut survey: Survey) -> Survey {
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let mut batch = Batch::new();
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(PlainLines::of(Dialect::Iso, ROTARY), None);
     }
 
-    /// What plain lines are made of, and what ends them being plain.
+    /// Parts of plain lines, and things that make a line not plain.
     fn lines(dialect: Dialect) -> impl Strategy<Value = String> {
         let words = match dialect {
             Dialect::Heidenhain => {
@@ -292,7 +292,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// What is told by bytes is what reading tells, whatever stands in the lines.
+        /// The bytes tell the same as reading the words, for any lines.
         #[test]
         fn what_bytes_tell_is_what_words_tell(
             (dialect, lines) in prop::sample::select(vec![Dialect::Heidenhain, Dialect::Siemens, Dialect::Apt])

@@ -1,4 +1,4 @@
-//! What was made of a program: its unit, the work offsets and the tools it uses, with the lines where.
+//! How a program was read: its unit, its work offsets and its tools, with their lines.
 
 use crate::motion::{CalledTool, Motion, ToolName, WorkOffset};
 use crate::process::set_up::Tooling;
@@ -7,28 +7,28 @@ use crate::units::LengthUnit;
 /// How a program was read.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ProgramReading {
-    /// The unit it counts in; `None` where it has no length.
+    /// The unit of its lengths; `None` if it has no length.
     pub unit: Option<LengthUnit>,
-    /// Whether the text itself says so.
+    /// Whether the text itself states the unit.
     pub unit_is_stated: bool,
-    /// The work offsets under which it moves, in the order in which they come.
+    /// The work offsets under which it moves, in order of first use.
     pub work_offsets: Vec<OffsetUse>,
-    /// The tools that are in the spindle while it moves, in the order in which they come.
+    /// The tools in the spindle while it moves, in order of first use.
     pub tools: Vec<ToolUse>,
 }
 
 /// The motions under one work offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OffsetUse {
-    /// The offset; `None` for all motions whose offset is not known, or is shifted in a way that is not known.
+    /// The offset; `None` for all motions whose offset is unknown, or shifted by an unknown amount.
     pub offset: Option<WorkOffset>,
     /// It is the offset of the program's first point, or the one in force before the program names any.
     pub is_only: bool,
-    /// Its motions are left alone, because nobody states where it is.
+    /// Its motions are left unchanged, because its position is not stated.
     pub is_left_alone: bool,
     /// First and last line of the upload with such a motion.
     pub lines: [u64; 2],
-    /// How many there are.
+    /// Number of such motions.
     pub motions: u64,
 }
 
@@ -37,25 +37,25 @@ pub struct OffsetUse {
 pub struct ToolUse {
     /// How it was called.
     pub called: CalledTool,
-    /// Its name, where it was called by one.
+    /// Its name, if it was called by name.
     pub name: Option<ToolName>,
-    /// Its place in the machine's tool table, where something of it was taken from there.
+    /// Its place in the machine's tool table, if any value was taken from there.
     pub listed: Option<usize>,
-    /// Nothing is known of it, while other tools are known.
+    /// Nothing is known of this tool, while other tools are known.
     pub is_unknown: bool,
     /// First and last line of the upload with such a motion.
     pub lines: [u64; 2],
-    /// How many there are, rapids too.
+    /// Number of such motions, including rapids.
     pub motions: u64,
 }
 
-/// Most tools that are told apart; the motions of further ones are counted with the last.
+/// Most tools that are distinguished. The motions of further tools are counted with the last.
 const MAX_TOOLS: usize = 1000;
-/// Most work offsets that are told apart; the motions of further ones are counted with the last.
+/// Most work offsets that are distinguished. The motions of further offsets are counted with the last.
 const MAX_OFFSETS: usize = 1000;
 
 impl ProgramReading {
-    /// Takes motions, in their order.
+    /// Takes motions in program order.
     pub(in crate::process) fn see(&mut self, motions: &[Motion]) {
         self.see_tools(motions);
         let mut last = None;
@@ -103,7 +103,7 @@ impl ProgramReading {
         }
     }
 
-    /// The same with what was taken for each tool, and with the names by which they were called.
+    /// The same with the values used for each tool, and with the names by which tools were called.
     pub(in crate::process) fn with_tools(mut self, tooling: &Tooling, names: &[ToolName]) -> Self {
         for used in &mut self.tools {
             let tool = tooling.tool(used.called);

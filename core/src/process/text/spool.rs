@@ -1,4 +1,4 @@
-//! Where a program rests between two steps: places that the caller gives, a file each, say.
+//! Storage for a program between two steps, in places that the caller provides, for example one file each.
 
 use std::io;
 use std::io::{Read, Write};
@@ -6,45 +6,45 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::stream::ProgramSource;
 
-/// What rests in a place.
+/// The content of a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// The program whose ends of motions were moved.
+    /// The program with its ends of motions moved.
     Moved,
     /// What that step did to every motion, 53 bytes each.
     Moves,
-    /// The written program, where it is run through the drives.
+    /// The written program, if it is run through the drives.
     Written,
     /// What all steps did to every motion, 53 bytes each.
     Changes,
-    /// What the drives leave of every line, 12 bytes each.
+    /// Servo lag of every line, 12 bytes each.
     Lags,
-    /// The program whose singular regions were treated.
+    /// The program with its singular regions treated.
     Treated,
 }
 
 impl Place {
-    /// Every place.
+    /// All places.
     pub const ALL: [Self; 6] =
         [Self::Moved, Self::Moves, Self::Written, Self::Changes, Self::Lags, Self::Treated];
 }
 
-/// Places to put text in and read it from again; what is put there is of no use once the compensation is done.
+/// Places that store text to be read again. Their content is not needed after the compensation.
 pub trait Spool: Sync {
-    /// An empty place to be written, in place of what was there.
+    /// Empties a place and opens it for writing.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// The place cannot be created.
     fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>>;
 
-    /// What was written there, from its first byte. Writers are flushed before.
+    /// The content of a place, from its first byte. Its writers were flushed before.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// The place cannot be opened.
     fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>>;
 }
 
-/// A program that rests in a spool.
+/// A program stored in a spool.
 pub(in crate::process) struct Resting<'a> {
     pub(in crate::process) spool: &'a dyn Spool,
     pub(in crate::process) place: Place,
@@ -62,7 +62,7 @@ pub struct MemorySpool([Mutex<Vec<u8>>; 6]);
 
 struct MemoryWriter<'a>(&'a Mutex<Vec<u8>>);
 
-/// Nobody panics while holding one, and text that was half written is thrown away anyway.
+/// No code panics while it holds the lock, and text that was written in part is thrown away in any case.
 fn held(place: &Mutex<Vec<u8>>) -> MutexGuard<'_, Vec<u8>> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }

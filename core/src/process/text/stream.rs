@@ -1,4 +1,4 @@
-//! A program read piece by piece: text in, blocks and motions out.
+//! A program read piece by piece: from text to blocks and motions.
 
 use crate::kinematics::ToolPose;
 use crate::process::set_up::Stop;
@@ -37,8 +37,8 @@ impl ProgramSource for Vec<u8> {
     }
 }
 
-/// The tool in W at the end of a motion and half way along it, by who interpolates. One after the other in memory, since
-/// they are looked at one after the other. Nobody looks at those of a motion without known ends.
+/// The tool in W at the end of a motion and half way along it, by interpolation mode. Both are next to each other
+/// in memory, because they are used one after the other. The poses of a motion without known ends are not used.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::process) struct MotionPoses {
     pub(in crate::process) end: ToolPose,
@@ -50,23 +50,23 @@ pub(in crate::process) struct MotionPoses {
 pub(in crate::process) struct Passage {
     pub(in crate::process) batch: Batch,
     pub(in crate::process) motions: Vec<Motion>,
-    /// Of each motion, once they are [prepared](crate::process::contact_path::Preparation).
+    /// One for each motion, after they are [prepared](crate::process::contact_path::Preparation).
     pub(in crate::process) poses: Vec<MotionPoses>,
-    /// Where X Y Z \[mm\] and the rotary axes \[deg\] are after each motion, as far as that is known, where it was
+    /// Positions of X Y Z \[mm\] and of the rotary axes \[deg\] after each motion, as far as known. Filled only if
     /// [asked for](Passages::keeping_positions).
     pub(in crate::process) positions: Vec<[Option<f64>; 5]>,
 }
 
-/// Consecutive passages that are worked on at a time.
+/// Consecutive passages that are worked on together.
 #[derive(Debug, Default)]
 pub(in crate::process) struct Stretch {
     pub(in crate::process) passages: Vec<Passage>,
-    /// The first motion behind it.
+    /// The first motion after it.
     following: Option<Motion>,
 }
 
 impl Stretch {
-    /// Gives the motions with tool vectors their words, where the passages [left that](Passages::leaving_vectors).
+    /// Gives the motions with tool vectors their words, if the passages [left that](Passages::leaving_vectors).
     pub(in crate::process) fn resolve(&mut self, vectors: &mut ToolVectors) {
         for passage in &mut self.passages {
             vectors.resolve(&mut passage.motions);
@@ -81,43 +81,43 @@ impl Stretch {
         self.passages.get(passage)?.motions.get(motion)
     }
 
-    /// The first motion behind the passage of this index.
+    /// The first motion after the passage of this index.
     pub(in crate::process) fn following(&self, index: usize) -> Option<&Motion> {
         let later = self.passages.get(index + 1..).unwrap_or_default();
         later.iter().find_map(|passage| passage.motions.first()).or(self.following.as_ref())
     }
 }
 
-/// Passages of a stretch: some milliseconds of work, so that handing over costs nothing beside it, and few enough that
-/// their motions stay in the cache between the hands.
+/// Passages in a stretch. They are some milliseconds of work, so that handing over costs little. They are few
+/// enough that their motions stay in the cache between the workers.
 const STRETCH_PASSAGES: usize = 4;
-/// How much is read at once \[bytes\].
+/// Bytes read at once \[bytes\].
 pub(in crate::process) const CHUNK_BYTES: usize = 64 * 1024;
-/// How many batches without a motion are read ahead in search of the next one.
+/// Most batches without a motion that are read ahead to find the next motion.
 const MAX_LOOKAHEAD: usize = 64;
 
-/// Reads a source into passages; one motion of look-ahead is there for rules that need a neighbour.
+/// Reads a source into passages, with one motion of look-ahead for rules that need a neighbour.
 pub(in crate::process) struct Passages<'a> {
     input: Box<dyn Read + Send + 'a>,
     chunk: Vec<u8>,
     ended: bool,
     reader: Reader,
     interpreter: Interpreter,
-    /// `None`: somebody else gives motions with vectors their words.
+    /// `None` if motions with vectors get their words elsewhere.
     vectors: Option<ToolVectors>,
     keeps_positions: bool,
     ahead: VecDeque<Passage>,
-    /// Passages that were worked off: their memory is used again.
+    /// Finished passages, whose memory is used again.
     spare: Vec<Passage>,
     pub(in crate::process) diagnostics: Diagnostics,
     pub(in crate::process) blocks: u64,
     pub(in crate::process) motions: u64,
     reading: ProgramReading,
-    /// Which tool cuts where.
+    /// Which tool cuts in which section.
     tooling: Arc<Tooling>,
-    /// From the lines read to those of the upload, where what is read was written from it.
+    /// From the lines read to those of the upload, if the text read was written from it.
     lines: Vec<LineCursor<'a>>,
-    /// The same from the first line on, for what is said when all is read.
+    /// The same from the first line on, for messages after all is read.
     first_lines: Vec<LineCursor<'a>>,
 }
 
@@ -147,20 +147,20 @@ impl<'a> Passages<'a> {
         })
     }
 
-    /// Motions get the lines that these lead to, one after the other.
+    /// Gives motions the lines to which these cursors lead, one after the other.
     pub(in crate::process) fn with_lines(mut self, lines: Vec<LineCursor<'a>>) -> Self {
         self.first_lines.clone_from(&lines);
         self.lines = lines;
         self
     }
 
-    /// Tool vectors are left as they are: stretches are [resolved](Stretch::resolve) in their order later.
+    /// Leaves tool vectors unresolved. Stretches are [resolved](Stretch::resolve) in order later.
     pub(in crate::process) fn leaving_vectors(mut self) -> Self {
         self.vectors = None;
         self
     }
 
-    /// Passages tell where the axes are after each motion, also where not all of them are known.
+    /// Makes passages give the axis positions after each motion, even if not all are known.
     pub(in crate::process) fn keeping_positions(mut self) -> Self {
         self.keeps_positions = true;
         self
@@ -187,7 +187,7 @@ impl<'a> Passages<'a> {
         Ok(Some((passage, following)))
     }
 
-    /// Fills a stretch with the next passages; it stays empty where there are none.
+    /// Fills a stretch with the next passages. It stays empty at the end of the program.
     pub(in crate::process) fn fill(&mut self, stretch: &mut Stretch, stop: &Stop<'_>) -> Result<(), Fault> {
         self.spare.append(&mut stretch.passages);
         while stretch.passages.len() < STRETCH_PASSAGES {
@@ -201,8 +201,8 @@ impl<'a> Passages<'a> {
         Ok(())
     }
 
-    /// Hands every passage to `work`, with the first motion after it and the dialect, until the program is refused; a
-    /// refused program is read to its end, so that every fault is named.
+    /// Hands every passage to `work`, with the first motion after it and the dialect, until the program is refused.
+    /// A refused program is still read to its end, so that every fault is listed.
     pub(in crate::process) fn work(
         &mut self,
         stop: &dyn Fn() -> ControlFlow<()>,
@@ -266,22 +266,22 @@ impl<'a> Passages<'a> {
         ProgramReading { unit, unit_is_stated, ..reading }
     }
 
-    /// The names by which tools were called so far, and what `CUTTER/` says of them.
+    /// The names by which tools were called so far, and the cutters that `CUTTER/` states.
     pub(in crate::process) fn tools_told(&self) -> (Vec<ToolName>, Vec<StatedCutter>) {
         (self.interpreter.tool_names().to_vec(), self.interpreter.stated_cutters().to_vec())
     }
 
-    /// Gives back a stretch that was worked off.
+    /// Gives back a finished stretch.
     pub(in crate::process) fn recycle_all(&mut self, stretch: &mut Stretch) {
         self.spare.append(&mut stretch.passages);
     }
 
-    /// Gives back a passage that was worked off.
+    /// Gives back a finished passage.
     pub(in crate::process) fn recycle(&mut self, passage: Passage) {
         self.spare.push(passage);
     }
 
-    /// What the caller should know about the text as a whole.
+    /// Adds the warnings about the text as a whole.
     pub(in crate::process) fn warn(&self, warnings: &mut Warnings) {
         let to_upload = |cursors: &mut [LineCursor<'a>], line: u64| {
             cursors.iter_mut().fold(line, |line, cursor| cursor.source_line(line))
@@ -319,7 +319,7 @@ impl<'a> Passages<'a> {
         }
     }
 
-    /// Blocks behind the program's end, and the line of the end as it was uploaded.
+    /// Number of blocks after the program's end, and the line of the end in the upload.
     pub(in crate::process) fn behind_the_end(&self) -> (u64, Option<u64>) {
         let mut cursors = self.first_lines.clone();
         let end = self

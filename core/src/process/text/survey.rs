@@ -6,7 +6,7 @@ use crate::process::set_up::{ContactSource, ToolCalls};
 use crate::program::{Address, Batch, Borne, Dialect, Step, Steps, Word, WordForm};
 use crate::units::MM_PER_INCH;
 
-/// What one pass over the text tells.
+/// The result of one pass over the text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct Survey {
     /// Contacts the program states: the first available of points and normals.
@@ -17,11 +17,11 @@ pub(in crate::process) struct Survey {
     pub(in crate::process) rotary_decimals: u8,
     /// False for a table without a column F.
     pub(in crate::process) has_feed_column: bool,
-    /// Of its blocks.
+    /// The numbering of its blocks.
     pub(in crate::process) numbering: Numbering,
-    /// Tools that it calls.
+    /// The tools that it calls.
     pub(in crate::process) tools: ToolCalls,
-    /// Steps that were done to it before, by its stamps.
+    /// Steps that were done to it before, according to its stamps.
     pub(in crate::process) borne: Borne,
 }
 
@@ -39,7 +39,7 @@ const CUTTING_CODES: [u32; 22] =
     [0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 430, 434, 490, 540, 550, 560, 570, 580, 590, 900, 930, 940];
 
 impl Survey {
-    /// Before the first byte.
+    /// The survey before the first byte.
     pub(in crate::process) fn nothing() -> Self {
         Self {
             stated: None,
@@ -118,7 +118,7 @@ impl Survey {
             (ContactSource::FeedPlane | ContactSource::Tip, _) => return Ok(asked),
             (ContactSource::Auto, stated) => return Ok(stated.unwrap_or(beside)),
             (ContactSource::Surface, _) if has_part => return Ok(asked),
-            (ContactSource::Surface, _) => "surface of the part beside it",
+            (ContactSource::Surface, _) => "surface of the part sent with it",
             (asked, Some(stated)) if asked == stated => return Ok(asked),
             (ContactSource::Program, _) => "U V W words",
             (ContactSource::Normals, _) => "contact normals nx ny nz",
@@ -127,7 +127,7 @@ impl Survey {
     }
 }
 
-/// Whether the block has no code that gives U V W another meaning (incremental axes of a reference return, say).
+/// Whether the block has no code that gives U V W another meaning, such as incremental axes of a reference return.
 fn is_cutting(words: &[Word]) -> bool {
     words
         .iter()

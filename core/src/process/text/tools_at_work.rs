@@ -1,4 +1,4 @@
-//! Which tools cut in a program, found by reading it.
+//! The tools that cut in a program, found by reading it.
 
 use std::ops::ControlFlow;
 
@@ -8,11 +8,11 @@ use crate::machine::{Machine, Side, Tool};
 use crate::process::fault::Fault;
 use crate::process::set_up::{Need, ProgramSetup, ToolCalls, ToolsAtWork};
 
-/// The tools that cut in a program whose text was surveyed. The program is followed only where the survey leaves more than one
-/// tool possible, or where `compares` says that the cutters stated by `CUTTER/` are asked for.
+/// The tools that cut in a surveyed program. The program is followed only if the survey leaves more than one tool
+/// possible, or if `compares` asks for the cutters stated by `CUTTER/`.
 ///
 /// # Errors
-/// The program cannot be read, or nobody waits any more.
+/// The program cannot be read, or the caller no longer waits.
 fn tools_at_work(
     calls: &ToolCalls,
     machine: &Machine,
@@ -46,10 +46,10 @@ fn has_head(machine: &Machine) -> bool {
 }
 
 impl ProgramSetup {
-    /// The same with the tool of each section of the program; `stated` is the request's cutter.
+    /// The same setup with the tool of each section. `stated` is the request's cutter.
     ///
     /// # Errors
-    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    /// It is not known which tool cuts, the program cannot be read, or the caller no longer waits.
     pub(in crate::process) fn with_tools(
         &self,
         stated: Option<Tool>,
@@ -67,10 +67,11 @@ impl ProgramSetup {
         self.with_tools_at_work(stated, need, has_head(machine), &at_work)
     }
 
-    /// [`Self::with_tools`] for a program that was not surveyed yet. It is not read where the result does not depend on the tool.
+    /// [`Self::with_tools`] for a program that was not surveyed yet. The program is not read if the result does not
+    /// depend on the tool.
     ///
     /// # Errors
-    /// As there.
+    /// As for [`Self::with_tools`].
     pub(in crate::process) fn with_surveyed_tools(
         &self,
         stated: Option<Tool>,

@@ -1,4 +1,4 @@
-//! The course of one motion, and into how many straight pieces it has to be divided.
+//! The course of one motion, and the number of straight pieces into which it is divided.
 
 use super::parameters::VerificationParameters;
 use crate::contact::{CutterBody, Station};
@@ -26,18 +26,18 @@ enum Shape {
     Arc(ArcPath),
 }
 
-/// Pieces longer than this in cutter radii are divided: short ones are soon left out.
+/// Pieces longer than this, in cutter radii, are divided: short pieces are excluded faster.
 const MAX_LENGTH_IN_RADII: f64 = 0.5;
-/// … but into no more than this many for their length alone.
+/// Most pieces into which a motion is divided for its length alone.
 const MAX_PIECES_BY_LENGTH: f64 = 4096.0;
 /// Most stretching of the linear axes by squareness errors, each within 0.05 rad.
 const STRETCH: f64 = 1.2;
 
 impl Course {
-    /// The course of a motion; `None` where it goes nowhere.
+    /// The course of a motion; `None` if it has no length.
     ///
     /// # Errors
-    /// Why it is not known.
+    /// Why the course is not known.
     pub(super) fn of(
         parameters: &VerificationParameters,
         modes: ArcModes,
@@ -65,7 +65,8 @@ impl Course {
         Ok(Some(Self { shape, mode, kind: motion.kind, line: motion.line }))
     }
 
-    /// Whether a rotary axis stands off zero in it, with machine interpolation: where the tool is in W hangs on the set-up then.
+    /// Whether a rotary axis is off zero under machine interpolation. The tool's position in W then depends on the
+    /// set-up.
     pub(super) fn hangs_on_set_up(&self) -> bool {
         let is_off = |words: AxisWords| words.rotary_deg.iter().any(|word| word.abs() > 0.0);
         self.mode == Interpolation::Machine && [0.0, 1.0].into_iter().any(|u| is_off(self.words_at(u)))
@@ -89,12 +90,12 @@ impl Course {
         }
     }
 
-    /// Into how many equal pieces the motion is divided so that a piece taken as straight in the frame of the tool is
-    /// nowhere farther than `resolution_mm` from the true one.
+    /// Number of equal pieces of the motion. A piece is taken as straight in the frame of the tool, and is nowhere
+    /// farther than `resolution_mm` from the true motion.
     ///
-    /// A point at the distance ρ from the tip moves in that frame with the second derivative
-    /// `|y″| ≤ ρΩ² + 2Ω|w′| + |w″|` by u, Ω being the sum of both rotary axes' turns, w the tip in W; N chords
-    /// leave `|y″|/(8N²)`. ρ is that of the cutter's farthest point.
+    /// In that frame a point at the distance ρ from the tip has the second derivative `|y″| ≤ ρΩ² + 2Ω|w′| + |w″|`
+    /// by u. Ω is the sum of both rotary axes' turns, and w the tip in W. N chords leave `|y″|/(8N²)`. ρ belongs to
+    /// the cutter's farthest point.
     pub(super) fn pieces(
         &self,
         machine: &Machine,

@@ -1,4 +1,4 @@
-//! A whole program against the nominal surface of its part: what it leaves and what it gouges.
+//! A whole program against the nominal surface of its part: residual material and gouges.
 
 mod cut;
 mod parameters;

@@ -1,4 +1,4 @@
-//! What a verification is asked to do.
+//! The parameters of a verification.
 
 use crate::process::fault::{VerificationFault, VerificationQuantity};
 
@@ -11,35 +11,35 @@ use crate::units::Length;
 /// The parameters of a verification by virtual cutting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerificationParameters {
-    /// The cutter in the spindle; `None`: each section's own from the machine's tool table.
+    /// The cutter in the spindle; `None` takes each section's cutter from the machine's tool table.
     pub tool: Option<Tool>,
-    /// How far above the tip the cutter is taken into account; `None` is four radii, and at least 30 mm.
+    /// Height above the tip up to which the cutter cuts; `None` is four radii, and at least 30 mm.
     pub cutting_length: Option<Length>,
-    /// Height H of the stock over the surface, along the normal: where needles end.
+    /// Height H of the stock over the surface, along the normal: the ends of the needles.
     pub stock: Length,
-    /// Largest distance between the motion and what stands for it in the computation.
+    /// Largest distance between the motion and its straight pieces.
     pub resolution: Length,
     /// Residuals larger than this are counted.
     pub limit: Length,
-    /// What the text does not say.
+    /// The caller's statements that the text does not have.
     pub program: ProgramSetup,
-    /// Most comparisons of samples, or clumps of them, with straight pieces.
+    /// Most comparisons of samples, or groups of samples, with straight pieces.
     pub max_pairs: u64,
     /// Most straight pieces that the program's motions may be divided into.
     pub max_pieces: u64,
 }
 
-/// A normal's length may be off by so much.
+/// Largest error of a normal's length.
 const UNIT: f64 = 1e-6;
-/// Coordinates of samples beyond this are no part \[mm\].
+/// Samples with coordinates beyond this are refused \[mm\].
 const MAX_COORDINATE_MM: f64 = 1e5;
 
 impl VerificationParameters {
-    /// Heights of stock taken for real \[mm\].
+    /// Accepted heights of stock \[mm\].
     pub const STOCK_RANGE_MM: [f64; 2] = [1e-3, 100.0];
-    /// Resolutions taken for real \[mm\].
+    /// Accepted resolutions \[mm\].
     pub const RESOLUTION_RANGE_MM: [f64; 2] = [1e-5, 0.1];
-    /// Limits taken for real \[mm\].
+    /// Accepted limits \[mm\].
     pub const LIMIT_RANGE_MM: [f64; 2] = [1e-5, 10.0];
 
     /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
@@ -57,7 +57,7 @@ impl VerificationParameters {
         }
     }
 
-    /// Where no cutting length is stated a straight shank counts up to this height above the tip, at least \[mm\].
+    /// Smallest height of a straight shank above the tip if no cutting length is stated \[mm\].
     const LEAST_LENGTH_MM: f64 = 30.0;
 
     /// The body of a cutter.
@@ -70,7 +70,7 @@ impl VerificationParameters {
         CutterBody::new(tool, self.cutting_length.unwrap_or(usual))
     }
 
-    /// Everything that is wrong with these parameters and samples; empty where nothing is.
+    /// Everything wrong with these parameters and samples; empty if nothing is.
     #[must_use]
     pub fn faults(&self, samples: &[SurfacePoint]) -> Vec<VerificationFault> {
         let body = self.tool.map(|tool| self.body(&tool));

@@ -1,4 +1,4 @@
-//! What a verification has to show for itself.
+//! The result of a verification.
 
 use crate::geometry::Vec3;
 use crate::process::fault::{LeftOut, Warning};
@@ -15,12 +15,12 @@ pub struct MotionCounts {
     pub linear: u64,
     /// Arcs and helices.
     pub arcs: u64,
-    /// Rapids, taken as straight.
+    /// Rapids, taken as straight motions.
     pub rapids: u64,
 }
 
 impl MotionCounts {
-    /// All of them.
+    /// All motions.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.linear + self.arcs + self.rapids
@@ -34,14 +34,14 @@ pub struct Extreme {
     pub index: usize,
     /// The sample in W \[mm\].
     pub point_mm: Vec3,
-    /// What is left there.
+    /// The residual at the sample.
     pub residual: Residual,
 }
 
 /// Residuals by size: [`Histogram::BINS`] equal bins between −4 and +4 limits, and one open bin on either side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
-    /// Edges of the bins \[mm\], one more than bins; a bin holds its lower edge.
+    /// Edges of the bins \[mm\], one more than bins. A bin includes its lower edge.
     pub edges_mm: Vec<f64>,
     /// Samples in each bin.
     pub counts: Vec<u64>,
@@ -52,9 +52,9 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// Equal bins, a fifth of the limit wide each.
+    /// Number of equal bins, each a fifth of the limit wide.
     pub const BINS: usize = 40;
-    /// The last edge in limits.
+    /// The last edge, in limits.
     const REACH: f64 = 4.0;
 
     fn new(limit_mm: f64) -> Self {
@@ -74,28 +74,28 @@ impl Histogram {
     }
 }
 
-/// The residuals of all samples in a few numbers.
+/// The residuals of all samples, summed up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualSummary {
-    /// Samples that a tool position counts on.
+    /// Samples cut by a tool position.
     pub cut: u64,
-    /// Samples that none does.
+    /// Samples that no tool position cuts.
     pub uncut: u64,
     /// Samples with more excess than the limit.
     pub over_excess: u64,
     /// Samples gouged deeper than the limit.
     pub over_gouge: u64,
-    /// … of which by a rapid.
+    /// Of these, samples gouged by a rapid.
     pub gouged_by_rapid: u64,
-    /// Most material left; `None` where none is left.
+    /// Most material left; `None` if none is left.
     pub max_excess: Option<Extreme>,
-    /// Deepest gouge; `None` where there is none.
+    /// Deepest gouge; `None` if there is none.
     pub max_gouge: Option<Extreme>,
     /// Mean residual of the samples cut \[mm\].
     pub mean_mm: f64,
-    /// Root mean square of them \[mm\].
+    /// Their root mean square \[mm\].
     pub rms_mm: f64,
-    /// Line with the residual that is largest in magnitude.
+    /// Line with the largest residual in magnitude.
     pub worst_line: Option<u64>,
     /// All residuals by size.
     pub histogram: Histogram,
@@ -158,25 +158,25 @@ impl ResidualSummary {
     }
 }
 
-/// How far residuals moved when some samples were cut again eight times finer.
+/// Change of the residuals when some samples are cut again eight times finer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Samples cut again: those with the largest residuals, and evenly chosen ones.
+    /// Number of samples cut again: those with the largest residuals, and evenly chosen ones.
     pub samples: u64,
     /// The finer resolution.
     pub resolution: Length,
     /// Largest change of a residual.
     pub max_change: Length,
-    /// Samples that are cut in one computation only.
+    /// Samples that are cut in only one of the two computations.
     pub cut_once: u64,
 }
 
-/// What the computation cost.
+/// The cost of the computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
     /// Straight pieces that the motions were divided into.
     pub pieces: u64,
-    /// Pairs of a sample and a piece that were looked at one by one.
+    /// Pairs of a sample and a piece that were compared one by one.
     pub pairs: u64,
     /// Pairs that lowered a residual.
     pub cuts: u64,
@@ -185,7 +185,7 @@ pub struct Effort {
 /// A program cut virtually, against the nominal surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
-    /// The dialect it was read in.
+    /// The dialect in which it was read.
     pub dialect: Dialect,
     /// How the program was read.
     pub reading: ProgramReading,
@@ -197,12 +197,12 @@ pub struct Verification {
     pub left_out: Vec<LeftOut>,
     /// What the caller should know.
     pub warnings: Vec<Warning>,
-    /// The residuals in a few numbers.
+    /// The residuals, summed up.
     pub summary: ResidualSummary,
-    /// How sure they are.
+    /// How exact the residuals are.
     pub convergence: Convergence,
-    /// What it cost.
+    /// The cost of the computation.
     pub effort: Effort,
-    /// The residual of every sample, in the order of the samples; `None` is uncut.
+    /// The residual of every sample, in their order; `None` is uncut.
     pub residuals: Vec<Option<Residual>>,
 }

@@ -17,27 +17,27 @@ use crate::surface::SurfacePoint;
 use crate::units::Length;
 use crate::wear::{CutLeave, NeedleBed, Residual, SideBySide, SweepBatch};
 
-/// Pieces of the first batch.
+/// Number of pieces in the first batch.
 const FIRST_BATCH: usize = 64;
-/// Pairs that one batch may take, as far as the last one tells: some tenths of a second.
+/// Most pairs in one batch, estimated from the batch before: some tenths of a second.
 const PAIRS_AT_ONCE: u64 = 4_000_000;
-/// How much finer the second computation is.
+/// Factor by which the second computation is finer.
 const FINER: f64 = 8.0;
-/// Samples with the largest residuals that are cut again, and as many evenly chosen ones.
+/// Number of samples with the largest residuals that are cut again, and of evenly chosen ones.
 const CUT_AGAIN: usize = 128;
 
-/// Cuts a program virtually and compares what is left with the nominal surface, sample by sample, along the normal
-/// (P3 §4.2; [`NeedleBed`] says what is taken for what is left).
+/// Cuts a program virtually. Compares the result with the nominal surface, sample by sample, along the normal (P3
+/// §4.2). [`NeedleBed`] defines the residual.
 ///
-/// Every motion cuts: G1 and arcs on the true path of the machine or of the tip, rotary axes turning along, with
-/// location errors as the set-up says; and G0, taken as straight in its words, though controls may run each axis
-/// at its own speed. Motions whose course is not known are left out and counted: what they would cut is missing.
-/// Travel is not looked at. The motion is divided until it is nowhere farther than `resolution` from what is computed
-/// with; then a few hundred samples are cut again eight times finer, to say how far residuals move.
+/// Every motion cuts. G1 and arcs follow the true path of the machine or of the tip, with turning rotary axes, and
+/// with location errors if the set-up applies them. G0 is straight in its words, although controls may run each
+/// axis at its own speed. Motions of unknown course are left out and counted: their cuts are missing. Travel is not
+/// checked. The pieces of a motion are nowhere farther than `resolution` from it. A few hundred samples are then
+/// cut again eight times finer, to show how far residuals change.
 ///
 /// # Errors
-/// Parameters or samples that make no sense; a program that cannot be read, moves nothing that can be followed, or
-/// divides into too many pieces.
+/// Invalid parameters or samples; a program that cannot be read, has no motion that can be followed, or divides
+/// into too many pieces.
 pub fn verify_part(
     machine: &Machine,
     parameters: &VerificationParameters,
@@ -85,7 +85,7 @@ pub fn verify_part(
     })
 }
 
-/// Everything that does not change from one cutting to the next.
+/// Everything that stays the same for all cuts.
 struct Workshop<'a> {
     machine: &'a Machine,
     parameters: &'a VerificationParameters,
@@ -94,7 +94,7 @@ struct Workshop<'a> {
     stop: &'a Stop<'a>,
 }
 
-/// What became of a program.
+/// The result of a cut.
 struct Found {
     bed: NeedleBed,
     dialect: Dialect,
@@ -107,7 +107,7 @@ struct Found {
 }
 
 impl Workshop<'_> {
-    /// The whole program over these samples.
+    /// Cuts these samples with the whole program.
     fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
         let bed = NeedleBed::new(samples, parameters.stock, self.stop).ok_or(Fault::Cancelled)?;
@@ -166,14 +166,14 @@ impl Workshop<'_> {
         Ok(Found { bed, dialect, reading, blocks, motions, left_out, warnings, pieces })
     }
 
-    /// Some samples again, with finer pieces.
+    /// Cuts some samples again with finer pieces.
     fn cut_again(
         &self,
         samples: &[SurfacePoint],
         residuals: &[Option<Residual>],
     ) -> Result<Convergence, Fault> {
         let resolution = Length::from_mm(self.parameters.resolution.mm() / FINER);
-        // pieces go with the root of the resolution: never more than this
+        // The number of pieces grows with the root of the resolution, so never beyond this.
         let max_pieces = self.parameters.max_pieces.saturating_mul(4);
         let chosen = chosen(residuals);
         let again: Vec<SurfacePoint> = chosen.iter().map(|&index| samples[index]).collect();
@@ -212,14 +212,14 @@ fn chosen(residuals: &[Option<Residual>]) -> Vec<usize> {
 struct Mill<'a> {
     workshop: &'a Workshop<'a>,
     set_ups: SetUps,
-    /// Of the tool in the spindle.
+    /// The body of the tool in the spindle.
     body: Option<(Tool, CutterBody)>,
     resolution_mm: f64,
     max_pieces: u64,
     bed: NeedleBed,
     batch: SweepBatch,
     modes: ArcModes,
-    /// Pieces that are worth cutting with at once, as far as the last batch tells.
+    /// Number of pieces worth cutting together, estimated from the last batch.
     full: usize,
     motions: MotionCounts,
     left_out: LeftOuts,
@@ -228,7 +228,7 @@ struct Mill<'a> {
 }
 
 impl Mill<'_> {
-    /// Looks for codes that motions do not tell, in the blocks from `seen` on.
+    /// Looks for codes that motions do not show, in the blocks from `seen` on.
     fn scan(&mut self, batch: &Batch, seen: &mut usize, end: usize) {
         for block in batch.blocks().get(*seen..end).unwrap_or_default() {
             self.modes.see(batch.words(block));
@@ -236,12 +236,12 @@ impl Mill<'_> {
         *seen = end;
     }
 
-    /// Goes over to machine and cutter of a motion; whether its tool is known.
+    /// Changes to the set-up and cutter of a motion. Returns whether its tool is known.
     fn enter(&mut self, motion: &Motion) -> Result<bool, Fault> {
         self.set_ups.enter(motion);
         let Some(tool) = self.set_ups.now.cutter() else { return Ok(false) };
         if self.body.as_ref().is_none_or(|(known, _)| *known != tool) {
-            // What was swept by the tool before is cut with its body.
+            // The pieces of the tool before are cut with its body.
             self.flush()?;
             let body = self.workshop.parameters.body(&tool);
             let body = body.map_err(|fault| Fault::Verification(vec![fault.into()]))?;
@@ -286,7 +286,7 @@ impl Mill<'_> {
         let Some((_, body)) = &self.body else { return Ok(()) };
         let before = self.bed.counts().work();
         let max_pairs = self.workshop.parameters.max_pairs;
-        // One more than may be: what is broken off for its work has too much of it.
+        // One more than allowed: if the work stops at this limit, it has exceeded the allowance.
         let leave = CutLeave::new(max_pairs.saturating_sub(before).saturating_add(1), self.workshop.stop);
         let done = self.bed.cut(body, &self.batch, &leave, self.workshop.parts);
         self.batch.clear();
@@ -298,7 +298,7 @@ impl Mill<'_> {
         if done.is_break() {
             return Err(Fault::Cancelled);
         }
-        // Many samples in one place: fewer pieces at once, so that a stop is heard.
+        // Many samples in one place: fewer pieces together, so that a stop takes effect soon.
         let share = PAIRS_AT_ONCE as f64 / (pairs - before).max(1) as f64;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and a batch")]
         let full = (self.full as f64 * share.clamp(0.25, 4.0)).clamp(1.0, SweepBatch::FULL as f64) as usize;
