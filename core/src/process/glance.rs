@@ -1,7 +1,7 @@
 //! Lines that tell a survey nothing new, found without reading their words.
 
 use super::survey::{MAX_DECIMALS, Survey};
-use crate::program::{Address, Batch, Dialect};
+use crate::program::{Address, Batch, Grammar};
 
 /// Pieces of a text are about so long \[bytes\]: a line that has to be read costs the reading of its piece.
 const PIECE_BYTES: usize = 4096;
@@ -19,10 +19,12 @@ impl Glance {
     /// For the text behind this batch; `None` where it has to be read. The dialect and all that stands before the
     /// program proper are known then.
     pub(super) fn behind(batch: &Batch, rotary: [char; 2]) -> Option<Self> {
-        let has_letters = match batch.dialect() {
-            Dialect::Iso => true,
+        let has_letters = match batch.dialect().rules().grammar {
+            Grammar::Letters => true,
             // Which columns count beside the decimals is known; a decimal comma would look like a separator.
-            Dialect::Csv if batch.separator() == b',' && !batch.columns().iter().copied().any(is_counted) => {
+            Grammar::Cells
+                if batch.separator() == b',' && !batch.columns().iter().copied().any(is_counted) =>
+            {
                 false
             }
             _ => return None,
@@ -128,7 +130,7 @@ fn has_fraction<const N: usize>(text: &[u8]) -> bool {
 mod tests {
     use super::super::numbering::Numbering;
     use super::*;
-    use crate::program::{ReadLimits, Reader};
+    use crate::program::{Dialect, ReadLimits, Reader};
 
     const ROTARY: [char; 2] = ['A', 'C'];
 

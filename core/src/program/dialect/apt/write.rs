@@ -1,10 +1,9 @@
 //! APT rows: a feed is a statement of its own before the point.
 
-use super::style::Style;
-use super::{NewWord, line_ending};
+use super::point::POINT;
 use crate::program::batch::FeedStatement;
-use crate::program::dialect::apt::POINT;
-use crate::program::{Address, Batch, Block, Keyword, WordForm};
+use crate::program::writer::{Style, line_ending};
+use crate::program::{Address, Batch, Block, Keyword, NewWord, WordForm};
 
 /// How many values a row has that needs these: three, six or nine.
 fn row_length(needs: impl Fn(Address) -> bool) -> usize {
@@ -17,6 +16,7 @@ pub(super) fn print_point(
     block: &Block,
     new: &[NewWord],
     dropped: &[Address],
+    _: bool,
     out: &mut Vec<u8>,
 ) {
     print_feed(batch, block, new, out);
@@ -55,6 +55,7 @@ pub(super) fn insert_point(
     source: &Block,
     new: &[NewWord],
     dropped: &[Address],
+    _: bool,
     out: &mut Vec<u8>,
 ) {
     print_feed(batch, source, new, out);

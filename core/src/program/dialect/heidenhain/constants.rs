@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::arithmetic;
+use crate::program::constants::arithmetic;
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word, WordForm};
 
@@ -20,12 +20,12 @@ const DECIMALS: u8 = 4;
 
 /// What the program has assigned so far.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Parameters {
+pub(in crate::program) struct Parameters {
     values: BTreeMap<u32, f64>,
 }
 
 impl Parameters {
-    pub(super) fn evaluate(&mut self, batch: &mut Batch) {
+    pub(in crate::program) fn evaluate(&mut self, batch: &mut Batch) {
         for index in 0..batch.blocks.len() {
             let Some(block) = batch.blocks.get(index).copied() else { break };
             match block.kind {
@@ -296,7 +296,7 @@ impl Formula<'_> {
             let name = self.name()?;
             return self.parameters.values.get(&name).copied().filter(|_| !OF_THE_CONTROL.contains(&name));
         }
-        let number = crate::program::dialect::conversational_number(self.text, self.at)?;
+        let number = super::conversational_number(self.text, self.at)?;
         self.at = number.1;
         Some(number.0)
     }

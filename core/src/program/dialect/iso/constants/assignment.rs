@@ -44,7 +44,7 @@ impl Pending {
 
 impl Parameters {
     /// Goes through the blocks of a batch, the program's next one.
-    pub(in crate::program::constants) fn evaluate(&mut self, batch: &mut Batch) {
+    pub(in crate::program) fn evaluate(&mut self, batch: &mut Batch) {
         for index in 0..batch.blocks.len() {
             let Some(block) = batch.blocks.get(index) else { return };
             let says_nothing = block.kind == BlockKind::Words && block.flags.is_plain();

@@ -1,8 +1,8 @@
 //! What ISO programs contain besides plain words: expressions, parameters, O words, macro statements.
 
-use super::iso::Line;
+use crate::program::dialect::line::Line;
 use crate::program::number::read_unsigned;
-use crate::program::{Address, BlockFlags, BlockKind, DiagnosticCode, WordForm};
+use crate::program::{Address, BlockFlags, BlockKind, MAX_MAGNITUDE, WordForm};
 
 /// Statements of O words that change the flow.
 const FLOW_WORDS: [&[u8]; 14] = [
@@ -31,20 +31,10 @@ const OPERATORS: [&[u8]; 10] = [b"MOD", b"AND", b"OR", b"XOR", b"EQ", b"NE", b"G
 const FIRST_SYSTEM_PARAMETER: f64 = 1000.0;
 const HARMLESS_PARAMETERS: std::ops::Range<f64> = 3000.0..4000.0;
 
-const fn unexpected(text: crate::program::Excerpt) -> DiagnosticCode {
-    DiagnosticCode::UnexpectedText { text }
-}
-const fn missing(text: crate::program::Excerpt) -> DiagnosticCode {
-    DiagnosticCode::MissingNumber { text }
-}
-const fn unclosed(text: crate::program::Excerpt) -> DiagnosticCode {
-    DiagnosticCode::Unclosed { text }
-}
-
 /// A letter at the present position that no plain number follows.
 pub(super) fn odd_word(line: &mut Line<'_>, letter: u8) {
     let start = line.at;
-    let run_end = letters_end(line, start);
+    let run_end = line.letters_end(start);
     let run = &line.text[start..run_end];
     if run.len() > 1 {
         if is_one_of(run, &MACRO_FLOW) {
@@ -59,18 +49,18 @@ pub(super) fn odd_word(line: &mut Line<'_>, letter: u8) {
         };
         if let Some(kind) = kind.filter(|_| line.is_untouched() || has_only_number(line)) {
             line.kind = Some(kind);
-            line.at = line.line_end();
+            line.skip_all();
             return;
         }
     }
     match skip_value(line, start + 1) {
         Some(end) => {
-            line.push_odd(Address::of_letter(letter), WordForm::Expression, start, end, 0.0);
+            line.odd_word(Address::of_letter(letter), WordForm::Expression, start, end, 0.0);
         }
-        None if matches!(line.byte(skip_blanks(line, start + 1)), b'[' | b'#') => {
-            line.fail_with(unclosed, start);
+        None if matches!(line.byte(line.blanks_end(start + 1)), b'[' | b'#') => {
+            line.fail_unclosed(start);
         }
-        None => line.fail_with(missing, start),
+        None => line.fail_number(start),
     }
 }
 
@@ -83,21 +73,21 @@ pub(super) fn special(line: &mut Line<'_>, byte: u8) {
         b',' => comma_word(line),
         b'{' => {
             line.kind = Some(BlockKind::Template);
-            line.at = line.line_end();
+            line.skip_all();
         }
-        _ => line.fail_with(unexpected, line.at),
+        _ => line.fail_unexpected(line.at),
     }
 }
 
 /// `IF`, `WHILE`, `GOTO`, …; `IF […] THEN #… = …` only assigns.
 fn flow(line: &mut Line<'_>, run_end: usize) {
-    let end = line.line_end();
+    let end = line.end();
     if line.text[line.at..run_end].eq_ignore_ascii_case(b"IF")
         && let Some(condition_end) = skip_value(line, run_end)
     {
-        let then = skip_blanks(line, condition_end);
-        let then_end = letters_end(line, then);
-        let parameter = skip_blanks(line, then_end);
+        let then = line.blanks_end(condition_end);
+        let then_end = line.letters_end(then);
+        let parameter = line.blanks_end(then_end);
         if line.text[then..then_end].eq_ignore_ascii_case(b"THEN") && line.byte(parameter) == b'#' {
             line.at = parameter;
             return assignment(line);
@@ -110,15 +100,15 @@ fn flow(line: &mut Line<'_>, run_end: usize) {
 /// `#501 = 1`, `#<name> = [#1 + 2]`, several on a line.
 fn assignment(line: &mut Line<'_>) {
     let start = line.at;
-    let Some(name_end) = skip_parameter(line, start) else { return line.fail_with(unclosed, start) };
-    let equals = skip_blanks(line, name_end);
+    let Some(name_end) = skip_parameter(line, start) else { return line.fail_unclosed(start) };
+    let equals = line.blanks_end(name_end);
     if line.byte(equals) != b'=' {
-        return line.fail_with(unexpected, start);
+        return line.fail_unexpected(start);
     }
-    let Some(mut end) = skip_value(line, equals + 1) else { return line.fail_with(missing, equals) };
+    let Some(mut end) = skip_value(line, equals + 1) else { return line.fail_number(equals) };
     loop {
-        let operator = skip_blanks(line, end);
-        let word_end = letters_end(line, operator);
+        let operator = line.blanks_end(end);
+        let word_end = line.letters_end(operator);
         let operand = if matches!(line.byte(operator), b'+' | b'-' | b'*' | b'/') {
             // RS274 has ** for powers.
             operator + 1 + usize::from(line.byte(operator) == b'*' && line.byte(operator + 1) == b'*')
@@ -127,7 +117,7 @@ fn assignment(line: &mut Line<'_>) {
         } else {
             break;
         };
-        let Some(next) = skip_value(line, operand) else { return line.fail_with(unexpected, operator) };
+        let Some(next) = skip_value(line, operand) else { return line.fail_unexpected(operator) };
         end = next;
     }
     line.flags.set(BlockFlags::ASSIGNS);
@@ -152,7 +142,7 @@ fn is_system_parameter(line: &Line<'_>, start: usize, end: usize) -> bool {
 /// `O1001`, `:0097`, `o<name> call […]`, `o100 while […]`; `OPROG1`, `O<PROG1>` at the head of a program.
 fn o_word(line: &mut Line<'_>) {
     let start = line.at;
-    let name = skip_blanks(line, start + 1);
+    let name = line.blanks_end(start + 1);
     let (mut number, mut is_name) = (None, false);
     let name_end = match line.byte(name) {
         b'<' => {
@@ -169,31 +159,31 @@ fn o_word(line: &mut Line<'_>) {
             number.map(|number| number.end)
         }
     };
-    let Some(name_end) = name_end else { return line.fail_with(missing, start) };
-    let keyword = skip_blanks(line, name_end);
-    let keyword_end = letters_end(line, keyword);
+    let Some(name_end) = name_end else { return line.fail_number(start) };
+    let keyword = line.blanks_end(name_end);
+    let keyword_end = line.letters_end(keyword);
     let statement = &line.text[keyword..keyword_end];
     let kind = if statement.eq_ignore_ascii_case(b"CALL") {
         BlockKind::Call
     } else if is_one_of(statement, &FLOW_WORDS) {
         BlockKind::Flow
-    } else if let Some(number) = number.filter(|number| number.value <= super::super::MAX_MAGNITUDE) {
-        return line.push_odd(Address::O, WordForm::Number, start, name_end, number.value);
+    } else if let Some(number) = number.filter(|number| number.value <= MAX_MAGNITUDE) {
+        return line.odd_word(Address::O, WordForm::Number, start, name_end, number.value);
     } else if is_name && line.opens() && !names_flow(line, start, name, name_end) {
         let lead = name - start;
-        return line.push_name(Address::O, start, lead, name_end);
+        return line.name(Address::O, start, lead, name_end);
     } else {
-        return line.fail_with(unexpected, start);
+        return line.fail_unexpected(start);
     };
     line.kind = Some(kind);
-    line.at = line.line_end();
+    line.skip_all();
 }
 
 /// `<NAME>` alone: the name of a program, as an O word has it.
 fn named_program(line: &mut Line<'_>, start: usize) {
     match find_on_line(line, start, b'>') {
-        Some(end) => line.push_name(Address::O, start, 0, end + 1),
-        None => line.fail_with(unclosed, start),
+        Some(end) => line.name(Address::O, start, 0, end + 1),
+        None => line.fail_unclosed(start),
     }
 }
 
@@ -214,23 +204,23 @@ fn names_flow(line: &Line<'_>, start: usize, name: usize, name_end: usize) -> bo
 /// `,R2` and its kin.
 fn comma_word(line: &mut Line<'_>) {
     let start = line.at;
-    let letter = skip_blanks(line, start + 1);
+    let letter = line.blanks_end(start + 1);
     let Some(address) = Address::from_letter(line.byte(letter)) else {
-        return line.fail_with(unexpected, start);
+        return line.fail_unexpected(start);
     };
-    let mut at = skip_blanks(line, letter + 1);
+    let mut at = line.blanks_end(letter + 1);
     let negative = line.byte(at) == b'-';
     if negative || line.byte(at) == b'+' {
-        at = skip_blanks(line, at + 1);
+        at = line.blanks_end(at + 1);
     }
     match read_unsigned(line.text, at) {
-        Some(number) if number.value <= super::super::MAX_MAGNITUDE => {
+        Some(number) if number.value <= MAX_MAGNITUDE => {
             let value = if negative { 0.0 - number.value } else { number.value };
-            line.push_odd(address, WordForm::Comma, start, number.end, value);
+            line.odd_word(address, WordForm::Comma, start, number.end, value);
         }
         _ => match skip_value(line, letter + 1) {
-            Some(end) => line.push_odd(address, WordForm::Comma, start, end, 0.0),
-            None => line.fail_with(missing, start),
+            Some(end) => line.odd_word(address, WordForm::Comma, start, end, 0.0),
+            None => line.fail_number(start),
         },
     }
 }
@@ -239,20 +229,6 @@ fn comma_word(line: &mut Line<'_>) {
 fn has_only_number(line: &Line<'_>) -> bool {
     let text = line.text[line.start..line.at].trim_ascii();
     matches!(text.first(), Some(b'N' | b'n' | b'/'))
-}
-
-fn skip_blanks(line: &Line<'_>, mut at: usize) -> usize {
-    while matches!(line.byte(at), b' ' | b'\t') {
-        at += 1;
-    }
-    at
-}
-
-fn letters_end(line: &Line<'_>, mut at: usize) -> usize {
-    while line.byte(at).is_ascii_alphabetic() {
-        at += 1;
-    }
-    at
 }
 
 fn is_one_of(text: &[u8], words: &[&[u8]]) -> bool {
@@ -268,18 +244,18 @@ fn find_on_line(line: &Line<'_>, from: usize, byte: u8) -> Option<usize> {
 /// One past a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two). A number
 /// has one sign at most: `X--5` is a slip of whoever wrote it.
 fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
-    let mut at = skip_blanks(line, from);
+    let mut at = line.blanks_end(from);
     let mut signs = 0_usize;
     while matches!(line.byte(at), b'+' | b'-') {
-        at = skip_blanks(line, at + 1);
+        at = line.blanks_end(at + 1);
         signs += 1;
     }
     match line.byte(at) {
         b'[' => skip_brackets(line, at),
         b'#' => skip_parameter(line, at),
         byte if byte.is_ascii_alphabetic() => {
-            let bracket = skip_blanks(line, letters_end(line, at));
-            if letters_end(line, at) - at < 2 || line.byte(bracket) != b'[' {
+            let bracket = line.blanks_end(line.letters_end(at));
+            if line.letters_end(at) - at < 2 || line.byte(bracket) != b'[' {
                 return None;
             }
             let end = skip_brackets(line, bracket)?;
@@ -313,7 +289,7 @@ fn skip_brackets(line: &Line<'_>, at: usize) -> Option<usize> {
 fn skip_parameter(line: &Line<'_>, at: usize) -> Option<usize> {
     let mut at = at;
     while line.byte(at) == b'#' {
-        at = skip_blanks(line, at + 1);
+        at = line.blanks_end(at + 1);
     }
     match line.byte(at) {
         b'<' => find_on_line(line, at, b'>').map(|end| end + 1),

@@ -112,7 +112,7 @@ impl Variable {
 
 /// What the program has declared and assigned so far. R parameters stand among the names as `R12`.
 #[derive(Debug, Clone, Default)]
-pub(in crate::program::constants) struct Variables {
+pub(in crate::program) struct Variables {
     known: BTreeMap<Vec<u8>, Variable>,
     elements: usize,
     /// Names of those that may hold a known value: forgetting costs no more than assigning did.
@@ -158,7 +158,7 @@ impl Names for Variables {
 }
 
 impl Variables {
-    pub(in crate::program::constants) fn evaluate(&mut self, batch: &mut Batch) {
+    pub(in crate::program) fn evaluate(&mut self, batch: &mut Batch) {
         for index in 0..batch.blocks.len() {
             let Some(&block) = batch.blocks.get(index) else { break };
             let relevant = block.flags.has(BlockFlags::ASSIGNS) || block.flags.has(BlockFlags::EXPRESSION);

@@ -9,7 +9,7 @@ mod assignment;
 mod expression;
 mod parameters;
 
-pub(super) use parameters::Parameters;
+pub(in crate::program) use parameters::Parameters;
 use parameters::{Name, Target};
 
 #[cfg(test)]

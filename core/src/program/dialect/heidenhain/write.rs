@@ -1,21 +1,8 @@
 //! New Heidenhain blocks: `L` and the words; where words go in an old one.
 
-use super::style::Style;
-use super::{NewWord, acts_at_end};
-use crate::program::{Address, Batch, Block, Keyword, Word};
-
-/// How the words of vectors are named.
-pub(super) fn name(address: Address) -> Option<&'static [u8]> {
-    Some(match address {
-        Address::NX => b"NX",
-        Address::NY => b"NY",
-        Address::NZ => b"NZ",
-        Address::TI => b"TX",
-        Address::TJ => b"TY",
-        Address::TK => b"TZ",
-        _ => return None,
-    })
-}
+use super::RULES;
+use crate::program::writer::{Style, acts_at_end};
+use crate::program::{Address, Batch, Block, Keyword, NewWord, Word};
 
 /// The word behind which a feed goes: coordinates, sense of an arc, radius compensation come before it.
 pub(super) fn feed_anchor(words: &[Word]) -> Option<usize> {
@@ -27,12 +14,18 @@ pub(super) fn feed_anchor(words: &[Word]) -> Option<usize> {
     })
 }
 
+/// The name of a vector's word.
+fn name(address: Address) -> Option<&'static [u8]> {
+    RULES.writing.names.iter().find(|(named, _)| *named == address).map(|(_, name)| *name)
+}
+
 /// A new block: a number if one is given, `L` (or `LN`), these words, and where wanted the source's codes that act at
 /// its end.
 pub(super) fn insert_block(
     batch: &Batch,
     source: &Block,
     new: &[NewWord],
+    _: &[Address],
     with_end_codes: bool,
     out: &mut Vec<u8>,
 ) {

@@ -10,4 +10,4 @@ mod variables;
 pub(in crate::program) use expression::{
     Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent,
 };
-pub(super) use variables::Variables;
+pub(in crate::program) use variables::Variables;

@@ -86,7 +86,7 @@ struct Named {
 
 /// What the program has assigned so far.
 #[derive(Debug, Clone)]
-pub(in crate::program::constants) struct Parameters {
+pub(in crate::program) struct Parameters {
     /// By number; empty until one is set.
     numbered: Vec<Option<f64>>,
     named: BTreeMap<Name, Named>,

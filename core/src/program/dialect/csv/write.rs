@@ -1,7 +1,6 @@
 //! Rows of tables.
 
-use super::NewWord;
-use crate::program::{Address, Batch, Block};
+use crate::program::{Address, Batch, Block, NewWord};
 
 /// A row of a table: cells with a new word are written anew, blanks before them kept. What a row has beyond its columns
 /// stays, and cells that it lacks stay away where nothing new comes behind them.
@@ -10,6 +9,7 @@ pub(super) fn print_row(
     block: &Block,
     new: &[NewWord],
     dropped: &[Address],
+    _: bool,
     out: &mut Vec<u8>,
 ) {
     let body = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();

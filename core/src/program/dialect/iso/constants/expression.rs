@@ -4,8 +4,8 @@
 //! RS274/NGC, a value is not known: FIX and FUP of negative numbers, AND OR XOR of anything but 0 and 1, MOD of
 //! anything but whole positive numbers, negative angles from ATAN, ROUND in an address.
 
-use super::super::arithmetic as functions;
 use super::{Name, Parameters, Target};
+use crate::program::constants::arithmetic as functions;
 use crate::program::number::read_unsigned;
 
 /// Brackets within brackets, and parameters whose number is a parameter.

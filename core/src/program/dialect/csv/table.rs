@@ -1,5 +1,7 @@
-//! Programs as tables: a header row, then one linear motion a row.
+//! The rows of a table.
 
+use crate::program::dialect::LineRead;
+use crate::program::dialect::line::Source;
 use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
@@ -86,14 +88,9 @@ pub(in crate::program) fn read_header(header: &[u8], line: u64) -> Result<(Vec<A
     Ok((columns, separator))
 }
 
-/// Reads one row. An empty cell is no word: the value before stays. Returns where the next line starts.
-pub(in crate::program) fn read_row(
-    text: &[u8],
-    start: usize,
-    shift: usize,
-    number: u64,
-    batch: &mut Batch,
-) -> usize {
+/// Reads one row. An empty cell is no word: the value before stays.
+pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+    let Source { text, start, shift, line: number, .. } = source;
     let body_end = line_end(text, start);
     let end = next_line(text, body_end);
     let first_word = batch.words.len();
@@ -128,7 +125,7 @@ pub(in crate::program) fn read_row(
         kind,
         flags: BlockFlags::default(),
     });
-    end
+    Some(LineRead::one(end))
 }
 
 /// The words of a row that starts at `base` of the batch's text; or what is wrong between two of its bytes.
