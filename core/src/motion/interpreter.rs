@@ -1,6 +1,7 @@
 //! From blocks to motions: the course of a block. What its codes do is in `execute`.
 
-use super::codes::{MCode, code_of, keyword_of, m_meaning};
+use super::dialect::{MotionRules, ToolWords};
+use super::meaning::MFunction;
 use super::modal::{Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
@@ -9,7 +10,7 @@ use super::unit::UnitFrom;
 use super::{Decimals, Motion, StatedCutter, ToolName, Unfollowable, WorkOffset, WorkOffsets};
 use crate::machine::{Machine, Side};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode,
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Code, Constants, Diagnostic, DiagnosticCode,
     Diagnostics, Dialect, Excerpt, Keyword, Word, WordForm,
 };
 use crate::units::LengthUnit;
@@ -83,8 +84,8 @@ pub struct Interpreter {
     /// Axis words without a decimal point that are not zero, and whether there is one with a point.
     words_without_point: u64,
     has_points: bool,
-    /// Of the program, once its first batch is there, and what its parameters stand at.
-    pub(super) dialect: Dialect,
+    /// Of the program's dialect, once its first batch is there, and what its parameters stand at.
+    pub(super) rules: &'static MotionRules,
     constants: Option<Constants>,
     pub(super) block: BlockWords,
     pub(super) this_block: ThisBlock,
@@ -113,10 +114,10 @@ pub(super) struct BlockWords {
     points: u32,
     /// Of those present, the ones that are not plain numbers.
     pub(super) odd: u32,
-    /// G and M codes in tenths.
-    pub(super) g_codes: [u32; 16],
+    /// G codes and statement words, and M codes.
+    pub(super) g_codes: [Code; 16],
     pub(super) g_count: usize,
-    pub(super) m_codes: [u32; 16],
+    pub(super) m_codes: [Code; 16],
     pub(super) m_count: usize,
     /// A G or M word without a plain code, or too many of them.
     pub(super) odd_code: bool,
@@ -133,9 +134,9 @@ impl BlockWords {
         incremental: 0,
         points: 0,
         odd: 0,
-        g_codes: [0; 16],
+        g_codes: [Code::G(0); 16],
         g_count: 0,
-        m_codes: [0; 16],
+        m_codes: [Code::M(0); 16],
         m_count: 0,
         odd_code: false,
     };
@@ -172,8 +173,8 @@ impl BlockWords {
     }
 
     #[inline]
-    fn add_code(word: &Word, codes: &mut [u32; 16], count: &mut usize, odd: &mut bool) {
-        match (code_of(word), codes.get_mut(*count)) {
+    fn add_code(word: &Word, codes: &mut [Code; 16], count: &mut usize, odd: &mut bool) {
+        match (word.code(), codes.get_mut(*count)) {
             (Some(code), Some(slot)) => {
                 *slot = code;
                 *count += 1;
@@ -194,14 +195,14 @@ impl BlockWords {
         (self.present & bit != 0 && self.unknown & bit == 0).then(|| self.values[address.index()])
     }
 
-    pub(super) fn g_codes(&self) -> &[u32] {
+    pub(super) fn g_codes(&self) -> &[Code] {
         self.g_codes.get(..self.g_count).unwrap_or_default()
     }
 
     /// Whether an M code of this meaning stands in the block.
-    pub(super) fn has_m(&self, dialect: Dialect, wanted: MCode) -> bool {
+    pub(super) fn has_m(&self, rules: &MotionRules, wanted: MFunction) -> bool {
         let codes = self.m_codes.get(..self.m_count).unwrap_or_default();
-        codes.iter().any(|&code| m_meaning(dialect, code) == wanted)
+        codes.iter().any(|&code| rules.m_function(code) == wanted)
     }
 
     /// What a word counts from: G91's place or zero; `None` where the modal sense is not known.
@@ -223,7 +224,7 @@ impl BlockWords {
         if self.m_count > 0 || self.g_count != 1 || self.odd_code {
             return None;
         }
-        self.g_codes.first().and_then(|code| keyword_of(*code))
+        self.g_codes.first().and_then(|code| code.keyword())
     }
 
     /// G0 and G1 only, no M codes: nothing but motion can come of it.
@@ -232,12 +233,12 @@ impl BlockWords {
         self.m_count == 0
             && self.g_count <= 1
             && !self.odd_code
-            && self.g_codes().iter().all(|code| matches!(code, 0 | 10))
+            && self.g_codes().iter().all(|code| matches!(code, Code::G(0 | 10)))
     }
 }
 
-/// G4, in tenths.
-const DWELL: u32 = 40;
+/// G4.
+pub(super) const DWELL: Code = Code::G(40);
 /// Bits of X Y Z A B C.
 pub(super) const AXES: u32 =
     bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
@@ -278,7 +279,7 @@ impl Interpreter {
             blocks_after_end: 0,
             words_without_point: 0,
             has_points: false,
-            dialect: Dialect::Iso,
+            rules: MotionRules::of(Dialect::Iso),
             constants: None,
             block: BlockWords::EMPTY,
             this_block: ThisBlock::default(),
@@ -307,13 +308,13 @@ impl Interpreter {
         mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
     ) {
         if self.constants.is_none() {
-            self.dialect = batch.dialect();
+            self.rules = MotionRules::of(batch.dialect());
             self.begin_dialect();
         }
         self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
         for index in 0..batch.blocks().len() {
             let Some(block) = batch.blocks().get(index).copied() else { break };
-            if self.dialect == Dialect::Iso && !self.ended && self.takes_vector(batch.words(&block)) {
+            if self.rules.takes_ijk_as_vector && !self.ended && self.takes_vector(batch.words(&block)) {
                 batch.name_tool_axis(&block);
             }
             let (batch, block) = (&*batch, &block);
@@ -433,13 +434,14 @@ impl Interpreter {
         }
         let motions_before = motions.len();
         self.has_blocks |= !words.is_empty();
-        match batch.dialect() {
-            Dialect::Iso => {
-                self.count_points();
-                self.take_length_word(block.flags.has(BlockFlags::DELETE));
-            }
-            Dialect::Siemens => self.take_tool_words(block.flags.has(BlockFlags::DELETE)),
-            _ => {}
+        if self.rules.counts_points {
+            self.count_points();
+        }
+        let may_be_skipped = block.flags.has(BlockFlags::DELETE);
+        match self.rules.tool_words {
+            ToolWords::LengthByH => self.take_length_word(may_be_skipped),
+            ToolWords::EdgeByTAndD => self.take_tool_words(may_be_skipped),
+            ToolWords::None => {}
         }
         let is_plain =
             block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
@@ -465,18 +467,18 @@ impl Interpreter {
             self.execute(batch, index, block, motions, diagnostics);
             self.repeats = false;
         }
-        if self.dialect == Dialect::Apt && motions.len() > motions_before {
+        if self.rules.is_of_points && motions.len() > motions_before {
             self.note_shape();
         }
         self.has_motions |= !motions.is_empty();
-        if self.dialect == Dialect::Heidenhain {
+        if self.rules.has_sections {
             self.sections.count(motions.get(motions_before..).unwrap_or_default());
         }
     }
 
     #[inline]
-    fn set_straight(&mut self, code: u32) {
-        self.modal.motion = Some(if code == 0 { MotionMode::Rapid } else { MotionMode::Linear });
+    fn set_straight(&mut self, code: Code) {
+        self.modal.motion = Some(if code == Code::G(0) { MotionMode::Rapid } else { MotionMode::Linear });
     }
 
     #[inline]
@@ -525,11 +527,12 @@ impl Interpreter {
 
     /// Behind a call.
     pub(super) fn forget_all(&mut self) {
-        match self.dialect {
-            Dialect::Heidenhain | Dialect::Apt => self.modal.forget_conversational(),
-            Dialect::Iso | Dialect::Siemens | Dialect::Csv => self.modal.forget(),
+        if self.rules.call_keeps_modes {
+            self.modal.forget_conversational();
+        } else {
+            self.modal.forget();
         }
-        if self.dialect == Dialect::Apt {
+        if self.rules.is_of_points {
             self.modal.tool_length = Some(ToolLength::Vector);
         }
         self.position.forget_all();

@@ -5,7 +5,7 @@ use super::interpreter::{AXES, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode};
 use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS, most_decimals};
 use super::{ContactWords, Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Block, Dialect};
+use crate::program::{Address, Block};
 
 /// Words that leave every mode as it is, a feed apart.
 const PLAIN: u32 = AXES | CONTACTS | bit(Address::F) | bit(Address::N);
@@ -51,7 +51,7 @@ impl Interpreter {
     /// in the way of following it.
     fn is_by_vector(&self, motion: &Motion) -> bool {
         let vector = Some(Unfollowable::ToolVector);
-        self.dialect == Dialect::Apt
+        self.rules.is_of_points
             && motion.start.is_none()
             && motion.end.is_none()
             && motion.vector_start.is_some()
@@ -161,7 +161,7 @@ impl Interpreter {
     /// kind.
     pub fn pass_over(&mut self, motions: &[Motion]) {
         let Some(last) = motions.last() else { return };
-        if self.dialect == Dialect::Heidenhain {
+        if self.rules.has_sections {
             self.sections.count(motions);
         }
         if let (Some([x, y, z]), Some(axis)) = (last.linear_end_mm, last.tool_axis) {
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
     use crate::machine::{Machine, Preset};
     use crate::motion::InterpreterOptions;
-    use crate::program::{Batch, Diagnostics, ReadLimits, Reader};
+    use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
     /// The motions of a text, read in one batch, or line by line so that none has one before it to repeat.
     fn motions(dialect: Dialect, text: &str, line_by_line: bool) -> Vec<Motion> {

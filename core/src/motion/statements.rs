@@ -1,13 +1,14 @@
 //! Statement words of conversational and cutter location programs: what they set, and what they say for their own block
 //! only.
 
-use super::codes::Statement;
+use super::dialect::PlainStatement;
 use super::execute::Action;
 use super::interpreter::{AXES, Interpreter, bit};
+use super::meaning::Statement;
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
 use super::unit::UnitFrom;
 use super::{FeedMode, Unfollowable, WorkOffset};
-use crate::program::{Address, Dialect, Keyword};
+use crate::program::Address;
 use crate::units::LengthUnit;
 
 /// What a block says that holds for it alone.
@@ -60,18 +61,15 @@ const SAME_AXIS: f64 = 1e-9;
 impl Interpreter {
     /// The dialect is known: what a program of it starts with.
     pub(super) fn begin_dialect(&mut self) {
-        match self.dialect {
-            Dialect::Apt => {
-                self.modal.tool_length = Some(ToolLength::Vector);
-                self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
-            }
-            Dialect::Csv if self.modal.motion.is_none() => self.modal.motion = Some(MotionMode::Linear),
-            _ => {}
+        self.modal.tool_length = Some(self.rules.tool_length);
+        if self.rules.is_of_points {
+            self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
         }
-        let (unit, unit_from) = match (self.dialect, self.options.unit) {
-            (Dialect::Csv, _) => (Some(LengthUnit::Millimetre), UnitFrom::Text),
-            (_, Some(unit)) => (Some(unit), UnitFrom::Caller),
-            (_, None) => (None, UnitFrom::Nobody),
+        self.modal.motion = self.modal.motion.or(self.rules.motion);
+        let (unit, unit_from) = match self.options.unit {
+            _ if self.rules.counts_in_mm => (Some(LengthUnit::Millimetre), UnitFrom::Text),
+            Some(unit) => (Some(unit), UnitFrom::Caller),
+            None => (None, UnitFrom::Nobody),
         };
         (self.modal.mm_per_unit, self.unit_from) = (unit.map(LengthUnit::mm), unit_from);
         self.last_mm_per_unit = self.modal.mm_per_unit;
@@ -83,7 +81,7 @@ impl Interpreter {
     #[inline]
     pub(super) fn begin_block(&mut self) {
         self.this_block = ThisBlock::default();
-        if matches!(self.dialect, Dialect::Heidenhain | Dialect::Apt) {
+        if !self.rules.motion_is_modal {
             self.modal.motion = None;
         }
     }
@@ -91,17 +89,15 @@ impl Interpreter {
     /// Whether the block is a line or a point and nothing else; its mode is set then.
     #[inline]
     pub(super) fn is_plain_statement(&mut self) -> bool {
-        match (self.dialect, self.block.only_statement()) {
-            (Dialect::Heidenhain, Some(Keyword::L)) if !self.sections.is_called_text => {
-                self.modal.motion = Some(MotionMode::Linear);
-                true
-            }
-            (Dialect::Apt, Some(Keyword::Goto)) => {
-                self.point_mode();
-                true
-            }
-            _ => false,
+        let Some((keyword, statement)) = self.rules.plain_statement else { return false };
+        if self.block.only_statement() != Some(keyword) || self.sections.is_called_text {
+            return false;
         }
+        match statement {
+            PlainStatement::Line => self.modal.motion = Some(MotionMode::Linear),
+            PlainStatement::Point => self.point_mode(),
+        }
+        true
     }
 
     /// Sets what a statement word sets; gives what else is to be done.

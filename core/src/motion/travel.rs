@@ -3,10 +3,10 @@
 use super::interpreter::{AXES, BlockWords, Interpreter, bit};
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
-    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, FeedRules, Interpolation,
-    ModalGroup, Motion, MotionKind, Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
+    MotionKind, Unfollowable,
 };
-use crate::program::{Address, Block, Dialect, round_to_decimals};
+use crate::program::{Address, Block, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -304,7 +304,7 @@ impl Interpreter {
     #[inline]
     pub(super) fn feed(&self) -> Feed {
         let mode = self.modal.feed_mode;
-        let paths = FeedRules::of(self.dialect).paths;
+        let paths = self.rules.feed.paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
             // A time is one block's in every dialect, a speed goes on.
@@ -389,13 +389,14 @@ impl Interpreter {
 
     /// What the arc at hand hangs on.
     fn arc_course(&self) -> ArcCourse {
-        match self.dialect {
-            Dialect::Apt => ArcCourse::Centre,
-            _ if self.this_block.about_centre => ArcCourse::Centre,
-            // `I=AC(…)`: it does not move with the ends.
-            _ if self.block.absolute & (I | J | K) != 0 => ArcCourse::Centre,
-            _ if self.this_block.tangent => ArcCourse::Neighbour,
-            _ => ArcCourse::Carried,
+        // `I=AC(…)` does not move with the ends.
+        let centre_stands = self.block.absolute & (I | J | K) != 0;
+        if self.rules.is_of_points || self.this_block.about_centre || centre_stands {
+            ArcCourse::Centre
+        } else if self.this_block.tangent {
+            ArcCourse::Neighbour
+        } else {
+            ArcCourse::Carried
         }
     }
 

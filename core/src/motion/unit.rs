@@ -1,7 +1,7 @@
 //! In which unit a program counts: the text says so, or the caller does, or the program cannot be read.
 
-use super::codes::Code;
-use super::interpreter::{Interpreter, at_bytes, bit};
+use super::interpreter::{DWELL, Interpreter, at_bytes, bit};
+use super::meaning::Meaning;
 use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics};
 use crate::units::LengthUnit;
 
@@ -66,13 +66,13 @@ impl Interpreter {
     /// Whether the block states the unit itself; or dwells, where X is a time; or goes to a place of the machine by zeros
     /// (`G91 G28 Z0`), which are the same in every unit.
     fn needs_no_unit(&self) -> bool {
-        let codes = (0..self.block.g_codes().len()).map(|index| self.code(index));
-        let is_free = |code: Code| match code {
-            Code::Units(_) => true,
-            Code::Reference | Code::MachineCoordinates => self.has_zeros_alone(),
+        let meanings = (0..self.block.g_codes().len()).map(|index| self.meaning(index));
+        let is_free = |meaning: Meaning| match meaning {
+            Meaning::Units(_) => true,
+            Meaning::Reference | Meaning::MachineCoordinates => self.has_zeros_alone(),
             _ => false,
         };
-        self.block.g_codes().contains(&DWELL) || codes.into_iter().any(is_free)
+        self.block.g_codes().contains(&DWELL) || meanings.into_iter().any(is_free)
     }
 
     fn has_zeros_alone(&self) -> bool {
@@ -101,6 +101,3 @@ impl Interpreter {
         self.unit_disagrees_at
     }
 }
-
-/// G4, in tenths.
-const DWELL: u32 = 40;

@@ -1,66 +1,12 @@
-//! What codes and statement words mean, one table a dialect.
-
-mod apt;
-mod heidenhain;
-mod iso;
-mod siemens;
+//! What codes and statement words mean for motions. Which code means what is in the tables of `dialect`.
 
 use super::FeedMode;
 use super::modal::{MotionMode, ToolLength, Transformation};
-use crate::program::{Dialect, Keyword, Word, WordForm};
-
-/// G codes count in tenths; statement words stand behind them.
-const FIRST_KEYWORD: u32 = 1_000_000;
-
-/// The code of a word with address G or M: tenths, or the number of a statement word behind all of these.
-#[inline]
-pub(super) fn code_of(word: &Word) -> Option<u32> {
-    if word.form == WordForm::Keyword {
-        return word.keyword().map(|keyword| FIRST_KEYWORD + u32::from(keyword.number()));
-    }
-    word.code_tenths()
-}
-
-/// The statement word of a code, if it is one.
-pub(super) fn keyword_of(code: u32) -> Option<Keyword> {
-    Keyword::of_number(u16::try_from(code.checked_sub(FIRST_KEYWORD)?).ok()?)
-}
-
-/// The meaning of a code in a dialect.
-pub(super) fn meaning(dialect: Dialect, code: u32) -> Code {
-    if let Some(keyword) = keyword_of(code) {
-        return match dialect {
-            Dialect::Siemens => siemens::keyword_meaning(keyword),
-            Dialect::Heidenhain => heidenhain::keyword_meaning(keyword),
-            Dialect::Apt => apt::keyword_meaning(keyword),
-            Dialect::Iso | Dialect::Csv => Code::Unknown,
-        };
-    }
-    match dialect {
-        Dialect::Iso | Dialect::Csv => iso::meaning(code),
-        Dialect::Siemens => siemens::meaning(code),
-        Dialect::Heidenhain | Dialect::Apt => Code::Unknown,
-    }
-}
-
-/// The meaning of a G code of ISO programs.
-pub(super) fn iso_meaning(tenths: u32) -> Code {
-    iso::meaning(tenths)
-}
-
-/// The meaning of an M code of so many tenths.
-pub(super) fn m_meaning(dialect: Dialect, tenths: u32) -> MCode {
-    match dialect {
-        Dialect::Iso | Dialect::Csv => iso::m_meaning(tenths),
-        Dialect::Siemens => siemens::m_meaning(tenths),
-        Dialect::Heidenhain => heidenhain::m_meaning(tenths),
-        Dialect::Apt => MCode::Plain,
-    }
-}
+use super::work_offset::OffsetCode;
 
 /// What an M code means for the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum MCode {
+pub(super) enum MFunction {
     /// Nothing.
     Plain,
     /// The end of the program.
@@ -155,9 +101,9 @@ pub(super) enum ProgramFrame {
     Mirror,
 }
 
-/// The meaning of a G code.
+/// The meaning of a G code or a statement word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Code {
+pub(super) enum Meaning {
     Motion(MotionMode),
     /// A motion only where axis words stand in the block; a mode of the control otherwise (G5.1, G60).
     MotionWithAxes(MotionMode),
@@ -168,17 +114,50 @@ pub(super) enum Code {
     Units(f64),
     Feed(FeedMode),
     Compensation(bool),
+    /// A tool length: G43, G44.
     ToolLength(ToolLength),
-    /// G54 and its kin; those with a P word are told apart by it.
-    WorkOffset,
+    /// One that says what is interpolated, whatever a code of the machine's builder said before: G43.4, G43.5, G49.
+    TipControl(ToolLength),
+    /// TRAORI and TRAFOOF, which end all other transformations of the kinematics.
+    SwitchTip(ToolLength),
+    /// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
+    LengthAlongTool,
+    /// G54 and its kin.
+    WorkOffset(OffsetCode),
+    /// G54, G54.1 and G154, which a P word tells apart from others of their code.
+    WorkOffsetByP(OffsetCode),
+    /// G54.2 and G54.4: modes of their own beside the work offset; P0 ends them.
+    ModeByP(Transformation),
     Transform(Transformation, bool),
+    /// G69: ends a rotation and a tilted plane; where axis words may stand beside it that are no motion.
+    EndRotation {
+        names_axes: bool,
+    },
+    /// G50, beside which axis words may be no motion.
+    EndScaling,
+    /// G51.1 and G50.1: of the axes it names; without any, of all.
+    MirrorNamed(bool),
+    /// G15: ends polar words; with H it names a work offset on some controls.
+    EndPolarOrOffset,
+    /// G107: on with an axis, whatever the value beside its letter; off without.
+    CylinderOfAxis,
+    /// G07: on with an axis at 0, which does not move then, and off with the axis at 1.
+    HypotheticalAxis,
+    /// A unit; beside words of cycles, where no code says how the block moves, a cycle that is not followed: G70, G71.
+    UnitsUnlessCycle(f64),
+    /// Nothing; beside axis words, where no code says how the block moves, a frame that is not followed: G11, G62.
+    HarmlessUnlessAxes,
     /// Axis words of the block are no motion: dwell, stroke limits, tables of offsets that are not active.
     NoMotion,
     /// G10: L2 and L20 write work offsets, others tool offsets.
     WriteOffsets,
-    /// G92, G52 with axis words.
+    /// G92, with axis words.
     Shift,
-    /// G92.1 to G92.3.
+    /// G52, with axis words; with zeros it ends.
+    LocalShift,
+    /// G92.1 and G92.2: end what G92 shifted.
+    EndShift,
+    /// Another change of the zero.
     OtherShift,
     /// G53.
     MachineCoordinates,
@@ -222,4 +201,28 @@ pub(super) enum Code {
     /// Changes nothing that matters for the path's ends.
     Harmless,
     Unknown,
+}
+
+impl Meaning {
+    /// The tool length that it puts in force, if it is one that does.
+    pub(super) const fn tool_length(self) -> Option<ToolLength> {
+        match self {
+            Self::ToolLength(length) | Self::TipControl(length) | Self::SwitchTip(length) => Some(length),
+            Self::LengthAlongTool => Some(ToolLength::Plain),
+            _ => None,
+        }
+    }
+
+    /// The transformation that it puts on or off, if it does so whatever stands beside it.
+    pub(super) const fn transformation(self) -> Option<(Transformation, bool)> {
+        match self {
+            Self::Transform(which, on) => Some((which, on)),
+            Self::EndRotation { .. } => Some((Transformation::Rotation, false)),
+            Self::EndScaling => Some((Transformation::Scaling, false)),
+            Self::MirrorNamed(on) => Some((Transformation::Mirror, on)),
+            Self::EndPolarOrOffset => Some((Transformation::PolarWords, false)),
+            Self::CylinderOfAxis | Self::HypotheticalAxis => Some((Transformation::Cylinder, true)),
+            _ => None,
+        }
+    }
 }
