@@ -50,7 +50,9 @@ impl Interpreter {
         self.settle_conflicts(batch, block, &before, &mut reason, diagnostics);
         let (ends, called) = self.apply_m_codes();
         let ends = ends || self.this_block.ends;
-        one_shot |= self.this_block.machine_coordinates;
+        if self.this_block.machine_coordinates {
+            one_shot = Some(Unfollowable::MachineCoordinates);
+        }
         if self.this_block.runs_cycle {
             action = action.or(Some(Action::Odd(Unfollowable::CannedCycle)));
         } else if self.this_block.moves_elsewhere {
@@ -93,18 +95,17 @@ impl Interpreter {
         index: usize,
         block: &Block,
         action: Option<Action>,
-        one_shot: bool,
+        one_shot: Option<Unfollowable>,
         reason: Option<Unfollowable>,
         motions: &mut Vec<Motion>,
         diagnostics: &mut Diagnostics,
     ) {
         let axis_words = self.block.present & AXES;
         match action {
-            None if one_shot => {
+            None if one_shot.is_some() => {
                 self.set_feed();
                 if axis_words != 0 {
-                    let reason = Some(Unfollowable::MachineCoordinates);
-                    self.move_axes(index, block, reason, motions);
+                    self.move_axes(index, block, one_shot, motions);
                 }
                 self.forget_named(self.block.present);
             }

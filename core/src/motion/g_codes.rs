@@ -12,11 +12,14 @@ const CYCLE_WORDS: u32 =
     bit(Address::P) | bit(Address::Q) | bit(Address::I) | bit(Address::J) | bit(Address::K) | bit(Address::L);
 
 impl Interpreter {
-    /// Sets the modes; gives what else is to be done, and whether G53 stands in the block.
+    /// Sets the modes; gives what else is to be done, and why the block counts from another place, if it does.
     #[expect(clippy::too_many_lines, reason = "one arm for every kind of code")]
-    pub(super) fn apply_g_codes(&mut self, reason: &mut Option<Unfollowable>) -> (Option<Action>, bool) {
+    pub(super) fn apply_g_codes(
+        &mut self,
+        reason: &mut Option<Unfollowable>,
+    ) -> (Option<Action>, Option<Unfollowable>) {
         let mut action = None;
-        let mut machine_coordinates = false;
+        let mut counts_elsewhere = None;
         let mut motion_codes = 0;
         let mut ends_cycle = false;
         let axis_words = self.block.present & AXES;
@@ -65,6 +68,9 @@ impl Interpreter {
                 | Meaning::TipControl(_)
                 | Meaning::SwitchTip(_)
                 | Meaning::LengthAlongTool
+                | Meaning::TipControlApart(_)
+                | Meaning::LengthAlong(_)
+                | Meaning::OffsetByH
                 | Meaning::WorkOffset(_)
                 | Meaning::WorkOffsetByP(_)
                 | Meaning::ModeByP(_)
@@ -91,7 +97,8 @@ impl Interpreter {
                     }
                     also(&mut action, Action::Consume);
                 }
-                Meaning::MachineCoordinates => machine_coordinates = true,
+                Meaning::MachineCoordinates => counts_elsewhere = Some(Unfollowable::MachineCoordinates),
+                Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
                 Meaning::Reference => also(&mut action, Action::Reference),
                 Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
                 Meaning::Call => also(&mut action, Action::Call),
@@ -146,13 +153,16 @@ impl Interpreter {
         if (0..self.block.g_count).any(|index| self.meaning(index) == Meaning::Unknown) {
             action = Some(Action::Unknown);
         }
-        (action, machine_coordinates)
+        (action, counts_elsewhere)
     }
 
     /// Whether axis words beside this code may be something else than a motion.
     fn may_name_axes(&self, meaning: Meaning) -> bool {
         match meaning {
-            Meaning::LengthAlongTool | Meaning::EndScaling | Meaning::MirrorNamed(false) => true,
+            Meaning::LengthAlongTool
+            | Meaning::EndScaling
+            | Meaning::MirrorNamed(false)
+            | Meaning::TipControlApart(_) => true,
             Meaning::EndRotation { names_axes } => names_axes && !self.says_how_to_move(),
             _ => false,
         }
@@ -184,10 +194,12 @@ impl Interpreter {
             }
             Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),
             Meaning::ToolLength(length) => self.set_tool_length(length),
-            Meaning::TipControl(length) => {
+            Meaning::TipControl(length) | Meaning::TipControlApart(length) => {
                 self.set_tool_length(length);
                 self.modal.kinematics_switched = false;
             }
+            Meaning::LengthAlong(axis) => self.take_length_along(axis),
+            Meaning::OffsetByH => self.set_work_offset(self.number_of(Address::H).map(WorkOffset::by_h)),
             Meaning::WorkOffset(code) => self.select_offset(code, None),
             Meaning::WorkOffsetByP(code) => self.select_offset(code, Some(Address::P)),
             Meaning::ModeByP(mode) => self.set_mode_by_p(mode),

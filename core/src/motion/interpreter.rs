@@ -443,6 +443,9 @@ impl Interpreter {
             ToolWords::EdgeByTAndD => self.take_tool_words(may_be_skipped),
             ToolWords::None => {}
         }
+        if self.rules.has_parallel_axes && self.lone_letter().is_some() {
+            self.position.forget_linear();
+        }
         let is_plain =
             block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
         if is_plain && self.block.is_simple() && !self.block.has(Address::O) {

@@ -122,6 +122,14 @@ pub(super) enum Meaning {
     SwitchTip(ToolLength),
     /// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
     LengthAlongTool,
+    /// G169 and G170 of OSP, beside which axis words are no plain motion.
+    TipControlApart(ToolLength),
+    /// G54, G55 and G56 of OSP: the tool's length along X, Y or Z; G53: none.
+    LengthAlong(Option<u8>),
+    /// G15 of OSP: the work offset of this H.
+    OffsetByH,
+    /// G16 of OSP: the work offset of this H, in this block.
+    OffsetByHHere,
     /// G54 and its kin.
     WorkOffset(OffsetCode),
     /// G54, G54.1 and G154, which a P word tells apart from others of their code.
@@ -207,7 +215,10 @@ impl Meaning {
     /// The tool length that it puts in force, if it is one that does.
     pub(super) const fn tool_length(self) -> Option<ToolLength> {
         match self {
-            Self::ToolLength(length) | Self::TipControl(length) | Self::SwitchTip(length) => Some(length),
+            Self::ToolLength(length)
+            | Self::TipControl(length)
+            | Self::TipControlApart(length)
+            | Self::SwitchTip(length) => Some(length),
             Self::LengthAlongTool => Some(ToolLength::Plain),
             _ => None,
         }
@@ -218,6 +229,7 @@ impl Meaning {
         match self {
             Self::Transform(which, on) => Some((which, on)),
             Self::EndRotation { .. } => Some((Transformation::Rotation, false)),
+            Self::LengthAlong(axis) => Some((Transformation::ToolAxis, matches!(axis, Some(0 | 1)))),
             Self::EndScaling => Some((Transformation::Scaling, false)),
             Self::MirrorNamed(on) => Some((Transformation::Mirror, on)),
             Self::EndPolarOrOffset => Some((Transformation::PolarWords, false)),

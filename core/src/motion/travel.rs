@@ -84,14 +84,16 @@ impl Interpreter {
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
-        if in_program_axes && reason != Some(Unfollowable::MachineCoordinates) {
+        let counts_elsewhere =
+            matches!(reason, Some(Unfollowable::MachineCoordinates | Unfollowable::OffsetHere));
+        if in_program_axes && !counts_elsewhere {
             motion.start = start;
             motion.end = self.position.axis_words();
             motion.linear_end_mm = self.position.linear_mm();
             motion.tool_axis = self.position.tool_axis();
             motion.vector_start = vector_start;
         }
-        if reason != Some(Unfollowable::MachineCoordinates) {
+        if !counts_elsewhere {
             motion.contact = self.contact();
         }
         motion.extra = extra;
@@ -168,7 +170,7 @@ impl Interpreter {
 
     /// U, V or W where not all three are known: no contact, but an axis beside the five. One that stays where it is does
     /// no harm.
-    fn lone_letter(&self) -> Option<Address> {
+    pub(super) fn lone_letter(&self) -> Option<Address> {
         let block = &self.block;
         if block.present & POINTS == 0 {
             return None;

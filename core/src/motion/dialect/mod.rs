@@ -5,6 +5,7 @@ mod apt;
 mod csv;
 mod heidenhain;
 mod iso;
+mod okuma;
 mod siemens;
 
 use super::meaning::{MFunction, Meaning};
@@ -45,6 +46,8 @@ pub(super) struct MotionRules {
     pub(super) tool_words: ToolWords,
     /// Controls may read a number without a decimal point in least increments.
     pub(super) counts_points: bool,
+    /// U, V or W alone is an axis beside X Y Z, and Z may count otherwise behind it.
+    pub(super) has_parallel_axes: bool,
     /// I J K are the tool's axis where the tool length group says so.
     pub(super) takes_ijk_as_vector: bool,
     /// Where two codes of one modal group stand in a block, controls differ in the one that holds.
@@ -112,6 +115,7 @@ impl MotionRules {
         is_of_points: false,
         tool_words: ToolWords::None,
         counts_points: false,
+        has_parallel_axes: false,
         takes_ijk_as_vector: false,
         two_codes_conflict: false,
         first_offset: None,
@@ -127,6 +131,7 @@ impl MotionRules {
             Dialect::Heidenhain => &heidenhain::RULES,
             Dialect::Apt => &apt::RULES,
             Dialect::Csv => &csv::RULES,
+            Dialect::Okuma => &okuma::RULES,
         }
     }
 
@@ -144,6 +149,26 @@ impl MotionRules {
         match code {
             Code::M(tenths) => (self.m)(tenths),
             Code::G(_) | Code::Keyword(_) => MFunction::Plain,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_dialect_has_a_row_of_meanings_of_its_own() {
+        for dialect in Dialect::ALL {
+            let rules = MotionRules::of(dialect);
+            let others = Dialect::ALL.into_iter().filter(|other| *other != dialect);
+            for other in others {
+                assert!(!std::ptr::eq(rules, MotionRules::of(other)), "{dialect} and {other} share a row");
+            }
+            let moves = rules.motion.is_some()
+                || rules.plain_statement.is_some()
+                || matches!(rules.meaning(Code::G(10)), Meaning::Motion(MotionMode::Linear));
+            assert!(moves, "nothing moves in {dialect}");
         }
     }
 }

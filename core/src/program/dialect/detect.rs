@@ -3,7 +3,7 @@
 use super::foreign::{ForeignDialect, Marks};
 use super::line::Source;
 use super::siemens::assigns_a_word;
-use super::{Dialect, csv, iso};
+use super::{Dialect, csv, iso, okuma};
 use crate::program::line::is_blank;
 use crate::program::{Address, Batch, BlockKind, WordForm};
 
@@ -55,7 +55,7 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The dialect that the first unmistakable line shows; without one, Sinumerik where words have `=` behind their
+/// The dialect that the first unmistakable line shows; without one, OSP where two lines do, Sinumerik where words have `=` behind their
 /// letters and no line begins like an ISO program or a template, else ISO.
 fn marked(text: &[u8]) -> Shown {
     let is_other = |line: &[u8]| {
@@ -63,13 +63,19 @@ fn marked(text: &[u8]) -> Shown {
         matches!(line, [b'{' | b'(' | b'<', ..] | [b'O' | b'o', b'0'..=b'9' | b'<', ..])
     };
     let mut marks = Marks::default();
-    for (number, line) in (1..).zip(lines(text)) {
+    for (number, line) in (1_usize..).zip(lines(text)) {
         if let Some(dialect) = mark(line) {
-            return Shown::Dialect(dialect);
+            let unread = (number..).zip(lines(text).skip(number - 1)).find_map(|(number, line)| {
+                Some(Shown::Foreign((dialect.rules().unread_statement)(line.trim_ascii())?, number as u64))
+            });
+            return unread.unwrap_or(Shown::Dialect(dialect));
         }
         if let Some(dialect) = marks.see(line) {
-            return Shown::Foreign(dialect, number);
+            return Shown::Foreign(dialect, number as u64);
         }
+    }
+    if okuma::has_marks(lines(text)) {
+        return Shown::Dialect(Dialect::Okuma);
     }
     let assigns = lines(text).any(assigns_a_word) && !lines(text).any(is_other);
     Shown::Dialect(if assigns { Dialect::Siemens } else { Dialect::Iso })
@@ -79,6 +85,22 @@ fn marked(text: &[u8]) -> Shown {
 fn mark(line: &[u8]) -> Option<Dialect> {
     let line = line.trim_ascii();
     Dialect::ALL.into_iter().find(|dialect| (dialect.rules().is_shown_by)(line))
+}
+
+/// Whether no name goes on at a byte.
+pub(super) fn ends_word(text: &[u8], at: usize) -> bool {
+    text.get(at).is_none_or(|byte| !byte.is_ascii_alphanumeric() && *byte != b'_')
+}
+
+/// The line from behind its block number on.
+pub(super) fn without_number(line: &[u8]) -> &[u8] {
+    match line {
+        [b'N' | b'n', rest @ ..] if rest.first().is_some_and(u8::is_ascii_digit) => {
+            let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+            rest.get(digits..).unwrap_or_default().trim_ascii_start()
+        }
+        _ => line,
+    }
 }
 
 /// Whether a line begins so, in letters of any size.

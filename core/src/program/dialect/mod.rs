@@ -9,6 +9,7 @@ pub(super) mod heidenhain;
 pub(super) mod iso;
 mod line;
 mod number;
+mod okuma;
 mod rules;
 pub(super) mod siemens;
 
@@ -22,7 +23,7 @@ use std::fmt;
 /// A dialect that is read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dialect {
-    /// ISO 6983 G-code as Fanuc, Haas, Mori, Okuma, Hurco and RS274/NGC controls write it.
+    /// ISO 6983 G-code as Fanuc, Haas, Mori, Hurco and RS274/NGC controls write it.
     Iso,
     /// Sinumerik 840D.
     Siemens,
@@ -32,6 +33,8 @@ pub enum Dialect {
     Apt,
     /// A table with a header row: X, Y, Z, two rotary letters, and where wanted F, U V W or nx ny nz.
     Csv,
+    /// Okuma OSP for machining centres.
+    Okuma,
 }
 
 impl fmt::Display for Dialect {

@@ -4,7 +4,7 @@
 //! What codes mean on a machine is the row of `motion::dialect`.
 
 use super::line::Source;
-use super::{Dialect, LineRead};
+use super::{Dialect, ForeignDialect, LineRead};
 use crate::program::writer::Writing;
 use crate::program::{Address, Batch, ReadFault};
 
@@ -77,6 +77,8 @@ pub struct DialectRules {
     pub may_roll_over: bool,
     /// Whether this line shows that a text is of this dialect and of no other one that is read.
     pub(in crate::program) is_shown_by: fn(&[u8]) -> bool,
+    /// A dialect, or a part of this one, that such a line shows and that is not read.
+    pub(in crate::program) unread_statement: fn(&[u8]) -> Option<ForeignDialect>,
     /// A listing's lines for people may stand before its program proper.
     pub(in crate::program) has_banner: bool,
     pub(in crate::program) read_line: ReadLine,
@@ -91,7 +93,8 @@ pub struct DialectRules {
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Iso, Self::Siemens, Self::Heidenhain, Self::Apt, Self::Csv];
+    pub const ALL: [Self; 6] =
+        [Self::Iso, Self::Siemens, Self::Heidenhain, Self::Apt, Self::Csv, Self::Okuma];
 
     /// Its row.
     #[must_use]
@@ -103,6 +106,7 @@ impl Dialect {
             Self::Heidenhain => &super::heidenhain::RULES,
             Self::Apt => &super::apt::RULES,
             Self::Csv => &super::csv::RULES,
+            Self::Okuma => &super::okuma::RULES,
         }
     }
 

@@ -21,6 +21,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     looks_ahead: true,
     may_roll_over: false,
     is_shown_by: |line| STATEMENTS.iter().any(|mark| starts(line, mark)) || is_statement_with_slash(line),
+    unread_statement: |_| None,
     has_banner: false,
     read_line: line::read_line,
     read_header: None,

@@ -16,6 +16,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     may_roll_over: false,
     // Its header does, which is the first line.
     is_shown_by: |_| false,
+    unread_statement: |_| None,
     has_banner: false,
     read_line: table::read_row,
     read_header: Some(table::read_header),

@@ -20,6 +20,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     looks_ahead: true,
     may_roll_over: false,
     is_shown_by,
+    unread_statement: |_| None,
     has_banner: false,
     read_line: line::read_line,
     read_header: None,

@@ -39,10 +39,9 @@ const CLASSES: [u8; 256] = {
     classes
 };
 
-/// Reads a line of letters, short numbers and blanks, as nearly all are; `None` for any other line, a last one and an
-/// empty one. Words may have been added then.
+/// The words and the block of a plain line. Where it is none, words may have been added.
 #[inline]
-fn read_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+fn words_of_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
     let Source { text, start, shift, line: number, .. } = source;
     #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
     let in_batch = |at: usize| at.wrapping_add(shift) as u32;
@@ -113,13 +112,26 @@ fn read_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
     Some(end)
 }
 
+/// Reads a line of letters, short numbers and blanks, as nearly all are; `None`, and nothing in the batch, for any other
+/// line, a last one and an empty one.
+#[inline]
+pub(in crate::program::dialect) fn read_plain_line(
+    source: Source<'_>,
+    batch: &mut Batch,
+) -> Option<LineRead> {
+    let first_word = batch.words.len();
+    let next = words_of_plain_line(source, batch);
+    if next.is_none() {
+        batch.words.truncate(first_word);
+    }
+    next.map(LineRead::one)
+}
+
 /// Reads a line and adds it to the batch.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
-    let first_word = batch.words.len();
-    if let Some(next) = read_plain_line(source, batch) {
-        return Some(LineRead::one(next));
+    if let Some(read) = read_plain_line(source, batch) {
+        return Some(read);
     }
-    batch.words.truncate(first_word);
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, REPEATABLE, batch);
     while let Some(&byte) = text.get(line.at) {

@@ -5,6 +5,7 @@ mod line;
 mod statement;
 
 pub(in crate::program) use line::read_line;
+pub(super) use line::read_plain_line;
 
 use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
 use crate::program::writer::Writing;
@@ -17,6 +18,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     may_roll_over: true,
     // Template text: whatever it is to become, it is refused as such.
     is_shown_by: |line| line.starts_with(b"{"),
+    unread_statement: |_| None,
     has_banner: true,
     read_line,
     read_header: None,

@@ -22,6 +22,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     looks_ahead: false,
     may_roll_over: false,
     is_shown_by: detect::is_shown_by,
+    unread_statement: |_| None,
     has_banner: false,
     read_line: line::read_line,
     read_header: None,
