@@ -5,7 +5,6 @@ use super::Unfollowable;
 use super::interpreter::{Interpreter, at_bytes};
 use super::meaning::Meaning;
 use super::modal::{Modal, Transformation};
-use super::unit::UnitFrom;
 use crate::program::{Batch, Block, Code, DiagnosticCode, Diagnostics};
 
 /// A modal group.
@@ -93,22 +92,14 @@ impl Interpreter {
                 self.modal.motion = None;
                 *reason = Some(Unfollowable::ConflictingCodes);
             }
-            Group::Units => {
-                self.modal.void_feed();
-                self.modal.mm_per_unit = None;
-                self.unit_from = UnitFrom::Refused;
-            }
+            Group::Units => self.lose_unit(),
             Group::Distance => self.modal.incremental = None,
-            Group::FeedMode => {
-                self.modal.void_feed();
-                self.modal.feed_mode = None;
-            }
+            Group::FeedMode => self.modal.count_feed(None),
             Group::Plane => self.modal.plane = None,
             Group::Compensation => self.modal.compensation = None,
             Group::ToolLength => {
-                self.position.forget_linear();
-                self.position.tool_axis = [None; 3];
-                self.modal.tool_length = None;
+                self.lose_tool_length();
+                self.position.forget_tool_axis();
                 self.modal.kinematics_switched = before.kinematics_switched;
             }
             Group::WorkOffset => self.set_work_offset(None),

@@ -1,6 +1,7 @@
 //! What the codes of a block do.
 
-use super::interpreter::{AXES, Interpreter, at_bytes, bit};
+use super::block_words::{AXES, bit};
+use super::interpreter::{Interpreter, at_bytes};
 use super::meaning::{MFunction, Meaning};
 use super::modal::ModalFeed;
 use super::travel::CONTACT;
@@ -41,7 +42,7 @@ impl Interpreter {
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
             self.shift_offsets();
         }
-        if self.block.has(Address::O) && self.is_under_way() {
+        if self.block.has(Address::O) && self.has_motions() {
             self.forget_all();
         }
         let mut reason = self.block_reason(batch, block, diagnostics);
@@ -66,7 +67,7 @@ impl Interpreter {
         } else if called {
             action = Some(Action::Call);
         }
-        self.obstacle = self.modal.obstacle();
+        self.find_obstacle();
         if self.this_block.flow
             || (self.block.has_m(self.rules, MFunction::Return) && self.block.has(Address::P))
         {
@@ -141,7 +142,7 @@ impl Interpreter {
             Some(Action::Elsewhere) => {
                 self.set_feed();
                 // G53.1, G53.3 and G53.6 turn the tool onto the tilted plane.
-                let tilted = self.obstacle == Some(Unfollowable::TiltedPlane);
+                let tilted = self.obstacle() == Some(Unfollowable::TiltedPlane);
                 let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };
                 self.opaque(index, block, reason, motions);
                 self.position.forget_axes();
@@ -244,16 +245,16 @@ impl Interpreter {
 
     /// The axes named in the block are not known any more.
     pub(super) fn forget_named(&mut self, named: u32) {
-        let [first, second] = self.rotary_addresses;
-        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
             if named & bit(address) != 0 {
                 self.position.axes[slot] = None;
             }
         }
+        let [first, second] = self.axes.rotary();
         if named & (bit(first) | bit(second)) != 0 {
-            self.position.tool_axis = [None; 3];
+            self.position.forget_tool_axis();
         }
-        if named & bit(self.foreign_address) != 0 {
+        if named & bit(self.axes.foreign()) != 0 {
             self.position.foreign_deg = None;
         }
         for (slot, address) in CONTACT.into_iter().enumerate() {

@@ -1,7 +1,8 @@
 //! What the G codes and statement words of a block do.
 
+use super::block_words::{AXES, bit};
 use super::execute::Action;
-use super::interpreter::{AXES, Interpreter, bit};
+use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::{MotionMode, ToolLength, Transformation};
 use super::{Unfollowable, WorkOffset};
@@ -134,7 +135,7 @@ impl Interpreter {
                 Meaning::ForeignWord => *reason = Some(Unfollowable::ControlWord),
                 Meaning::Harmless | Meaning::MotionWithAxes(_) => {}
                 Meaning::Unknown | Meaning::UnitsUnlessCycle(_) | Meaning::HarmlessUnlessAxes => {
-                    also(&mut action, Action::Unknown)
+                    also(&mut action, Action::Unknown);
                 }
             }
         }
@@ -179,18 +180,12 @@ impl Interpreter {
             Meaning::Plane(plane) => self.modal.plane = Some(plane),
             Meaning::Incremental(incremental) => self.modal.incremental = Some(incremental),
             Meaning::Units(mm_per_unit) => self.set_unit(mm_per_unit),
-            Meaning::Feed(mode) => {
-                if self.modal.feed_mode != Some(mode) {
-                    self.modal.void_feed();
-                }
-                self.modal.feed_mode = Some(mode);
-            }
+            Meaning::Feed(mode) => self.modal.count_feed(Some(mode)),
             Meaning::Compensation(on) => self.modal.compensation = Some(on),
             // TRAORI again, or TRAFOOF again: nothing new.
             Meaning::SwitchTip(length) => self.switch_tip(length),
-            Meaning::LengthAlongTool if self.has_head_axis && !self.options.interpolation_stated => {
-                self.modal.tool_length = None;
-                self.position.forget_linear();
+            Meaning::LengthAlongTool if self.axes.has_head_axis() && !self.options.interpolation_stated => {
+                self.lose_tool_length();
             }
             Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),
             Meaning::ToolLength(length) => self.set_tool_length(length),
@@ -233,20 +228,6 @@ impl Interpreter {
             Meaning::ExactStopHere => self.this_block.exact_stop = true,
             _ => {}
         }
-    }
-
-    /// A tool length of the group of G43 and G49.
-    fn set_tool_length(&mut self, length: ToolLength) {
-        if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
-            self.position.tool_axis = [None; 3];
-        }
-        if self.modal.tool_length == Some(length) {
-            // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
-            self.position.axes[2] = None;
-        } else {
-            self.position.forget_linear();
-        }
-        self.modal.tool_length = Some(length);
     }
 
     /// Words whose motion is left alone; gives what else is to be done.

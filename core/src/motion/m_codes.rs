@@ -31,23 +31,12 @@ impl Interpreter {
                 }
                 MFunction::Tcp(true) => self.set_tcp(true),
                 MFunction::Tcp(false) => self.this_block.tcp_off_behind = true,
-                MFunction::TcpOther => {
-                    self.modal.tool_length = None;
-                    self.position.forget_linear();
-                }
+                MFunction::TcpOther => self.lose_tool_length(),
                 MFunction::RotaryFeedInMm(on) => self.modal.rotary_feed_in_mm = on,
                 MFunction::ShortestPath(true) => self.modal.shortest_path = true,
                 MFunction::ShortestPath(false) => self.this_block.shortest_off_behind = true,
-                MFunction::Feed(mode) => {
-                    if self.modal.feed_mode != Some(mode) {
-                        self.modal.void_feed();
-                        self.modal.feed_mode = Some(mode);
-                    }
-                }
-                MFunction::ForgetRotary => {
-                    self.position.axes[3..].fill(None);
-                    self.position.foreign_deg = None;
-                }
+                MFunction::Feed(mode) => self.modal.count_feed(Some(mode)),
+                MFunction::ForgetRotary => self.position.forget_rotary_words(),
                 MFunction::Elsewhere => self.this_block.moves_elsewhere = true,
                 MFunction::RestoresModes => self.block.odd_code = true,
                 MFunction::ExtruderAbsolute => self.modal.relative_extruder = false,

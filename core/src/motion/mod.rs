@@ -5,6 +5,7 @@
 //! states them. What cannot be followed is said to be so and left
 //! alone; nothing is guessed.
 
+mod block_words;
 mod conflicts;
 #[cfg(test)]
 #[expect(
@@ -14,6 +15,7 @@ mod conflicts;
 )]
 #[path = "conversational/tests.rs"]
 mod conversational_tests;
+mod course;
 mod dialect;
 mod execute;
 mod feed;
@@ -21,6 +23,7 @@ mod feed_rules;
 mod g_codes;
 mod interpreter;
 mod m_codes;
+mod machine_axes;
 mod meaning;
 mod modal;
 mod motions;

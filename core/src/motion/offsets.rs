@@ -1,7 +1,8 @@
 //! Where the program's zero is, and how its axes are turned, scaled and mirrored.
 
 use super::WorkOffset;
-use super::interpreter::{AXES, Interpreter};
+use super::block_words::AXES;
+use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::Transformation;
 use super::work_offset::OffsetCode;

@@ -1,8 +1,9 @@
-//! What Sinumerik blocks do besides: tools and their edges, the programmable frame, TRAORI.
+//! What Sinumerik blocks do besides: tools and their edges, the programmable frame.
 
-use super::interpreter::{AXES, Interpreter, bit};
+use super::block_words::{AXES, bit};
+use super::interpreter::Interpreter;
 use super::meaning::ProgramFrame;
-use super::modal::{ToolLength, Transformation};
+use super::modal::Transformation;
 use crate::program::{Address, Code, Keyword};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
@@ -31,16 +32,6 @@ impl Interpreter {
         }
         if may_be_skipped {
             self.modal.edge = None;
-        }
-    }
-
-    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
-    pub(super) fn switch_tip(&mut self, length: ToolLength) {
-        self.transform(Transformation::Cylinder, false);
-        if self.modal.tool_length != Some(length) {
-            self.position.forget_linear();
-            self.position.tool_axis = [None; 3];
-            self.modal.tool_length = Some(length);
         }
     }
 

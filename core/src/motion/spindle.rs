@@ -121,6 +121,13 @@ pub struct StatedCutter {
 /// Most of them that are kept.
 const MAX_STATED: usize = 1000;
 
+/// Names by which tools were called, and what a cutter location program says of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ToolsNamed {
+    names: Vec<ToolName>,
+    cutters: Vec<StatedCutter>,
+}
+
 impl Interpreter {
     /// Behind a motion of a cutter location program.
     #[inline]
@@ -130,8 +137,8 @@ impl Interpreter {
             return;
         }
         let stated = spindle.shape.and_then(|shape| shape.diameter_and_corner).zip(self.modal.mm_per_unit);
-        if let Some(((diameter, corner), mm)) = stated.filter(|_| self.stated_cutters.len() < MAX_STATED) {
-            self.stated_cutters.push(StatedCutter {
+        if let Some(((diameter, corner), mm)) = stated.filter(|_| self.tools.cutters.len() < MAX_STATED) {
+            self.tools.cutters.push(StatedCutter {
                 tool: self.modal.spindle.tool(),
                 diameter: Length::from_mm(diameter * mm),
                 corner_radius: corner.map(|corner| Length::from_mm(corner * mm)),
@@ -143,23 +150,23 @@ impl Interpreter {
     /// Takes what a block says of tools.
     pub(super) fn see_tools(&mut self, batch: &Batch, block: &Block) {
         let name = self.modal.spindle.see(batch, block);
-        if let Some(name) = name.filter(|name| !self.tool_names.contains(name))
-            && self.tool_names.len() < MAX_STATED
+        if let Some(name) = name.filter(|name| !self.tools.names.contains(name))
+            && self.tools.names.len() < MAX_STATED
         {
-            self.tool_names.push(name);
+            self.tools.names.push(name);
         }
     }
 
     /// The names by which tools were called so far, each once; the first 1000.
     #[must_use]
     pub fn tool_names(&self) -> &[ToolName] {
-        &self.tool_names
+        &self.tools.names
     }
 
     /// What `CUTTER/` says of the tools that have cut so far; the first 1000.
     #[must_use]
     pub fn stated_cutters(&self) -> &[StatedCutter] {
-        &self.stated_cutters
+        &self.tools.cutters
     }
 }
 

@@ -1,4 +1,4 @@
-//! The length that an H word puts in force, in ISO programs.
+//! The tool length group: which length is in force, along which axis, and whether the control follows the tip.
 
 use super::Unfollowable;
 use super::interpreter::Interpreter;
@@ -28,6 +28,45 @@ impl Interpreter {
     fn names_offset_by_h(&self) -> bool {
         let names = |index| matches!(self.meaning(index), Meaning::OffsetByH | Meaning::OffsetByHHere);
         (0..self.block.g_count).any(names)
+    }
+
+    /// A tool length of the group of G43 and G49.
+    pub(super) fn set_tool_length(&mut self, length: ToolLength) {
+        if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+            self.position.forget_tool_axis();
+        }
+        if self.modal.tool_length == Some(length) {
+            // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
+            self.position.axes[Z] = None;
+        } else {
+            self.position.forget_linear();
+        }
+        self.modal.tool_length = Some(length);
+    }
+
+    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
+    pub(super) fn switch_tip(&mut self, length: ToolLength) {
+        self.transform(Transformation::Cylinder, false);
+        if self.modal.tool_length != Some(length) {
+            self.position.forget_linear();
+            self.position.forget_tool_axis();
+            self.modal.tool_length = Some(length);
+        }
+    }
+
+    /// M128, M129, TCPM: positions stay where the state is the same.
+    pub(super) fn set_tcp(&mut self, on: bool) {
+        let wanted = if on { ToolLength::Tcp } else { ToolLength::Plain };
+        if self.modal.tool_length != Some(wanted) {
+            self.position.forget_linear();
+            self.modal.tool_length = Some(wanted);
+        }
+    }
+
+    /// Which length is in force, and whether the control follows the tip, nobody knows.
+    pub(super) fn lose_tool_length(&mut self) {
+        self.modal.tool_length = None;
+        self.position.forget_linear();
     }
 
     /// The tool's length along this axis, or none: G53 to G56 of OSP. H has been looked at. Along X or Y the tool stands

@@ -1,6 +1,7 @@
 //! Axis words into a motion.
 
-use super::interpreter::{AXES, BlockWords, Interpreter, bit};
+use super::block_words::{AXES, BlockWords, bit};
+use super::interpreter::Interpreter;
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
     ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
@@ -76,7 +77,7 @@ impl Interpreter {
         let extra = self.take_other_words();
         let mut motion = self.motion_shell(index, block, kind);
         let in_program_axes = !matches!(
-            self.obstacle,
+            self.obstacle(),
             Some(
                 Unfollowable::Transformation
                     | Unfollowable::OtherTransformation
@@ -99,7 +100,8 @@ impl Interpreter {
         motion.extra = extra;
         // What the vector is on this machine can be found later, anything else not.
         let vector = Some(Unfollowable::ToolVector);
-        motion.unfollowable = reason.or(self.obstacle.filter(|_| self.obstacle != vector)).or(word_reason);
+        motion.unfollowable =
+            reason.or(self.obstacle().filter(|_| self.obstacle() != vector)).or(word_reason);
         if motion.unfollowable.is_none() {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
@@ -114,7 +116,7 @@ impl Interpreter {
         if motion.unfollowable.is_none() && motion.end.is_none() && motion.tool_axis.is_some() {
             motion.unfollowable = vector;
         }
-        motion.unfollowable = motion.unfollowable.or(self.obstacle);
+        motion.unfollowable = motion.unfollowable.or(self.obstacle());
         self.note_offset(&mut motion);
         motions.push(motion);
     }
@@ -136,12 +138,12 @@ impl Interpreter {
         if self.this_block.odd_turns || (has_turns && kind != MotionKind::Arc) {
             reason = Some(Unfollowable::ControlWord);
         }
-        if block.present & bit(self.foreign_address) != 0
-            && (block.value(self.foreign_address).is_none()
-                || block.value(self.foreign_address) != self.position.foreign_deg
-                || block.is_incremental(self.foreign_address, self.modal.incremental) == Some(true))
+        if block.present & bit(self.axes.foreign()) != 0
+            && (block.value(self.axes.foreign()).is_none()
+                || block.value(self.axes.foreign()) != self.position.foreign_deg
+                || block.is_incremental(self.axes.foreign(), self.modal.incremental) == Some(true))
         {
-            reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
+            reason = Some(Unfollowable::NoSuchAxis { address: self.axes.foreign() });
         }
         if let Some(address) = self.lone_letter() {
             reason = Some(Unfollowable::NoSuchAxis { address });
@@ -195,8 +197,7 @@ impl Interpreter {
         let block = &self.block;
         let scale = self.modal.mm_per_unit;
         let repeated_or_unknown = block.unknown;
-        let [first, second] = self.rotary_addresses;
-        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
             let index = address.index();
             if block.present & (1 << index) == 0 {
                 continue;
@@ -212,19 +213,19 @@ impl Interpreter {
                 _ => None,
             };
         }
-        if block.present & bit(self.foreign_address) != 0 {
-            let sense = block.is_incremental(self.foreign_address, self.modal.incremental);
+        if block.present & bit(self.axes.foreign()) != 0 {
+            let sense = block.is_incremental(self.axes.foreign(), self.modal.incremental);
             let absolute = sense == Some(false);
-            self.position.foreign_deg = block.value(self.foreign_address).filter(|_| absolute);
+            self.position.foreign_deg = block.value(self.axes.foreign()).filter(|_| absolute);
         }
+        let [first, second] = self.axes.rotary();
         if block.present & VECTORS != 0 {
             // The control turns its rotary axes to the vector.
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
-            self.position.axes[3..].fill(None);
-            self.position.foreign_deg = None;
+            self.position.forget_rotary_words();
             self.position.decimals[3..].fill(most_decimals(block));
         } else if block.present & (bit(first) | bit(second)) != 0 {
-            self.position.tool_axis = [None; 3];
+            self.position.forget_tool_axis();
         }
         if block.comma & bit(Address::A) != 0 {
             // An angle in place of a coordinate: the end is for the control to find.
@@ -305,7 +306,7 @@ impl Interpreter {
 
     #[inline]
     pub(super) fn feed(&self) -> Feed {
-        let mode = self.modal.feed_mode;
+        let mode = self.modal.feed_mode();
         let paths = self.rules.feed.paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
@@ -426,7 +427,7 @@ impl Interpreter {
             rotary: if self.block.present & VECTORS != 0 {
                 most_decimals(&self.block)
             } else {
-                most(&self.rotary_addresses, modal.rotary)
+                most(&self.axes.rotary(), modal.rotary)
             },
             contact,
             extra: modal.extra,

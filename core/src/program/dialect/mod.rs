@@ -15,7 +15,7 @@ pub(super) mod siemens;
 
 pub use foreign::ForeignDialect;
 pub(super) use line::Source;
-pub(super) use rules::{Arithmetic, StampAfter};
+pub(super) use rules::{Arithmetic, Read, StampAfter};
 pub use rules::{DialectRules, Grammar};
 
 use std::fmt;

@@ -23,9 +23,14 @@ pub enum Grammar {
     Cells,
 }
 
-/// Reads a line, or a statement of several, and adds its block to the batch; `None` where lines that belong to it are not
-/// there yet.
-pub(in crate::program) type ReadLine = fn(Source<'_>, &mut Batch) -> Option<LineRead>;
+/// How the text becomes blocks: reads what begins on a line and adds its block to the batch.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::program) enum Read {
+    /// Every line by itself.
+    Lines(fn(Source<'_>, &mut Batch) -> LineRead),
+    /// Statements that run on; `None` where lines that belong to one are not there yet.
+    Statements(fn(Source<'_>, &mut Batch) -> Option<LineRead>),
+}
 
 /// Reads the header of a table on this line: its columns, and what stands between them.
 pub(in crate::program) type ReadHeader = fn(&[u8], u64) -> Result<(Vec<Address>, u8), ReadFault>;
@@ -66,6 +71,7 @@ pub(in crate::program) enum StampAfter {
 
 /// One row.
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about dialects")]
 pub struct DialectRules {
     /// How callers name the dialect.
     pub name: &'static str,
@@ -81,7 +87,7 @@ pub struct DialectRules {
     pub(in crate::program) unread_statement: fn(&[u8]) -> Option<ForeignDialect>,
     /// A listing's lines for people may stand before its program proper.
     pub(in crate::program) has_banner: bool,
-    pub(in crate::program) read_line: ReadLine,
+    pub(in crate::program) read: Read,
     /// Of a table.
     pub(in crate::program) read_header: Option<ReadHeader>,
     /// A feed is a statement of its own, and how the last one was written is remembered.

@@ -23,6 +23,9 @@ pub struct NewWord {
 /// codes that act at a block's end are left out (of a block printed again) or taken along (by a new one).
 pub(super) type Print = fn(&Batch, &Block, &[NewWord], &[Address], bool, &mut Vec<u8>);
 
+/// The index of the word of a block behind which another one goes.
+type Anchor = fn(&[Word]) -> Option<usize>;
+
 /// How one dialect is written, where others are written otherwise.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "independent habits of dialects")]
@@ -40,7 +43,7 @@ pub(super) struct Writing {
     /// Blocks are rows of a table: nothing is written but its columns, and no block holds a feed alone.
     pub(super) has_rows: bool,
     /// The word behind which a feed goes that the block does not have; `None`: where all other words go.
-    pub(super) feed_anchor: Option<fn(&[Word]) -> Option<usize>>,
+    pub(super) feed_anchor: Option<Anchor>,
     /// Prints a block again.
     pub(super) change: Print,
     /// Prints a new block in the style of an old one.

@@ -11,7 +11,7 @@ mod statement;
 mod write;
 
 use super::detect::starts;
-use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
 /// What is true of cutter location data.
@@ -23,7 +23,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by: |line| STATEMENTS.iter().any(|mark| starts(line, mark)) || is_statement_with_slash(line),
     unread_statement: |_| None,
     has_banner: false,
-    read_line: line::read_line,
+    read: Read::Statements(line::read_line),
     read_header: None,
     states_feed_apart: true,
     arithmetic: Arithmetic::None,

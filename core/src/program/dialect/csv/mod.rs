@@ -5,7 +5,7 @@ mod write;
 
 pub(super) use table::is_header;
 
-use super::rules::{Arithmetic, DialectRules, Grammar};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read};
 use crate::program::writer::Writing;
 
 /// What is true of tables.
@@ -18,7 +18,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by: |_| false,
     unread_statement: |_| None,
     has_banner: false,
-    read_line: table::read_row,
+    read: Read::Lines(table::read_row),
     read_header: Some(table::read_header),
     states_feed_apart: false,
     arithmetic: Arithmetic::None,

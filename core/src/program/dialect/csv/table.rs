@@ -89,7 +89,7 @@ pub(in crate::program) fn read_header(header: &[u8], line: u64) -> Result<(Vec<A
 }
 
 /// Reads one row. An empty cell is no word: the value before stays.
-pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let Source { text, start, shift, line: number, .. } = source;
     let body_end = line_end(text, start);
     let end = next_line(text, body_end);
@@ -125,7 +125,7 @@ pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> Opt
         kind,
         flags: BlockFlags::default(),
     });
-    Some(LineRead::one(end))
+    LineRead::one(end)
 }
 
 /// The words of a row that starts at `base` of the batch's text; or what is wrong between two of its bytes.

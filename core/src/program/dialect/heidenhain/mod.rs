@@ -9,7 +9,7 @@ mod write;
 
 use super::detect::starts;
 use super::number::{self, Spelling};
-use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 use crate::program::{Address, Code};
 
@@ -22,7 +22,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by,
     unread_statement: |_| None,
     has_banner: false,
-    read_line: line::read_line,
+    read: Read::Statements(line::read_line),
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Heidenhain,

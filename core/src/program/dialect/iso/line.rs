@@ -128,9 +128,9 @@ pub(in crate::program::dialect) fn read_plain_line(
 }
 
 /// Reads a line and adds it to the batch.
-pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     if let Some(read) = read_plain_line(source, batch) {
-        return Some(read);
+        return read;
     }
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, REPEATABLE, batch);
@@ -143,7 +143,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Op
         }
     }
     let kind = kind_of(&line);
-    Some(line.close(kind))
+    line.close(kind)
 }
 
 #[inline]

@@ -7,7 +7,7 @@ mod statement;
 pub(in crate::program) use line::read_line;
 pub(super) use line::read_plain_line;
 
-use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
 /// What is true of ISO programs.
@@ -20,7 +20,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by: |line| line.starts_with(b"{"),
     unread_statement: |_| None,
     has_banner: true,
-    read_line,
+    read: Read::Lines(read_line),
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Rs274,

@@ -12,9 +12,9 @@ const CALLS: [&[u8]; 1] = [b"CALL"];
 const FLOW: [&[u8]; 7] = [b"IF", b"GOTO", b"RTS", b"MODIN", b"MODOUT", b"RTMCR", b"RTMDI"];
 
 /// Reads a line and adds it to the batch.
-pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     if let Some(read) = iso::read_plain_line(source, batch) {
-        return Some(read);
+        return read;
     }
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, REPEATABLE, batch);
@@ -23,9 +23,8 @@ pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRea
             b'\n' | b'\r' => break,
             b' ' | b'\t' | 0x7f => line.at += 1,
             b'(' => comment(&mut line),
-            b'%' if line.is_untouched() => tape_mark(&mut line),
             // `$PART.MIN%`: the name of the file, before the program or between two.
-            b'$' if line.is_untouched() => tape_mark(&mut line),
+            b'%' | b'$' if line.is_untouched() => tape_mark(&mut line),
             b'/' if line.has_only_number() => skip_mark(&mut line),
             0xef if line.is_at_byte_order_mark() => line.at += 3,
             letter if letter.is_ascii_alphabetic() => word(&mut line, letter),
@@ -34,7 +33,7 @@ pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRea
         }
     }
     let kind = kind_of(&line);
-    Some(line.close(kind))
+    line.close(kind)
 }
 
 fn tape_mark(line: &mut Line<'_>) {

@@ -7,7 +7,7 @@ mod line;
 
 pub(super) use detect::{has_marks, unread_statement};
 
-use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
 /// What is true of OSP programs.
@@ -19,7 +19,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by: detect::is_program_file,
     unread_statement,
     has_banner: true,
-    read_line: line::read_line,
+    read: Read::Lines(line::read_line),
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::None,

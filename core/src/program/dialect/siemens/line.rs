@@ -40,7 +40,7 @@ const CLASSES: [u8; 256] = {
 const MAY_REPEAT: u32 = REPEATABLE | (1 << Address::H.index());
 
 /// Reads a line and adds it to the batch.
-pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, MAY_REPEAT, batch);
     while let Some(&byte) = text.get(line.at) {
@@ -52,7 +52,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Op
         }
     }
     let kind = kind_of(&line);
-    Some(line.close(kind))
+    line.close(kind)
 }
 
 /// A letter with a number behind it; anything else is a statement.

@@ -11,7 +11,7 @@ mod statement;
 
 pub(super) use detect::assigns_a_word;
 
-use super::rules::{Arithmetic, DialectRules, Grammar, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::{END_CODES, Writing};
 use crate::program::{Address, Code};
 
@@ -24,7 +24,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     is_shown_by: detect::is_shown_by,
     unread_statement: |_| None,
     has_banner: false,
-    read_line: line::read_line,
+    read: Read::Lines(line::read_line),
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Siemens,
