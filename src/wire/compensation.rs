@@ -91,6 +91,8 @@ pub enum Dialect {
     Apt,
     /// Columns separated by commas.
     Csv,
+    /// Okuma OSP for machining centres.
+    Okuma,
 }
 
 impl From<motion::Interpolation> for Interpolation {
@@ -110,6 +112,7 @@ impl From<program::Dialect> for Dialect {
             program::Dialect::Heidenhain => Self::Heidenhain,
             program::Dialect::Apt => Self::Apt,
             program::Dialect::Csv => Self::Csv,
+            program::Dialect::Okuma => Self::Okuma,
         }
     }
 }
@@ -125,6 +128,7 @@ impl Dialect {
             Self::Heidenhain => Some(program::Dialect::Heidenhain),
             Self::Apt => Some(program::Dialect::Apt),
             Self::Csv => Some(program::Dialect::Csv),
+            Self::Okuma => Some(program::Dialect::Okuma),
         }
     }
 }

@@ -10,6 +10,8 @@ use trunnion::program::{
     Address, Batch, Diagnostics, Dialect, ReadFault, ReadLimits, Reader, Severity, WordForm,
 };
 
+use trunnion::units::LengthUnit;
+
 use crate::tables::tables;
 use crate::{every_file, shared_file};
 
@@ -163,6 +165,51 @@ fn no_program_is_taken_for_one_of_a_dialect_that_is_not_read() {
     // Plain words of an Okuma control are read as they were.
     let text = std::fs::read(folder.join("5axis/nx_okuma_7000m.txt")).unwrap();
     assert_eq!(read(&text, None, 4096).unwrap()[0].dialect(), Dialect::Iso);
+}
+
+#[test]
+fn the_okuma_listing_is_followed_as_what_its_control_does() {
+    let Some(folder) = shared_file("programs") else { return };
+    let text = std::fs::read(folder.join("5axis/nx_okuma_7000m.txt")).unwrap();
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
+    let mut all = Vec::new();
+    for dialect in [Dialect::Okuma, Dialect::Iso] {
+        let options = InterpreterOptions {
+            unit: Some(LengthUnit::Inch),
+            start: [None, None, None, Some(0.0), Some(0.0)],
+            ..InterpreterOptions::default()
+        };
+        let mut interpreter = Interpreter::new(&machine, options);
+        let (mut motions, mut diagnostics) = (Vec::new(), Diagnostics::new());
+        for mut batch in read(&text, Some(dialect), 4096).unwrap() {
+            assert!(batch.faults().is_empty(), "{:?}", batch.faults());
+            interpreter.interpret(&mut batch, &mut motions, &mut diagnostics);
+        }
+        assert_eq!(diagnostics.kept(), [], "{dialect}");
+        all.push(motions);
+    }
+    let [okuma, iso] = [&all[0], &all[1]];
+    let at = |motions: &[Motion], line| *motions.iter().find(|motion| motion.line == line).unwrap();
+    // No work offset is named: G56 is a length along Z, and the cuts behind it stand where the words say.
+    assert!(okuma.iter().all(|motion| !motion.offset_changed));
+    assert_eq!(
+        at(iso, 23).end,
+        None,
+        "as ISO, G56 is another work offset, in which nobody knows where A and C are"
+    );
+    let cut = at(okuma, 23);
+    let end = cut.end.unwrap().linear_mm;
+    assert_eq!((cut.kind, cut.unfollowable), (MotionKind::Linear, None));
+    for (found, inch) in end.into_iter().zip([-0.4331, 4.3701, 3.937]) {
+        assert!((found - inch * 25.4).abs() < 1e-9, "{end:?}");
+    }
+    // G55 and G54: the tool stands along Y and X, and nothing of that is followed.
+    let along_others = |motion: &&Motion| (50..79).contains(&motion.line);
+    assert!(okuma.iter().filter(along_others).count() >= 8);
+    assert!(okuma.iter().filter(along_others).all(|motion| motion.unfollowable.is_some()));
+    // Bores stand in cycles.
+    let cycles = okuma.iter().filter(|motion| motion.unfollowable == Some(Unfollowable::CannedCycle)).count();
+    assert!(cycles > 40, "{cycles}");
 }
 
 fn follow(text: &[u8], machine: &Machine) -> (Vec<Motion>, Diagnostics) {

@@ -16,6 +16,7 @@ mod inverse;
 mod machines;
 mod numbering;
 mod numbers;
+mod okuma;
 mod one_pass;
 mod other_controls;
 mod path;

@@ -31,7 +31,7 @@ fn stamp(steps: Steps) -> Stamp {
 }
 
 /// One program in each dialect that has comments, with a cut that stands within every tolerance.
-const PROGRAMS: [(Dialect, &str); 4] = [
+const PROGRAMS: [(Dialect, &str); 5] = [
     (Dialect::Iso, "%\nO1001(PART)\nG21 G90 G94\nG0 X0. Y0. Z5. A0. C0.\nG1 X9. A1. F500.\nM30\n%\n"),
     (
         Dialect::Siemens,
@@ -44,6 +44,10 @@ const PROGRAMS: [(Dialect, &str); 4] = [
     (
         Dialect::Apt,
         "PARTNO/ P\nUNITS/MM\nFEDRAT/500.,MMPM\nGOTO/0.,0.,5.,0.,0.,1.\nGOTO/9.,0.,5.,0.,0.,1.\nFINI\n",
+    ),
+    (
+        Dialect::Okuma,
+        "$P.MIN%\nO1001(PART)\nG15 H1\nG21 G90 G94\nG0 X0. Y0. A0. C0.\nG56 Z5. H1\nG1 X9. A1. F500.\nM02\n%\n",
     ),
 ];
 

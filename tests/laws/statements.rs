@@ -134,7 +134,53 @@ fn law(tokens: &[&str], dialect: Dialect, chunk: usize) -> Result<(), TestCaseEr
     Ok(())
 }
 
+/// Pieces of OSP programs.
+const OKUMA: [&str; 34] = [
+    "\n",
+    "\r\n",
+    " ",
+    "$PART.MIN%",
+    "%",
+    "OPART",
+    "O0001",
+    "NLAP1",
+    "N0010",
+    "G15",
+    "G16",
+    "H1",
+    "H02",
+    "G56",
+    "G54",
+    "G53",
+    "G0",
+    "G1",
+    "G169",
+    "X1.5",
+    "Y-.25",
+    "Z 3",
+    "A10.",
+    "C=VC1",
+    "VC1=5",
+    "CALL O1000",
+    "IF[VC1 EQ 2] N10",
+    "NOEX",
+    "(note)",
+    "(open",
+    "/1",
+    "X[2]",
+    ";",
+    "M06",
+];
+
 proptest! {
+    #[test]
+    fn any_text_for_osp_comes_back(
+        tokens in prop::collection::vec(prop::sample::select(&OKUMA[..]), 0..120),
+        chunk in 1_usize..40,
+    ) {
+        law(&tokens, Dialect::Okuma, chunk)?;
+    }
+
     #[test]
     fn any_conversational_text_comes_back(
         tokens in prop::collection::vec(prop::sample::select(&HEIDENHAIN[..]), 0..120),

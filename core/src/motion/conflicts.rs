@@ -2,11 +2,10 @@
 //! not known behind it.
 
 use super::Unfollowable;
-use super::codes::Code;
 use super::interpreter::{Interpreter, at_bytes};
+use super::meaning::Meaning;
 use super::modal::{Modal, Transformation};
-use super::unit::UnitFrom;
-use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics, Dialect};
+use crate::program::{Batch, Block, Code, DiagnosticCode, Diagnostics};
 
 /// A modal group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,23 +21,35 @@ enum Group {
     Transformation(Transformation),
 }
 
-/// The group of a code, and a number that tells the states of the group apart. Codes that mean the same are one state.
-fn state_of(code: Code, tenths: u32) -> Option<(Group, u64)> {
-    Some(match code {
-        // Which way an arc runs is in the code alone.
-        Code::Motion(_) => (Group::Motion, u64::from(tenths)),
-        Code::Units(mm_per_unit) => (Group::Units, mm_per_unit.to_bits()),
-        Code::Incremental(on) => (Group::Distance, u64::from(on)),
-        Code::Feed(mode) => (Group::FeedMode, mode as u64),
-        Code::Plane(plane) => (Group::Plane, u64::from(plane)),
-        Code::Compensation(on) => (Group::Compensation, u64::from(on)),
-        Code::ToolLength(length) => (Group::ToolLength, length as u64),
-        Code::WorkOffset => (Group::WorkOffset, u64::from(tenths)),
+/// What tells the states of a group apart. Codes that mean the same are one state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    Code(Code),
+    Value(f64),
+    Number(u8),
+}
+
+/// The group of a code, and the state of it that the code puts in force.
+fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
+    let number = |on: bool| State::Number(u8::from(on));
+    if let Some(length) = meaning.tool_length() {
+        return Some((Group::ToolLength, State::Number(length as u8)));
+    }
+    if let Some((which, on)) = meaning.transformation() {
         // G69 ends both.
-        Code::Transform(Transformation::Tilt, on) => {
-            (Group::Transformation(Transformation::Rotation), u64::from(on))
-        }
-        Code::Transform(which, on) => (Group::Transformation(which), u64::from(on)),
+        let is_tilt = which == Transformation::Tilt;
+        let group = if is_tilt { Transformation::Rotation } else { which };
+        return Some((Group::Transformation(group), number(on)));
+    }
+    Some(match meaning {
+        // Which way an arc runs is in the code alone.
+        Meaning::Motion(_) => (Group::Motion, State::Code(code)),
+        Meaning::Units(mm_per_unit) => (Group::Units, State::Value(mm_per_unit)),
+        Meaning::Incremental(on) => (Group::Distance, number(on)),
+        Meaning::Feed(mode) => (Group::FeedMode, State::Number(mode as u8)),
+        Meaning::Plane(plane) => (Group::Plane, State::Number(plane)),
+        Meaning::Compensation(on) => (Group::Compensation, number(on)),
+        Meaning::WorkOffset(_) | Meaning::WorkOffsetByP(_) => (Group::WorkOffset, State::Code(code)),
         _ => return None,
     })
 }
@@ -54,14 +65,13 @@ impl Interpreter {
         reason: &mut Option<Unfollowable>,
         diagnostics: &mut Diagnostics,
     ) {
-        if self.block.g_count < 2 || !matches!(self.dialect, Dialect::Iso | Dialect::Siemens) {
+        if self.block.g_count < 2 || !self.rules.two_codes_conflict {
             return;
         }
         let mut states = [None; 16];
         for index in 0..self.block.g_count {
-            let tenths = self.block.g_codes().get(index).copied().unwrap_or_default();
-            let state = state_of(self.code(index), tenths).filter(|_| !self.is_own_mode(tenths));
-            let Some((group, value)) = state else { continue };
+            let Some(&code) = self.block.g_codes().get(index) else { break };
+            let Some((group, value)) = state_of(self.meaning(index), code) else { continue };
             let conflicts = states.iter().flatten().any(|&(other, old)| other == group && old != value);
             if conflicts {
                 self.lose(group, before, reason);
@@ -75,11 +85,6 @@ impl Interpreter {
         }
     }
 
-    /// G54.2 and G54.4, which stand beside G54.
-    fn is_own_mode(&self, tenths: u32) -> bool {
-        self.dialect == Dialect::Iso && matches!(tenths, 542 | 544)
-    }
-
     /// The mode of a group is not known any more.
     fn lose(&mut self, group: Group, before: &Modal, reason: &mut Option<Unfollowable>) {
         match group {
@@ -87,22 +92,14 @@ impl Interpreter {
                 self.modal.motion = None;
                 *reason = Some(Unfollowable::ConflictingCodes);
             }
-            Group::Units => {
-                self.modal.void_feed();
-                self.modal.mm_per_unit = None;
-                self.unit_from = UnitFrom::Refused;
-            }
+            Group::Units => self.lose_unit(),
             Group::Distance => self.modal.incremental = None,
-            Group::FeedMode => {
-                self.modal.void_feed();
-                self.modal.feed_mode = None;
-            }
+            Group::FeedMode => self.modal.count_feed(None),
             Group::Plane => self.modal.plane = None,
             Group::Compensation => self.modal.compensation = None,
             Group::ToolLength => {
-                self.position.forget_linear();
-                self.position.tool_axis = [None; 3];
-                self.modal.tool_length = None;
+                self.lose_tool_length();
+                self.position.forget_tool_axis();
                 self.modal.kinematics_switched = before.kinematics_switched;
             }
             Group::WorkOffset => self.set_work_offset(None),
@@ -117,13 +114,11 @@ impl Interpreter {
 
     fn refuse_units(&mut self, batch: &Batch, block: &Block, diagnostics: &mut Diagnostics) {
         let mut units = (0..self.block.g_count)
-            .filter(|&index| matches!(self.code(index), Code::Units(_)))
+            .filter(|&index| matches!(self.meaning(index), Meaning::Units(_)))
             .filter_map(|index| self.block.g_codes().get(index).copied());
         let (Some(first), Some(last)) = (units.next(), units.next_back()) else { return };
-        let codes = [first, last].map(|tenths| tenths / 10);
-        let word = batch.words(block).iter().find(|word| {
-            word.address == Address::G && word.code_tenths().is_some_and(|tenths| tenths == last)
-        });
+        let codes = [first, last].map(|code| if let Code::G(tenths) = code { tenths / 10 } else { 0 });
+        let word = batch.words(block).iter().find(|word| word.code() == Some(last));
         let (start, end) = word.map_or((block.start, block.body_end), |word| (word.start, word.end));
         diagnostics.push(at_bytes(batch, block, start, end, DiagnosticCode::TwoUnits { codes }));
     }

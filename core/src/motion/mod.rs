@@ -5,7 +5,7 @@
 //! states them. What cannot be followed is said to be so and left
 //! alone; nothing is guessed.
 
-mod codes;
+mod block_words;
 mod conflicts;
 #[cfg(test)]
 #[expect(
@@ -15,11 +15,16 @@ mod conflicts;
 )]
 #[path = "conversational/tests.rs"]
 mod conversational_tests;
+mod course;
+mod dialect;
 mod execute;
 mod feed;
 mod feed_rules;
+mod g_codes;
 mod interpreter;
 mod m_codes;
+mod machine_axes;
+mod meaning;
 mod modal;
 mod motions;
 mod offsets;
@@ -60,4 +65,4 @@ pub(crate) use spindle::Spindle;
 pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};
 pub use unfollowable::{ModalGroup, Unfollowable};
 pub use words::{AxisWords, ContactWords, Decimals, Extra};
-pub use work_offset::{WorkOffset, WorkOffsets};
+pub use work_offset::{OffsetCode, WorkOffset, WorkOffsets};

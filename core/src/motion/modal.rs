@@ -83,7 +83,7 @@ pub(super) struct Modal {
     pub(super) plane: Option<u8>,
     pub(super) incremental: Option<bool>,
     pub(super) mm_per_unit: Option<f64>,
-    pub(super) feed_mode: Option<FeedMode>,
+    feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
     pub(super) tool_length: Option<ToolLength>,
     /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and nobody said what it means.
@@ -204,6 +204,19 @@ impl Modal {
     pub(super) fn is_shifted(&self) -> bool {
         let has_datum = self.datum_mm.iter().any(|shift| shift.is_none_or(|shift| shift.abs() > 0.0));
         self.shifts > 0 || has_datum || self.work_offset.is_none()
+    }
+
+    /// How F counts; `None` where that is not known.
+    pub(super) const fn feed_mode(&self) -> Option<FeedMode> {
+        self.feed_mode
+    }
+
+    /// F counts so from here on, or nobody knows how: where it counted otherwise its number means nothing any more.
+    pub(super) fn count_feed(&mut self, mode: Option<FeedMode>) {
+        if mode.is_none() || self.feed_mode != mode {
+            self.void_feed();
+        }
+        self.feed_mode = mode;
     }
 
     /// Another unit or sense of F: the number that stands means nothing any more.

@@ -1,17 +1,13 @@
 //! Where the program's zero is, and how its axes are turned, scaled and mirrored.
 
 use super::WorkOffset;
-use super::interpreter::{AXES, Interpreter};
+use super::block_words::AXES;
+use super::interpreter::Interpreter;
+use super::meaning::Meaning;
 use super::modal::Transformation;
-use crate::program::{Address, Dialect};
+use super::work_offset::OffsetCode;
+use crate::program::Address;
 
-/// G54.2 and G54.4: modes of their own, not work offsets.
-const FIXTURE_OFFSET: u32 = 542;
-const SETUP_ERROR: u32 = 544;
-/// Codes that shift the zero, in tenths: by words, by where the axes stand, by what an earlier G92 shifted.
-const G52: u32 = 520;
-const G92: u32 = 920;
-const G92_3: u32 = 923;
 /// Axes whose zero G52 shifts.
 const MOVED: [Address; 9] = [
     Address::X,
@@ -24,9 +20,6 @@ const MOVED: [Address; 9] = [
     Address::V,
     Address::W,
 ];
-/// G54.
-const FIRST_OFFSET: WorkOffset = WorkOffset::Code(540);
-
 impl Interpreter {
     /// G10: L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are tool offsets: the
     /// length may be the active one.
@@ -41,43 +34,32 @@ impl Interpreter {
 
     /// Whether the block ends the shift of a program that shifted nothing so far: G92.1, G92.2, G52 with zeros.
     pub(super) fn ends_no_shift(&self) -> bool {
-        let codes = self.block.g_codes();
         let has_zeros = || {
             let named = |address: &Address| self.block.has(*address);
             let is_zero = |address| self.block.value(address) == Some(0.0);
             MOVED.iter().any(named) && MOVED.into_iter().filter(named).all(is_zero)
         };
-        let ends = codes.iter().all(|&code| match code {
-            G52 => has_zeros(),
-            G92 | G92_3 => false,
+        let ends = |index| match self.meaning(index) {
+            Meaning::LocalShift => has_zeros(),
+            Meaning::Shift | Meaning::OtherShift => false,
             _ => true,
-        });
-        self.dialect == Dialect::Iso && self.modal.shifts == 0 && ends
+        };
+        self.modal.shifts == 0 && (0..self.block.g_count).all(ends)
     }
 
-    pub(super) fn change_work_offset(&mut self, code: u32) {
-        let mode = match code {
-            FIXTURE_OFFSET => Some(Transformation::FixtureOffset),
-            SETUP_ERROR => Some(Transformation::SetupError),
-            _ => None,
-        };
-        if let Some(mode) = mode.filter(|_| self.dialect != Dialect::Siemens) {
-            // P0 ends it.
-            let on = self.block.value(Address::P).map(|p| p.abs() > 0.0);
-            return self.set_transformation(mode, on);
-        }
-        let has_p = matches!(code, 540 | 541 | 1540) && self.block.has(Address::P);
-        let offset = match u16::try_from(code) {
-            Ok(tenths) if has_p => self.numbered(tenths, Address::P),
-            Ok(tenths) => Some(WorkOffset::Code(tenths)),
-            Err(_) => None,
+    /// A mode beside the work offset: on by its P word, ended by P0.
+    pub(super) fn set_mode_by_p(&mut self, mode: Transformation) {
+        let on = self.block.value(Address::P).map(|p| p.abs() > 0.0);
+        self.set_transformation(mode, on);
+    }
+
+    /// The work offset of a code, or the one of this number among those of the code.
+    pub(super) fn select_offset(&mut self, code: OffsetCode, by: Option<Address>) {
+        let offset = match by.filter(|address| self.block.has(*address)) {
+            Some(address) => self.number_of(address).map(|number| WorkOffset::numbered(code, number)),
+            None => Some(WorkOffset::Code(code)),
         };
         self.set_work_offset(offset);
-    }
-
-    /// The work offset that this word tells apart from others of its code; `None` where it cannot be read.
-    pub(super) fn numbered(&self, tenths: u16, address: Address) -> Option<WorkOffset> {
-        self.number_of(address).map(|number| WorkOffset::numbered(tenths, number))
     }
 
     /// The whole number of a word, if it is one.
@@ -125,7 +107,7 @@ impl Interpreter {
     /// other dialects nobody knows.
     pub(super) fn is_only_offset(&self, offset: WorkOffset) -> bool {
         let named = |offset| match offset {
-            WorkOffset::Unnamed if self.dialect == Dialect::Iso => FIRST_OFFSET,
+            WorkOffset::Unnamed => self.rules.first_offset.unwrap_or(WorkOffset::Unnamed),
             offset => offset,
         };
         self.only_offset.is_none_or(|only| named(only) == named(offset))
@@ -139,9 +121,6 @@ impl Interpreter {
     }
 
     pub(super) fn transform(&mut self, which: Transformation, on: bool) {
-        if which == Transformation::Rotation && !on && self.dialect == Dialect::Iso {
-            self.transform(Transformation::Tilt, false);
-        }
         self.set_transformation(which, Some(on));
     }
 

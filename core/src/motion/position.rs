@@ -64,8 +64,19 @@ impl Position {
     }
 
     pub(super) fn forget_rotary(&mut self) {
+        self.forget_rotary_words();
+        self.forget_tool_axis();
+    }
+
+    /// The rotary axes; a vector says where the tool points all the same.
+    #[inline]
+    pub(super) fn forget_rotary_words(&mut self) {
         self.axes[3..].fill(None);
         self.foreign_deg = None;
+    }
+
+    #[inline]
+    pub(super) fn forget_tool_axis(&mut self) {
         self.tool_axis = [None; 3];
     }
 

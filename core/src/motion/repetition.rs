@@ -1,11 +1,12 @@
 //! Blocks of axis words and nothing else, one after the other, as programs mostly are: each is the motion before to another
 //! place.
 
-use super::interpreter::{AXES, Interpreter, bit};
+use super::block_words::{AXES, bit};
+use super::interpreter::Interpreter;
 use super::modal::{ModalFeed, MotionMode};
 use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS, most_decimals};
 use super::{ContactWords, Motion, MotionKind, Unfollowable};
-use crate::program::{Address, Block, Dialect};
+use crate::program::{Address, Block};
 
 /// Words that leave every mode as it is, a feed apart.
 const PLAIN: u32 = AXES | CONTACTS | bit(Address::F) | bit(Address::N);
@@ -34,7 +35,7 @@ impl Interpreter {
             motion.start.is_some()
                 && motion.end.is_some()
                 && motion.unfollowable.is_none()
-                && self.obstacle.is_none()
+                && self.obstacle().is_none()
                 && self.position.tool_axis == [None; 3]
         };
         let counts_from_zero = self.modal.incremental == Some(false) && self.modal.mm_per_unit.is_some();
@@ -51,13 +52,13 @@ impl Interpreter {
     /// in the way of following it.
     fn is_by_vector(&self, motion: &Motion) -> bool {
         let vector = Some(Unfollowable::ToolVector);
-        self.dialect == Dialect::Apt
+        self.rules.is_of_points
             && motion.start.is_none()
             && motion.end.is_none()
             && motion.vector_start.is_some()
             && motion.linear_end_mm.is_some()
             && motion.unfollowable == vector
-            && self.obstacle == vector
+            && self.obstacle() == vector
             && !self.modal.vectors_in_machine
     }
 
@@ -72,7 +73,7 @@ impl Interpreter {
         };
         let is_odd = words.odd | words.comma != 0;
         let present = words.present;
-        let moves = present & AXES != 0 && present & bit(self.foreign_address) == 0;
+        let moves = present & AXES != 0 && present & bit(self.axes.foreign()) == 0;
         if !same_kind || is_odd || !moves || present & !(PLAIN | VECTORS) != 0 {
             return None;
         }
@@ -123,15 +124,14 @@ impl Interpreter {
     /// X Y Z and the rotary axes of the machine.
     #[inline]
     fn own_axes(&self) -> u32 {
-        AXES & !bit(self.foreign_address)
+        AXES & !bit(self.axes.foreign())
     }
 
     /// Moves the axes to where plain numbers in the sense of G90 say, in a unit that is known.
     #[inline]
     fn take_absolute_words(&mut self) {
         let mm_per_unit = self.modal.mm_per_unit.unwrap_or(1.0);
-        let [first, second] = self.rotary_addresses;
-        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
             let index = address.index() & 31;
             if self.block.present & (1 << index) != 0 {
                 let scale = if slot < 3 { mm_per_unit } else { 1.0 };
@@ -145,8 +145,7 @@ impl Interpreter {
     #[inline]
     fn take_vector(&mut self) {
         self.position.tool_axis = VECTOR.map(|address| Some(self.block.values[address.index() & 31]));
-        self.position.axes[3..].fill(None);
-        self.position.foreign_deg = None;
+        self.position.forget_rotary_words();
         self.position.decimals[3..].fill(most_decimals(&self.block));
     }
 
@@ -161,7 +160,7 @@ impl Interpreter {
     /// kind.
     pub fn pass_over(&mut self, motions: &[Motion]) {
         let Some(last) = motions.last() else { return };
-        if self.dialect == Dialect::Heidenhain {
+        if self.rules.has_sections {
             self.sections.count(motions);
         }
         if let (Some([x, y, z]), Some(axis)) = (last.linear_end_mm, last.tool_axis) {
@@ -189,7 +188,7 @@ mod tests {
     use super::*;
     use crate::machine::{Machine, Preset};
     use crate::motion::InterpreterOptions;
-    use crate::program::{Batch, Diagnostics, ReadLimits, Reader};
+    use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
     /// The motions of a text, read in one batch, or line by line so that none has one before it to repeat.
     fn motions(dialect: Dialect, text: &str, line_by_line: bool) -> Vec<Motion> {

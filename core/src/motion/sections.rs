@@ -188,7 +188,7 @@ impl Interpreter {
             Some(Effect { program: [from, to], stranger: [blank, set] }) => {
                 self.modal = self.modal.behind([&from.0, &to.0], [&blank.0, &set.0]);
                 self.position = self.position.behind([&from.1, &to.1], [&blank.1, &set.1]);
-                self.obstacle = self.modal.obstacle();
+                self.find_obstacle();
             }
             None => self.forget_all(),
         }

@@ -1,9 +1,10 @@
-//! What Sinumerik blocks do besides: tools and their edges, the programmable frame, TRAORI.
+//! What Sinumerik blocks do besides: tools and their edges, the programmable frame.
 
-use super::codes::{ProgramFrame, keyword_of};
-use super::interpreter::{AXES, Interpreter, bit};
-use super::modal::{ToolLength, Transformation};
-use crate::program::{Address, Keyword};
+use super::block_words::{AXES, bit};
+use super::interpreter::Interpreter;
+use super::meaning::ProgramFrame;
+use super::modal::Transformation;
+use crate::program::{Address, Code, Keyword};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 const ROTARY: u32 = bit(Address::A) | bit(Address::B) | bit(Address::C);
@@ -34,21 +35,10 @@ impl Interpreter {
         }
     }
 
-    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
-    pub(super) fn switch_tip(&mut self, length: ToolLength) {
-        self.transform(Transformation::Cylinder, false);
-        if self.modal.tool_length != Some(length) {
-            self.position.forget_linear();
-            self.position.tool_axis = [None; 3];
-            self.modal.tool_length = Some(length);
-        }
-    }
-
     /// TRANS, ROT, SCALE, MIRROR. Without `added` they come in place of the whole programmable frame; without words
     /// there is none any more.
     pub(super) fn program_frame(&mut self, frame: ProgramFrame, added: bool) {
-        let has_angle =
-            self.block.g_codes().iter().any(|&code| keyword_of(code) == Some(Keyword::PlaneAngle));
+        let has_angle = self.block.g_codes().contains(&Code::Keyword(Keyword::PlaneAngle));
         let has_words = self.block.present & AXES != 0 || has_angle;
         if !added {
             for which in FRAMES {

@@ -3,13 +3,14 @@
 use std::fmt;
 
 use super::Interpreter;
-use crate::program::{Address, Batch, Block, Dialect, Keyword, Word, WordForm};
+use super::dialect::MotionRules;
+use crate::program::{Address, Batch, Block, Code, Keyword, Word, WordForm};
 use crate::units::Length;
 
-/// M6, in tenths.
-const TOOL_CHANGE: u32 = 60;
-/// M61, in tenths: Q is the number of the tool that is in the spindle.
-const TOOL_SET: u32 = 610;
+/// M6.
+const TOOL_CHANGE: Code = Code::M(60);
+/// M61: Q is the number of the tool that is in the spindle.
+const TOOL_SET: Code = Code::M(610);
 /// The edge that counts where no D is written, and D0, which takes its lengths off.
 const FIRST_EDGES: [f64; 2] = [1.0, 0.0];
 
@@ -120,6 +121,13 @@ pub struct StatedCutter {
 /// Most of them that are kept.
 const MAX_STATED: usize = 1000;
 
+/// Names by which tools were called, and what a cutter location program says of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ToolsNamed {
+    names: Vec<ToolName>,
+    cutters: Vec<StatedCutter>,
+}
+
 impl Interpreter {
     /// Behind a motion of a cutter location program.
     #[inline]
@@ -129,8 +137,8 @@ impl Interpreter {
             return;
         }
         let stated = spindle.shape.and_then(|shape| shape.diameter_and_corner).zip(self.modal.mm_per_unit);
-        if let Some(((diameter, corner), mm)) = stated.filter(|_| self.stated_cutters.len() < MAX_STATED) {
-            self.stated_cutters.push(StatedCutter {
+        if let Some(((diameter, corner), mm)) = stated.filter(|_| self.tools.cutters.len() < MAX_STATED) {
+            self.tools.cutters.push(StatedCutter {
                 tool: self.modal.spindle.tool(),
                 diameter: Length::from_mm(diameter * mm),
                 corner_radius: corner.map(|corner| Length::from_mm(corner * mm)),
@@ -142,23 +150,23 @@ impl Interpreter {
     /// Takes what a block says of tools.
     pub(super) fn see_tools(&mut self, batch: &Batch, block: &Block) {
         let name = self.modal.spindle.see(batch, block);
-        if let Some(name) = name.filter(|name| !self.tool_names.contains(name))
-            && self.tool_names.len() < MAX_STATED
+        if let Some(name) = name.filter(|name| !self.tools.names.contains(name))
+            && self.tools.names.len() < MAX_STATED
         {
-            self.tool_names.push(name);
+            self.tools.names.push(name);
         }
     }
 
     /// The names by which tools were called so far, each once; the first 1000.
     #[must_use]
     pub fn tool_names(&self) -> &[ToolName] {
-        &self.tool_names
+        &self.tools.names
     }
 
     /// What `CUTTER/` says of the tools that have cut so far; the first 1000.
     #[must_use]
     pub fn stated_cutters(&self) -> &[StatedCutter] {
-        &self.stated_cutters
+        &self.tools.cutters
     }
 }
 
@@ -223,7 +231,7 @@ impl Spindle {
     /// of its own block wherever it stands; where one stands before the M6 and another one after it, the first is put in and the
     /// second made ready.
     pub(crate) fn see(&mut self, batch: &Batch, block: &Block) -> Option<ToolName> {
-        let dialect = batch.dialect();
+        let rules = MotionRules::of(batch.dialect()).tools;
         let (mut puts_in, mut is_cutter, mut names_tool, mut edge) = (false, false, false, None);
         let mut name = None;
         let (mut sets, mut set, mut has_builders_code, mut calls_another) = (false, None, false, false);
@@ -243,16 +251,16 @@ impl Spindle {
                     (self.ready, name) = called_by(batch, word);
                     calls_another |= before.is_some() && before != self.ready;
                 }
-                Address::D if dialect == Dialect::Siemens => {
+                Address::D if rules.d_is_edge => {
                     let value = if word.form == WordForm::Number { word.value } else { f64::NAN };
                     edge = Some(value);
                 }
-                Address::M if word.code_tenths() == Some(TOOL_CHANGE) => {
+                Address::M if word.code() == Some(TOOL_CHANGE) => {
                     puts_in = true;
                     self.has_changer = true;
                     named_before = names_tool.then_some(self.ready);
                 }
-                Address::M if word.code_tenths() == Some(TOOL_SET) && dialect == Dialect::Iso => sets = true,
+                Address::M if word.code() == Some(TOOL_SET) && rules.m61_sets => sets = true,
                 Address::M if !word.code_tenths().is_some_and(is_known_m) => has_builders_code = true,
                 Address::Q => set = called_by(batch, word).0,
                 _ => {}
@@ -274,11 +282,11 @@ impl Spindle {
         } else if sets {
             self.hold(set.map(CalledTool::Changed));
         } else if names_tool
-            && (has_builders_code || (calls_another && dialect == Dialect::Iso && !self.has_changer))
+            && (has_builders_code || (calls_another && rules.second_t_changes && !self.has_changer))
         {
             // A code of the machine's builder beside T, or a second T where no M6 ever changed a tool.
             self.hold(None);
-        } else if names_tool && dialect == Dialect::Siemens && !self.has_changer {
+        } else if names_tool && rules.t_may_change && !self.has_changer {
             self.hold(self.ready.map(CalledTool::Selected));
         }
         name

@@ -1,14 +1,15 @@
 //! Statement words of conversational and cutter location programs: what they set, and what they say for their own block
 //! only.
 
-use super::codes::Statement;
+use super::block_words::{AXES, bit};
+use super::dialect::PlainStatement;
 use super::execute::Action;
-use super::interpreter::{AXES, Interpreter, bit};
+use super::interpreter::Interpreter;
+use super::meaning::Statement;
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
-use super::unit::UnitFrom;
+use super::travel::VECTOR;
 use super::{FeedMode, Unfollowable, WorkOffset};
-use crate::program::{Address, Dialect, Keyword};
-use crate::units::LengthUnit;
+use crate::program::Address;
 
 /// What a block says that holds for it alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -60,30 +61,21 @@ const SAME_AXIS: f64 = 1e-9;
 impl Interpreter {
     /// The dialect is known: what a program of it starts with.
     pub(super) fn begin_dialect(&mut self) {
-        match self.dialect {
-            Dialect::Apt => {
-                self.modal.tool_length = Some(ToolLength::Vector);
-                self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
-            }
-            Dialect::Csv if self.modal.motion.is_none() => self.modal.motion = Some(MotionMode::Linear),
-            _ => {}
+        self.modal.tool_length = Some(self.rules.tool_length);
+        if self.rules.is_of_points {
+            self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
         }
-        let (unit, unit_from) = match (self.dialect, self.options.unit) {
-            (Dialect::Csv, _) => (Some(LengthUnit::Millimetre), UnitFrom::Text),
-            (_, Some(unit)) => (Some(unit), UnitFrom::Caller),
-            (_, None) => (None, UnitFrom::Nobody),
-        };
-        (self.modal.mm_per_unit, self.unit_from) = (unit.map(LengthUnit::mm), unit_from);
-        self.last_mm_per_unit = self.modal.mm_per_unit;
+        self.modal.motion = self.modal.motion.or(self.rules.motion);
+        self.begin_unit();
         self.stand_at_start();
-        self.obstacle = self.modal.obstacle();
+        self.find_obstacle();
     }
 
     /// Before a block's words are looked at. In dialects whose statements name the motion, none is modal.
     #[inline]
     pub(super) fn begin_block(&mut self) {
         self.this_block = ThisBlock::default();
-        if matches!(self.dialect, Dialect::Heidenhain | Dialect::Apt) {
+        if !self.rules.motion_is_modal {
             self.modal.motion = None;
         }
     }
@@ -91,17 +83,15 @@ impl Interpreter {
     /// Whether the block is a line or a point and nothing else; its mode is set then.
     #[inline]
     pub(super) fn is_plain_statement(&mut self) -> bool {
-        match (self.dialect, self.block.only_statement()) {
-            (Dialect::Heidenhain, Some(Keyword::L)) if !self.sections.is_called_text => {
-                self.modal.motion = Some(MotionMode::Linear);
-                true
-            }
-            (Dialect::Apt, Some(Keyword::Goto)) => {
-                self.point_mode();
-                true
-            }
-            _ => false,
+        let Some((keyword, statement)) = self.rules.plain_statement else { return false };
+        if self.block.only_statement() != Some(keyword) || self.sections.is_called_text {
+            return false;
         }
+        match statement {
+            PlainStatement::Line => self.modal.motion = Some(MotionMode::Linear),
+            PlainStatement::Point => self.point_mode(),
+        }
+        true
     }
 
     /// Sets what a statement word sets; gives what else is to be done.
@@ -158,10 +148,7 @@ impl Interpreter {
                 self.transform(Transformation::Tilt, false);
                 self.position.forget_axes();
             }
-            Statement::TcpOther => {
-                self.modal.tool_length = None;
-                self.position.forget_linear();
-            }
+            Statement::TcpOther => self.lose_tool_length(),
             Statement::Tcp(on) => self.set_tcp(on),
             Statement::Label => self.pass_label(),
             Statement::LabelEnd => self.end_section(),
@@ -234,7 +221,7 @@ impl Interpreter {
         if system.is_none() || system != self.modal.work_offset {
             self.position.axes = [None; 5];
             if self.modal.axis_stated || !self.is_upright() {
-                self.position.tool_axis = [None; 3];
+                self.position.forget_tool_axis();
             }
         }
         self.modal.work_offset = system;
@@ -242,22 +229,10 @@ impl Interpreter {
 
     /// A feed in a unit of its own; where that is not the program's, its number is not taken.
     fn feed_unit(&mut self, mode: FeedMode, mm_per_unit: Option<f64>) {
-        if self.modal.feed_mode != Some(mode) {
-            self.modal.void_feed();
-            self.modal.feed_mode = Some(mode);
-        }
+        self.modal.count_feed(Some(mode));
         let differs =
             mm_per_unit.is_some_and(|mm| self.modal.mm_per_unit.is_none_or(|unit| (mm - unit).abs() > 0.0));
         self.this_block.other_feed |= differs;
-    }
-
-    /// M128, M129, TCPM: positions stay where the state is the same.
-    pub(super) fn set_tcp(&mut self, on: bool) {
-        let wanted = if on { ToolLength::Tcp } else { ToolLength::Plain };
-        if self.modal.tool_length != Some(wanted) {
-            self.position.forget_linear();
-            self.modal.tool_length = Some(wanted);
-        }
     }
 
     /// What acts behind the motion.
@@ -272,7 +247,7 @@ impl Interpreter {
             self.modal.shortest_path = false;
         }
         if self.this_block.tcp_off_behind {
-            self.obstacle = self.modal.obstacle();
+            self.find_obstacle();
         }
     }
 
@@ -284,7 +259,7 @@ impl Interpreter {
         let states_axis = self.block.has(Address::TI);
         if !states_axis && self.modal.axis_stated && !self.modal.multax && !self.is_upright() {
             // Some systems leave the axis out where it stays, others where it is Z.
-            self.position.tool_axis = [None; 3];
+            self.position.forget_tool_axis();
         }
         self.modal.axis_stated |= states_axis;
     }
@@ -296,16 +271,14 @@ impl Interpreter {
 
     /// TLAXIS: the axis of points with three values.
     fn take_tool_axis(&mut self) {
-        for (slot, address) in [Address::TI, Address::TJ, Address::TK].into_iter().enumerate() {
-            self.position.tool_axis[slot] = self.block.value(address);
-        }
+        self.position.tool_axis = VECTOR.map(|address| self.block.value(address));
         self.modal.axis_stated = false;
     }
 
     /// Where a vector stated the tool axis it is not known any more.
     fn forget_stated_axis(&mut self) {
         if self.modal.axis_stated || self.modal.tool_length != Some(ToolLength::Vector) {
-            self.position.tool_axis = [None; 3];
+            self.position.forget_tool_axis();
         }
     }
 

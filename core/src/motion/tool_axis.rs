@@ -1,18 +1,18 @@
 //! G43.5: I J K are the tool axis.
 
-use super::codes::{Code, iso_meaning};
 use super::interpreter::Interpreter;
+use super::meaning::Meaning;
 use super::modal::{MotionMode, ToolLength};
-use crate::program::{Address, Word};
+use crate::program::{Address, Code, Word};
 
-/// G43.5, in tenths.
-const VECTOR_CODE: u32 = 435;
+/// G43.5.
+const VECTOR_CODE: Code = Code::G(435);
 
 impl Interpreter {
     /// Whether I J K of a block are the tool axis: G43.5 holds, and the motion is no arc.
     #[inline]
     pub(super) fn takes_vector(&self, words: &[Word]) -> bool {
-        let is_vector = |word: &Word| word.address == Address::G && word.code_tenths() == Some(VECTOR_CODE);
+        let is_vector = |word: &Word| word.code() == Some(VECTOR_CODE);
         if self.modal.tool_length != Some(ToolLength::Vector) && !words.iter().any(is_vector) {
             return false;
         }
@@ -20,10 +20,11 @@ impl Interpreter {
         let mut vector = true;
         let mut straight = self.modal.motion.is_some_and(is_straight);
         for word in words.iter().filter(|word| word.address == Address::G) {
-            match word.code_tenths().map(iso_meaning) {
-                Some(Code::ToolLength(length)) => vector = length == ToolLength::Vector,
-                Some(Code::Motion(mode)) => straight = is_straight(mode),
-                _ => {}
+            let Some(meaning) = word.code().map(|code| self.rules.meaning(code)) else { continue };
+            if let Some(length) = meaning.tool_length() {
+                vector = length == ToolLength::Vector;
+            } else if let Meaning::Motion(mode) = meaning {
+                straight = is_straight(mode);
             }
         }
         vector && straight

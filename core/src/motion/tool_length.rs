@@ -1,7 +1,9 @@
-//! The length that an H word puts in force, in ISO programs.
+//! The tool length group: which length is in force, along which axis, and whether the control follows the tip.
 
+use super::Unfollowable;
 use super::interpreter::Interpreter;
-use super::modal::ToolLength;
+use super::meaning::Meaning;
+use super::modal::{ToolLength, Transformation};
 use crate::program::Address;
 
 /// Z, across G17.
@@ -12,7 +14,7 @@ impl Interpreter {
     /// force it changes nothing, but some controls remember it: no more than Z is lost then.
     #[inline]
     pub(super) fn take_length_word(&mut self, may_be_skipped: bool) {
-        if !self.block.has(Address::H) {
+        if !self.block.has(Address::H) || self.names_offset_by_h() {
             return;
         }
         let number = self.block.value(Address::H);
@@ -20,6 +22,72 @@ impl Interpreter {
             self.other_length();
         }
         self.modal.length_number = number.filter(|_| !may_be_skipped);
+    }
+
+    /// Whether H is the number of a work offset.
+    fn names_offset_by_h(&self) -> bool {
+        let names = |index| matches!(self.meaning(index), Meaning::OffsetByH | Meaning::OffsetByHHere);
+        (0..self.block.g_count).any(names)
+    }
+
+    /// A tool length of the group of G43 and G49.
+    pub(super) fn set_tool_length(&mut self, length: ToolLength) {
+        if self.modal.tool_length == Some(ToolLength::Vector) && length != ToolLength::Vector {
+            self.position.forget_tool_axis();
+        }
+        if self.modal.tool_length == Some(length) {
+            // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
+            self.position.axes[Z] = None;
+        } else {
+            self.position.forget_linear();
+        }
+        self.modal.tool_length = Some(length);
+    }
+
+    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
+    pub(super) fn switch_tip(&mut self, length: ToolLength) {
+        self.transform(Transformation::Cylinder, false);
+        if self.modal.tool_length != Some(length) {
+            self.position.forget_linear();
+            self.position.forget_tool_axis();
+            self.modal.tool_length = Some(length);
+        }
+    }
+
+    /// M128, M129, TCPM: positions stay where the state is the same.
+    pub(super) fn set_tcp(&mut self, on: bool) {
+        let wanted = if on { ToolLength::Tcp } else { ToolLength::Plain };
+        if self.modal.tool_length != Some(wanted) {
+            self.position.forget_linear();
+            self.modal.tool_length = Some(wanted);
+        }
+    }
+
+    /// Which length is in force, and whether the control follows the tip, nobody knows.
+    pub(super) fn lose_tool_length(&mut self) {
+        self.modal.tool_length = None;
+        self.position.forget_linear();
+    }
+
+    /// The tool's length along this axis, or none: G53 to G56 of OSP. H has been looked at. Along X or Y the tool stands
+    /// along that axis.
+    pub(super) fn take_length_along(&mut self, axis: Option<u8>) {
+        self.transform(Transformation::ToolAxis, axis.is_some_and(|axis| usize::from(axis) != Z));
+        if axis.is_none() {
+            self.modal.length_number = None;
+        }
+        // Without a number, which length it is nobody knows.
+        if self.modal.length_number.is_none() {
+            self.other_length();
+        }
+    }
+
+    /// Why a block with G16 of OSP counts from another place: H0 is the machine's zero.
+    pub(super) fn offset_here(&self) -> Unfollowable {
+        match self.number_of(Address::H) {
+            Some(0) => Unfollowable::MachineCoordinates,
+            _ => Unfollowable::OffsetHere,
+        }
     }
 
     /// Another length is in force, or may be: the tip stands elsewhere along the tool, which is Z only without

@@ -1,12 +1,13 @@
 //! Axis words into a motion.
 
-use super::interpreter::{AXES, BlockWords, Interpreter, bit};
+use super::block_words::{AXES, BlockWords, bit};
+use super::interpreter::Interpreter;
 use super::modal::{ModalFeed, MotionMode, ToolLength};
 use super::{
-    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, FeedRules, Interpolation,
-    ModalGroup, Motion, MotionKind, Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
+    MotionKind, Unfollowable,
 };
-use crate::program::{Address, Block, Dialect, round_to_decimals};
+use crate::program::{Address, Block, round_to_decimals};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -76,7 +77,7 @@ impl Interpreter {
         let extra = self.take_other_words();
         let mut motion = self.motion_shell(index, block, kind);
         let in_program_axes = !matches!(
-            self.obstacle,
+            self.obstacle(),
             Some(
                 Unfollowable::Transformation
                     | Unfollowable::OtherTransformation
@@ -84,20 +85,23 @@ impl Interpreter {
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
-        if in_program_axes && reason != Some(Unfollowable::MachineCoordinates) {
+        let counts_elsewhere =
+            matches!(reason, Some(Unfollowable::MachineCoordinates | Unfollowable::OffsetHere));
+        if in_program_axes && !counts_elsewhere {
             motion.start = start;
             motion.end = self.position.axis_words();
             motion.linear_end_mm = self.position.linear_mm();
             motion.tool_axis = self.position.tool_axis();
             motion.vector_start = vector_start;
         }
-        if reason != Some(Unfollowable::MachineCoordinates) {
+        if !counts_elsewhere {
             motion.contact = self.contact();
         }
         motion.extra = extra;
         // What the vector is on this machine can be found later, anything else not.
         let vector = Some(Unfollowable::ToolVector);
-        motion.unfollowable = reason.or(self.obstacle.filter(|_| self.obstacle != vector)).or(word_reason);
+        motion.unfollowable =
+            reason.or(self.obstacle().filter(|_| self.obstacle() != vector)).or(word_reason);
         if motion.unfollowable.is_none() {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
@@ -112,7 +116,7 @@ impl Interpreter {
         if motion.unfollowable.is_none() && motion.end.is_none() && motion.tool_axis.is_some() {
             motion.unfollowable = vector;
         }
-        motion.unfollowable = motion.unfollowable.or(self.obstacle);
+        motion.unfollowable = motion.unfollowable.or(self.obstacle());
         self.note_offset(&mut motion);
         motions.push(motion);
     }
@@ -134,12 +138,12 @@ impl Interpreter {
         if self.this_block.odd_turns || (has_turns && kind != MotionKind::Arc) {
             reason = Some(Unfollowable::ControlWord);
         }
-        if block.present & bit(self.foreign_address) != 0
-            && (block.value(self.foreign_address).is_none()
-                || block.value(self.foreign_address) != self.position.foreign_deg
-                || block.is_incremental(self.foreign_address, self.modal.incremental) == Some(true))
+        if block.present & bit(self.axes.foreign()) != 0
+            && (block.value(self.axes.foreign()).is_none()
+                || block.value(self.axes.foreign()) != self.position.foreign_deg
+                || block.is_incremental(self.axes.foreign(), self.modal.incremental) == Some(true))
         {
-            reason = Some(Unfollowable::NoSuchAxis { address: self.foreign_address });
+            reason = Some(Unfollowable::NoSuchAxis { address: self.axes.foreign() });
         }
         if let Some(address) = self.lone_letter() {
             reason = Some(Unfollowable::NoSuchAxis { address });
@@ -168,7 +172,7 @@ impl Interpreter {
 
     /// U, V or W where not all three are known: no contact, but an axis beside the five. One that stays where it is does
     /// no harm.
-    fn lone_letter(&self) -> Option<Address> {
+    pub(super) fn lone_letter(&self) -> Option<Address> {
         let block = &self.block;
         if block.present & POINTS == 0 {
             return None;
@@ -193,8 +197,7 @@ impl Interpreter {
         let block = &self.block;
         let scale = self.modal.mm_per_unit;
         let repeated_or_unknown = block.unknown;
-        let [first, second] = self.rotary_addresses;
-        for (slot, address) in [Address::X, Address::Y, Address::Z, first, second].into_iter().enumerate() {
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
             let index = address.index();
             if block.present & (1 << index) == 0 {
                 continue;
@@ -210,19 +213,19 @@ impl Interpreter {
                 _ => None,
             };
         }
-        if block.present & bit(self.foreign_address) != 0 {
-            let sense = block.is_incremental(self.foreign_address, self.modal.incremental);
+        if block.present & bit(self.axes.foreign()) != 0 {
+            let sense = block.is_incremental(self.axes.foreign(), self.modal.incremental);
             let absolute = sense == Some(false);
-            self.position.foreign_deg = block.value(self.foreign_address).filter(|_| absolute);
+            self.position.foreign_deg = block.value(self.axes.foreign()).filter(|_| absolute);
         }
+        let [first, second] = self.axes.rotary();
         if block.present & VECTORS != 0 {
             // The control turns its rotary axes to the vector.
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
-            self.position.axes[3..].fill(None);
-            self.position.foreign_deg = None;
+            self.position.forget_rotary_words();
             self.position.decimals[3..].fill(most_decimals(block));
         } else if block.present & (bit(first) | bit(second)) != 0 {
-            self.position.tool_axis = [None; 3];
+            self.position.forget_tool_axis();
         }
         if block.comma & bit(Address::A) != 0 {
             // An angle in place of a coordinate: the end is for the control to find.
@@ -303,8 +306,8 @@ impl Interpreter {
 
     #[inline]
     pub(super) fn feed(&self) -> Feed {
-        let mode = self.modal.feed_mode;
-        let paths = FeedRules::of(self.dialect).paths;
+        let mode = self.modal.feed_mode();
+        let paths = self.rules.feed.paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
             // A time is one block's in every dialect, a speed goes on.
@@ -389,13 +392,14 @@ impl Interpreter {
 
     /// What the arc at hand hangs on.
     fn arc_course(&self) -> ArcCourse {
-        match self.dialect {
-            Dialect::Apt => ArcCourse::Centre,
-            _ if self.this_block.about_centre => ArcCourse::Centre,
-            // `I=AC(…)`: it does not move with the ends.
-            _ if self.block.absolute & (I | J | K) != 0 => ArcCourse::Centre,
-            _ if self.this_block.tangent => ArcCourse::Neighbour,
-            _ => ArcCourse::Carried,
+        // `I=AC(…)` does not move with the ends.
+        let centre_stands = self.block.absolute & (I | J | K) != 0;
+        if self.rules.is_of_points || self.this_block.about_centre || centre_stands {
+            ArcCourse::Centre
+        } else if self.this_block.tangent {
+            ArcCourse::Neighbour
+        } else {
+            ArcCourse::Carried
         }
     }
 
@@ -423,7 +427,7 @@ impl Interpreter {
             rotary: if self.block.present & VECTORS != 0 {
                 most_decimals(&self.block)
             } else {
-                most(&self.rotary_addresses, modal.rotary)
+                most(&self.axes.rotary(), modal.rotary)
             },
             contact,
             extra: modal.extra,

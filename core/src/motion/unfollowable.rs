@@ -104,6 +104,9 @@ pub enum Unfollowable {
     /// G53.
     #[error("the motion is in machine coordinates")]
     MachineCoordinates,
+    /// G16 of OSP.
+    #[error("G16 selects another work offset for this block alone")]
+    OffsetHere,
     /// A canned cycle.
     #[error("a canned cycle is active")]
     CannedCycle,

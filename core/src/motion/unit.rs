@@ -1,13 +1,14 @@
 //! In which unit a program counts: the text says so, or the caller does, or the program cannot be read.
 
-use super::codes::Code;
-use super::interpreter::{Interpreter, at_bytes, bit};
+use super::block_words::{DWELL, bit};
+use super::interpreter::{Interpreter, at_bytes};
+use super::meaning::Meaning;
 use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics};
 use crate::units::LengthUnit;
 
 /// Who says in which unit the program counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum UnitFrom {
+enum UnitFrom {
     /// The program itself, or a table, which counts in millimetres.
     Text,
     /// The caller.
@@ -16,6 +17,30 @@ pub(super) enum UnitFrom {
     Nobody,
     /// Nobody, and there was a length: the program is refused.
     Refused,
+}
+
+/// The unit of a program so far, beside the modal one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ProgramUnit {
+    from: UnitFrom,
+    /// The unit that held last, also after a call that may have changed it.
+    last_mm_per_unit: Option<f64>,
+    /// First line where the text states another unit than the caller.
+    disagrees_at: Option<u64>,
+}
+
+impl ProgramUnit {
+    /// Whether nobody said so far in which unit the program counts, and no length was met.
+    #[inline]
+    pub(super) fn is_unknown(&self) -> bool {
+        self.from == UnitFrom::Nobody
+    }
+}
+
+impl Default for ProgramUnit {
+    fn default() -> Self {
+        Self { from: UnitFrom::Nobody, last_mm_per_unit: None, disagrees_at: None }
+    }
 }
 
 /// Words that are lengths: X Y Z, U V W, the centre of an arc and its radius.
@@ -31,19 +56,38 @@ const LENGTHS: u32 = bit(Address::X)
     | bit(Address::R);
 
 impl Interpreter {
+    /// The dialect is known: the unit that a program of it counts in before it says so itself.
+    pub(super) fn begin_unit(&mut self) {
+        let (unit, from) = match self.options.unit {
+            _ if self.rules.counts_in_mm => (Some(LengthUnit::Millimetre), UnitFrom::Text),
+            Some(unit) => (Some(unit), UnitFrom::Caller),
+            None => (None, UnitFrom::Nobody),
+        };
+        self.modal.mm_per_unit = unit.map(LengthUnit::mm);
+        self.program_unit.from = from;
+        self.program_unit.last_mm_per_unit = self.modal.mm_per_unit;
+    }
+
+    /// The text states two units at once: the program is refused.
+    pub(super) fn lose_unit(&mut self) {
+        self.modal.void_feed();
+        self.modal.mm_per_unit = None;
+        self.program_unit.from = UnitFrom::Refused;
+    }
+
     /// The program states its unit.
     pub(super) fn set_unit(&mut self, mm_per_unit: f64) {
         if self.modal.mm_per_unit != Some(mm_per_unit) {
             self.modal.void_feed();
         }
         self.modal.mm_per_unit = Some(mm_per_unit);
-        self.last_mm_per_unit = Some(mm_per_unit);
+        self.program_unit.last_mm_per_unit = Some(mm_per_unit);
         let differs = self.options.unit.is_some_and(|unit| (unit.mm() - mm_per_unit).abs() > 0.0);
         if differs {
-            self.unit_disagrees_at.get_or_insert(self.line);
+            self.program_unit.disagrees_at.get_or_insert(self.line);
         }
-        if self.unit_from != UnitFrom::Refused {
-            self.unit_from = UnitFrom::Text;
+        if self.program_unit.from != UnitFrom::Refused {
+            self.program_unit.from = UnitFrom::Text;
         }
     }
 
@@ -58,21 +102,21 @@ impl Interpreter {
         };
         let code = DiagnosticCode::UnitUnknown { address: word.address };
         diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
-        self.unit_from = UnitFrom::Refused;
+        self.program_unit.from = UnitFrom::Refused;
         self.modal.mm_per_unit = Some(1.0);
-        self.obstacle = self.modal.obstacle();
+        self.find_obstacle();
     }
 
     /// Whether the block states the unit itself; or dwells, where X is a time; or goes to a place of the machine by zeros
     /// (`G91 G28 Z0`), which are the same in every unit.
     fn needs_no_unit(&self) -> bool {
-        let codes = (0..self.block.g_codes().len()).map(|index| self.code(index));
-        let is_free = |code: Code| match code {
-            Code::Units(_) => true,
-            Code::Reference | Code::MachineCoordinates => self.has_zeros_alone(),
+        let meanings = (0..self.block.g_codes().len()).map(|index| self.meaning(index));
+        let is_free = |meaning: Meaning| match meaning {
+            Meaning::Units(_) => true,
+            Meaning::Reference | Meaning::MachineCoordinates => self.has_zeros_alone(),
             _ => false,
         };
-        self.block.g_codes().contains(&DWELL) || codes.into_iter().any(is_free)
+        self.block.g_codes().contains(&DWELL) || meanings.into_iter().any(is_free)
     }
 
     fn has_zeros_alone(&self) -> bool {
@@ -85,22 +129,19 @@ impl Interpreter {
     #[must_use]
     pub fn unit(&self) -> Option<LengthUnit> {
         let units = [LengthUnit::Millimetre, LengthUnit::Inch];
-        let mm_per_unit = self.modal.mm_per_unit.or(self.last_mm_per_unit)?;
+        let mm_per_unit = self.modal.mm_per_unit.or(self.program_unit.last_mm_per_unit)?;
         units.into_iter().find(|unit| (unit.mm() - mm_per_unit).abs() <= 0.0)
     }
 
     /// Whether the program itself says in which unit it counts, or is a table, which counts in millimetres.
     #[must_use]
     pub fn states_unit(&self) -> bool {
-        self.unit_from == UnitFrom::Text
+        self.program_unit.from == UnitFrom::Text
     }
 
     /// First line where the text states another unit than the caller, who then does not count.
     #[must_use]
     pub fn unit_disagrees_at(&self) -> Option<u64> {
-        self.unit_disagrees_at
+        self.program_unit.disagrees_at
     }
 }
-
-/// G4, in tenths.
-const DWELL: u32 = 40;

@@ -3,34 +3,91 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// The number of a G code that names a work offset, with its decimal: `G54`, `G59.1`, `G505`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct OffsetCode {
+    whole: u16,
+    tenth: u8,
+}
+
+impl OffsetCode {
+    /// G54.
+    const FIRST: Self = Self::new(54, 0);
+    /// G54.1, which means the same as G54 beside a P word.
+    const FIRST_NUMBERED: Self = Self::new(54, 1);
+    /// G15 of some controls, which names the offset by H.
+    const BY_H: Self = Self::new(15, 0);
+
+    /// `G54.1` by 54 and 1.
+    #[must_use]
+    pub const fn new(whole: u16, tenth: u8) -> Self {
+        Self { whole, tenth }
+    }
+
+    /// The code of so many tenths; codes of tables are far below 6553.
+    pub(super) const fn of_tenths(tenths: u32) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "codes of tables are small")]
+        let (whole, tenth) = ((tenths / 10) as u16, (tenths % 10) as u8);
+        Self { whole, tenth }
+    }
+
+    /// `54` and `54.1`; `None` for other texts and numbers larger than [`MAX_CODE`].
+    fn from_digits(text: &str) -> Option<Self> {
+        let (whole_part, fraction) = text.split_once('.').unwrap_or((text, "0"));
+        let tenth = u8::try_from(whole(fraction)?).ok().filter(|tenth| *tenth < 10)?;
+        let whole = whole(whole_part).filter(|whole| *whole <= MAX_CODE)?;
+        Some(Self { whole, tenth })
+    }
+
+    /// G54 to G59.9, G154 and G500 to G599.
+    const fn names_an_offset(self) -> bool {
+        matches!((self.whole, self.tenth), (54..=59, _) | (154 | 500..=599, 0))
+    }
+}
+
+impl fmt::Display for OffsetCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.tenth {
+            0 => write!(f, "G{}", self.whole),
+            tenth => write!(f, "G{}.{tenth}", self.whole),
+        }
+    }
+}
+
 /// A work offset as a program names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WorkOffset {
     /// The one in force where the program has named none so far.
     Unnamed,
-    /// By its G code in tenths: `G54` is 540, `G59.1` is 591, `G505` is 5050.
-    Code(u16),
-    /// By a G code in tenths and a number: `G54.1 P3` (`G54 P3` is the same), `G154 P12`, `G15 H2`.
-    Numbered(u16, u16),
+    /// By its G code: `G54`, `G59.1`, `G505`.
+    Code(OffsetCode),
+    /// By a G code and a number: `G54.1 P3` (`G54 P3` is the same), `G154 P12`, `G15 H2`.
+    Numbered(OffsetCode, u16),
     /// By the number of a preset of a conversational program (cycle 247).
     Preset(u16),
     /// By the digest of a coordinate system's statement in cutter location data (`CSYS/`).
     System(u32),
 }
 
-/// G54 and G54.1, which mean the same beside a P word.
-const FIRST: u16 = 540;
-const FIRST_NUMBERED: u16 = 541;
-/// G15 of some controls, which names the offset by H.
-const BY_H: u16 = 150;
+/// Largest number of a code in a name.
+const MAX_CODE: u16 = 6553;
 /// How presets are named.
 const PRESET: &str = "PRESET";
 
 impl WorkOffset {
-    /// The offset that a G code in tenths selects with a number beside it.
+    /// G54.
+    pub const G54: Self = Self::Code(OffsetCode::FIRST);
+
+    /// The offset that a G code selects with a number beside it.
     #[must_use]
-    pub const fn numbered(tenths: u16, number: u16) -> Self {
-        Self::Numbered(if tenths == FIRST { FIRST_NUMBERED } else { tenths }, number)
+    pub fn numbered(code: OffsetCode, number: u16) -> Self {
+        Self::Numbered(if code == OffsetCode::FIRST { OffsetCode::FIRST_NUMBERED } else { code }, number)
+    }
+
+    /// `G15 H2`.
+    #[must_use]
+    pub const fn by_h(number: u16) -> Self {
+        Self::Numbered(OffsetCode::BY_H, number)
     }
 
     /// The offset of a name as people write it: `G54`, `G54.1 P3`, `G54.1P3`, `G505`, `G15 H2`, `PRESET 4`. Letters may be small,
@@ -45,21 +102,15 @@ impl WorkOffset {
         let code = text.strip_prefix('G')?;
         let split = code.find(['P', 'H']).unwrap_or(code.len());
         let (code, number) = code.split_at(split);
-        let tenths = tenths(code)?;
+        let code = OffsetCode::from_digits(code)?;
         match number.chars().next() {
-            None if tenths == BY_H || !is_offset_code(tenths) => None,
-            None => Some(Self::Code(tenths)),
-            Some(letter) if (letter == 'H') == (tenths == BY_H) => {
-                Some(Self::numbered(tenths, whole(number.get(1..)?)?))
+            None => code.names_an_offset().then_some(Self::Code(code)),
+            Some(letter) if (letter == 'H') == (code == OffsetCode::BY_H) => {
+                Some(Self::numbered(code, whole(number.get(1..)?)?))
             }
             Some(_) => None,
         }
     }
-}
-
-/// G54 to G59.9, G154 and G500 to G599.
-fn is_offset_code(tenths: u16) -> bool {
-    matches!(tenths, 540..=599 | 1540) || (matches!(tenths, 5000..=5990) && tenths.is_multiple_of(10))
 }
 
 /// A number of digits alone.
@@ -70,25 +121,13 @@ fn whole(text: &str) -> Option<u16> {
     text.parse().ok()
 }
 
-/// `54` and `54.1` in tenths.
-fn tenths(text: &str) -> Option<u16> {
-    let (whole_part, fraction) = text.split_once('.').unwrap_or((text, "0"));
-    let fraction = whole(fraction).filter(|tenth| *tenth < 10)?;
-    whole(whole_part)?.checked_mul(10)?.checked_add(fraction)
-}
-
 impl fmt::Display for WorkOffset {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let code = |f: &mut fmt::Formatter<'_>, tenths: u16| match tenths % 10 {
-            0 => write!(f, "G{}", tenths / 10),
-            tenth => write!(f, "G{}.{tenth}", tenths / 10),
-        };
         match *self {
             Self::Unnamed => f.write_str("the offset in force at the start"),
-            Self::Code(tenths) => code(f, tenths),
-            Self::Numbered(tenths, number) => {
-                code(f, tenths)?;
-                write!(f, " {}{number}", if tenths == BY_H { 'H' } else { 'P' })
+            Self::Code(code) => code.fmt(f),
+            Self::Numbered(code, number) => {
+                write!(f, "{code} {}{number}", if code == OffsetCode::BY_H { 'H' } else { 'P' })
             }
             Self::Preset(number) => write!(f, "{PRESET} {number}"),
             Self::System(_) => f.write_str("the coordinate system of CSYS/"),
@@ -126,16 +165,20 @@ impl WorkOffsets {
 mod tests {
     use super::*;
 
+    fn g(whole: u16, tenth: u8) -> OffsetCode {
+        OffsetCode::new(whole, tenth)
+    }
+
     #[test]
     fn names_are_read_as_people_write_them_and_printed_in_one_form() {
         let names = [
-            ("G54", Some(WorkOffset::Code(540)), "G54"),
-            (" g59.1 ", Some(WorkOffset::Code(591)), "G59.1"),
-            ("G54.1 P3", Some(WorkOffset::Numbered(541, 3)), "G54.1 P3"),
-            ("g54p3", Some(WorkOffset::Numbered(541, 3)), "G54.1 P3"),
-            ("G154P12", Some(WorkOffset::Numbered(1540, 12)), "G154 P12"),
-            ("G505", Some(WorkOffset::Code(5050)), "G505"),
-            ("G15 H2", Some(WorkOffset::Numbered(150, 2)), "G15 H2"),
+            ("G54", Some(WorkOffset::G54), "G54"),
+            (" g59.1 ", Some(WorkOffset::Code(g(59, 1))), "G59.1"),
+            ("G54.1 P3", Some(WorkOffset::Numbered(g(54, 1), 3)), "G54.1 P3"),
+            ("g54p3", Some(WorkOffset::Numbered(g(54, 1), 3)), "G54.1 P3"),
+            ("G154P12", Some(WorkOffset::Numbered(g(154, 0), 12)), "G154 P12"),
+            ("G505", Some(WorkOffset::Code(g(505, 0))), "G505"),
+            ("G15 H2", Some(WorkOffset::by_h(2)), "G15 H2"),
             ("preset 4", Some(WorkOffset::Preset(4)), "PRESET 4"),
         ];
         for (name, expected, printed) in names {
@@ -153,7 +196,7 @@ mod tests {
 
     #[test]
     fn what_is_stated_for_the_program_wins_over_what_is_stated_for_the_machine() {
-        let (g54, g55) = (WorkOffset::Code(540), WorkOffset::Code(550));
+        let (g54, g55) = (WorkOffset::G54, WorkOffset::Code(g(55, 0)));
         let offsets = WorkOffsets {
             only_mm: Some([1.0; 3]),
             named_mm: BTreeMap::from([(g55, [2.0; 3])]),
@@ -163,6 +206,6 @@ mod tests {
         assert_eq!(offsets.of(g54, false), Some([3.0; 3]));
         assert_eq!(offsets.of(g55, true), Some([2.0; 3]));
         assert_eq!(offsets.of(WorkOffset::Unnamed, true), Some([1.0; 3]));
-        assert_eq!(offsets.of(WorkOffset::Code(560), false), None);
+        assert_eq!(offsets.of(WorkOffset::Code(g(56, 0)), false), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Blocks and words, as offsets into the text they were written in.
 
 use super::dialect::Dialect;
-use super::{Address, Diagnostic, Keyword};
+use super::{Address, Code, Diagnostic, Keyword};
 
 /// How the value of a word is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +76,21 @@ impl Word {
             self.form,
             WordForm::Number | WordForm::Absolute | WordForm::Incremental | WordForm::Evaluated
         )
+    }
+
+    /// What it says as a G word, an M word or a statement word; `None` for other words, and where its number is no
+    /// [code](Self::code_tenths).
+    #[must_use]
+    #[inline]
+    pub fn code(&self) -> Option<Code> {
+        if self.form == WordForm::Keyword {
+            return self.keyword().map(Code::Keyword);
+        }
+        match self.address {
+            Address::G => self.code_tenths().map(Code::G),
+            Address::M => self.code_tenths().map(Code::M),
+            _ => None,
+        }
     }
 
     /// A G or M number in tenths (`G43.4` is 434, `M6` is 60); `None` where it is not a plain number with at most

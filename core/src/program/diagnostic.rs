@@ -82,6 +82,14 @@ pub enum DiagnosticCode {
         /// From the first byte that does not fit.
         text: Excerpt,
     },
+    /// A statement of the dialect that is not read: variables, functions.
+    #[error(
+        "`{text}`: statements with variables or functions are not read in this dialect; post the program with numbers in their place"
+    )]
+    StatementNotRead {
+        /// From its first byte that is no word on.
+        text: Excerpt,
+    },
     /// A bracket or name that is never closed.
     #[error("`{text}` is not closed on its line")]
     Unclosed {
@@ -216,7 +224,7 @@ impl DiagnosticCode {
         match self {
             Self::MissingNumber { .. } => "missing_number",
             Self::Exponent { .. } => "exponent",
-            Self::UnexpectedText { .. } => "unexpected_text",
+            Self::UnexpectedText { .. } | Self::StatementNotRead { .. } => "unexpected_text",
             Self::Unclosed { .. } => "unclosed",
             Self::NestedComment { .. } => "nested_comment",
             Self::Undefined { .. } => "undefined_value",

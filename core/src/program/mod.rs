@@ -5,6 +5,7 @@
 
 mod address;
 mod batch;
+mod code;
 mod comment;
 mod constants;
 mod decimal;
@@ -20,10 +21,11 @@ mod writer;
 
 pub use address::Address;
 pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
+pub use code::Code;
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
 pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
-pub use dialect::{Dialect, ForeignDialect};
+pub use dialect::{Dialect, DialectRules, ForeignDialect, Grammar};
 pub use fault::{ReadFault, WriteFault};
 pub use keyword::Keyword;
 pub use number::MAX_MAGNITUDE;

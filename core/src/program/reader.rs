@@ -1,6 +1,6 @@
 //! From chunks of bytes to batches of blocks.
 
-use super::dialect::{Dialect, LineRead, apt, csv, detect, heidenhain, iso, siemens};
+use super::dialect::{Dialect, DialectRules, LineRead, Read, Source, detect};
 use super::line::{is_blank, line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
@@ -160,7 +160,7 @@ impl Reader {
             self.current.dialect = batch.dialect;
             self.current.separator = batch.separator;
             self.current.habits = batch.habits;
-            if batch.dialect == Dialect::Apt {
+            if batch.dialect.rules().states_feed_apart {
                 let last_feed =
                     batch.blocks.iter().rev().find_map(|block| super::batch::FeedStatement::of(batch, block));
                 self.current.habits.feed_before = last_feed.unwrap_or(batch.habits.feed_before);
@@ -245,6 +245,7 @@ impl Reader {
         // From a position in `pending` to one in the batch's text.
         let shift = self.current.text.len().wrapping_sub(self.taken);
         let text = &self.pending[..self.complete];
+        let DialectRules { read, read_header, .. } = opening.dialect.rules();
         loop {
             let start = self.taken;
             let length = start.wrapping_add(shift);
@@ -254,21 +255,24 @@ impl Reader {
             if start >= text.len().min(self.pending.len() - self.held) {
                 return Ok(false);
             }
+            let source = Source { text, start, shift, line: self.next_line, is_last: self.finished };
             let line = self.next_line;
             let read = if line <= opening.banner_lines {
-                LineRead::one(skip_line(text, start, shift, line, BlockKind::Banner, &mut self.current))
-            } else if opening.dialect != Dialect::Csv {
-                let read = match opening.dialect {
-                    Dialect::Iso | Dialect::Csv => {
-                        Some(LineRead::one(iso::read_line(text, start, shift, line, &mut self.current)))
-                    }
-                    Dialect::Heidenhain => {
-                        heidenhain::read_line(text, start, shift, line, self.finished, &mut self.current)
-                    }
-                    Dialect::Apt => {
-                        apt::read_line(text, start, shift, line, self.finished, &mut self.current)
-                    }
-                    Dialect::Siemens => Some(siemens::read_line(text, start, shift, line, &mut self.current)),
+                LineRead::one(skip_line(source, BlockKind::Banner, &mut self.current))
+            } else if let Some(read_header) = read_header.filter(|_| !self.has_header) {
+                let header = text.get(start..line_end(text, start)).unwrap_or_default();
+                let kind = if is_blank(header) {
+                    BlockKind::Blank
+                } else {
+                    (self.current.columns, self.current.separator) = read_header(header, line)?;
+                    self.has_header = true;
+                    BlockKind::Header
+                };
+                LineRead::one(skip_line(source, kind, &mut self.current))
+            } else {
+                let read = match read {
+                    Read::Lines(read) => Some(read(source, &mut self.current)),
+                    Read::Statements(read) => read(source, &mut self.current),
                 };
                 // A statement that runs on needs its last line.
                 let Some(read) = read else {
@@ -278,20 +282,6 @@ impl Reader {
                     return Ok(false);
                 };
                 read
-            } else if self.has_header {
-                LineRead::one(csv::read_row(text, start, shift, line, &mut self.current))
-            } else {
-                let header = text.get(start..line_end(text, start)).unwrap_or_default();
-                let end = if is_blank(header) {
-                    skip_line(text, start, shift, line, BlockKind::Blank, &mut self.current)
-                } else {
-                    let (columns, separator) = csv::read_header(header, line)?;
-                    self.current.columns = columns;
-                    self.current.separator = separator;
-                    self.has_header = true;
-                    skip_line(text, start, shift, line, BlockKind::Header, &mut self.current)
-                };
-                LineRead::one(end)
             };
             if read.next - start > self.limits.max_line_bytes {
                 return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
@@ -303,14 +293,8 @@ impl Reader {
 }
 
 /// Adds a line without looking at it.
-fn skip_line(
-    text: &[u8],
-    start: usize,
-    shift: usize,
-    line: u64,
-    kind: BlockKind,
-    batch: &mut Batch,
-) -> usize {
+fn skip_line(source: Source<'_>, kind: BlockKind, batch: &mut Batch) -> usize {
+    let Source { text, start, shift, line, .. } = source;
     let body_end = line_end(text, start);
     let end = next_line(text, body_end);
     let at = |position: usize| position.wrapping_add(shift);

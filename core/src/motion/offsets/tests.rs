@@ -14,8 +14,8 @@ fn work_offsets_lose_the_position_when_they_change() {
     assert!(motions[1].start.is_some() && motions[2].start.is_none() && motions[2].end.is_some());
     assert!(motions[5].end.is_none());
     let offsets: Vec<_> = motions.iter().filter_map(|motion| motion.work_offset).collect();
-    let (g54, g55) = (WorkOffset::Code(540), WorkOffset::Code(550));
-    assert_eq!(offsets, [g54, g54, g55, g55, g54, WorkOffset::Numbered(541, 3)]);
+    let (g54, g55) = (WorkOffset::G54, WorkOffset::Code(OffsetCode::new(55, 0)));
+    assert_eq!(offsets, [g54, g54, g55, g55, g54, WorkOffset::Numbered(OffsetCode::new(54, 1), 3)]);
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn a_shift_in_the_program_leaves_the_offset_unknown_also_before_the_first_motion
 fn stated_offsets_are_followed_and_keep_the_rotary_axes_where_they_are() {
     let work_offsets = WorkOffsets {
         only_mm: Some([1.0, 2.0, 3.0]),
-        of_machine_mm: [(WorkOffset::Code(550), [4.0, 5.0, 6.0])].into(),
+        of_machine_mm: [(WorkOffset::Code(OffsetCode::new(55, 0)), [4.0, 5.0, 6.0])].into(),
         ..WorkOffsets::default()
     };
     let options = InterpreterOptions { work_offsets: Arc::new(work_offsets), ..InterpreterOptions::in_mm() };

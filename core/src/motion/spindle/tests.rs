@@ -2,7 +2,7 @@
 
 use super::CalledTool::{Changed, NotCalled, Selected};
 use super::*;
-use crate::program::{ReadLimits, Reader};
+use crate::program::{Dialect, ReadLimits, Reader};
 
 /// The tool behind each line of a program.
 fn tools(dialect: Dialect, text: &str) -> Vec<CalledTool> {

@@ -322,7 +322,7 @@ fn two_planes_in_one_block_are_no_plane_and_two_offsets_no_offset() {
         assert_eq!(last.work_offset, None, "{pair}");
         assert!(iso(&format!("{pair}\nX5\n")).pop().unwrap().start.is_none(), "{pair}");
         let stated = iso(&format!("{pair}\nG54\n{COMPLETE}")).pop().unwrap();
-        assert_eq!(stated.work_offset, Some(WorkOffset::Code(540)), "{pair}");
+        assert_eq!(stated.work_offset, Some(WorkOffset::G54), "{pair}");
     }
 }
 

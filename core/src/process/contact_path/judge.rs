@@ -554,7 +554,7 @@ const SAME_DEG: f64 = 1e-9;
 /// controls of ISO programs it rolls over and goes the shorter way.
 pub(in crate::process) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
-    dialect == Dialect::Iso
+    dialect.rules().may_roll_over
         && !motion.incremental
         && machine.rotary_axes().iter().zip(start.rotary_deg.iter().zip(&end.rotary_deg)).any(
             |(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG,

@@ -376,9 +376,9 @@ mod tests {
             Interpreted::LeftAlone { .. } => panic!("motion {index} is left alone"),
         };
         let five = CalledTool::Changed(crate::motion::ToolKey::Number(5));
-        assert_eq!(of(0), (five, Some(WorkOffset::Code(540)), true));
-        // G55 is not stated.
-        assert_eq!(of(1), (five, Some(WorkOffset::Code(550)), false));
+        assert_eq!(of(0), (five, Some(WorkOffset::G54), true));
+        // Nobody states G55.
+        assert_eq!(of(1), (five, Some(WorkOffset::Code(crate::motion::OffsetCode::new(55, 0))), false));
         assert!(
             matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }),
             "{:?}",

@@ -72,7 +72,7 @@ impl<E: Awaited> ReadBack<E> {
             diagnostics: Diagnostics::new(),
             blocks_before: 0,
             is_eager: false,
-            looks_ahead: matches!(dialect, Dialect::Heidenhain | Dialect::Apt),
+            looks_ahead: dialect.rules().looks_ahead,
             expected: VecDeque::new(),
             later: VecDeque::new(),
             spare: Vec::new(),

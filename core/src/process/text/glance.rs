@@ -1,7 +1,7 @@
 //! Lines that tell a survey nothing new, found without reading their words.
 
 use super::survey::{CONTROL_DECIMALS, Survey};
-use crate::program::{Address, Batch, Dialect};
+use crate::program::{Address, Batch, Grammar};
 
 /// Approximate length of a piece of text \[bytes\]. If one line has to be read, its whole piece is read.
 const PIECE_BYTES: usize = 4096;
@@ -19,10 +19,12 @@ impl Glance {
     /// The glance for the text after this batch; `None` if that text has to be read. The dialect and everything
     /// before the program proper are known by then.
     pub(in crate::process) fn behind(batch: &Batch, rotary: [char; 2]) -> Option<Self> {
-        let has_letters = match batch.dialect() {
-            Dialect::Iso => true,
+        let has_letters = match batch.dialect().rules().grammar {
+            Grammar::Letters => true,
             // The columns that count apart from decimals are known. A decimal comma would look like a separator.
-            Dialect::Csv if batch.separator() == b',' && !batch.columns().iter().copied().any(is_counted) => {
+            Grammar::Cells
+                if batch.separator() == b',' && !batch.columns().iter().copied().any(is_counted) =>
+            {
                 false
             }
             _ => return None,
@@ -128,7 +130,7 @@ fn has_fraction<const N: usize>(text: &[u8]) -> bool {
 mod tests {
     use super::super::numbering::Numbering;
     use super::*;
-    use crate::program::{ReadLimits, Reader};
+    use crate::program::{Dialect, ReadLimits, Reader};
 
     const ROTARY: [char; 2] = ['A', 'C'];
 

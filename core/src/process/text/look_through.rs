@@ -94,6 +94,7 @@ mod tests {
 
     use super::*;
     use crate::machine::Preset;
+    use crate::program::Grammar;
 
     /// What all of the text tells where every word is read.
     fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
@@ -109,24 +110,24 @@ mod tests {
     }
 
     fn lines(dialect: Dialect) -> impl Strategy<Value = String> {
-        let (plain, odd): (&str, &str) = match dialect {
-            Dialect::Heidenhain => (
+        let (plain, odd): (&str, &str) = match dialect.rules().grammar {
+            Grammar::Conversational => (
                 "L X+1.25 Y-2.5 A+30.5|L  C+1.125 F500|L Z5 B1.2345|L X+2.5 R0",
                 "RND R2.5|L X+1.5 ~|CYCL DEF 7.0 NULL|; L X1.23456|* - note|L X+Q1 Y+1.123456|CC X+1.5|LBL 1",
             ),
-            Dialect::Siemens => (
+            Grammar::Assignments => (
                 "X1.25 A=-30.5|X3 C=1.125 F20|Y-2.5 Z.5",
                 "; X1.23456|MSG(\"X1.2345\")|X=R1|X1.5 U1. V2. W3.|R1=5.12345|G4 F1.5|A3=0.1 B3=0 C3=1",
             ),
-            Dialect::Apt => (
+            Grammar::Points => (
                 "GOTO/1.5,2.25,-3,0.1234567,0.,1.|GOTO/ 1. , 2. ,3.125|GOTO/1,2,3",
                 "GOTO/1.5,2.5, $|4.125,0,0,1|$$ GOTO/1.23456,2,3|PPRINT/1.23456|FEDRAT/100.,MMPM|RAPID|CIRCLE/0,0,0,0,0,1,5.1234",
             ),
-            Dialect::Iso => (
+            Grammar::Letters => (
                 "X1.25 Y-2.5 A30.5|G1 Z.5 F500|C1.125",
                 "N10 X1.5|(X1.23456)|X1.12345|A1.12345|O100|U1. V2. W3.",
             ),
-            Dialect::Csv => {
+            Grammar::Cells => {
                 ("1.5,2.5,3.5,4.5,5.5|1.25,2,3,4,5", "1.12345,2,3,4,5|1,2,3,4.12345,5| 1 ,2,3,4,5")
             }
         };
@@ -153,9 +154,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(40))]
         #[test]
         fn a_survey_tells_what_reading_every_word_does(
-            (dialect, text) in proptest::sample::select(vec![
-                Dialect::Iso, Dialect::Siemens, Dialect::Heidenhain, Dialect::Apt, Dialect::Csv,
-            ]).prop_flat_map(|dialect| (Just(dialect), lines(dialect))),
+            (dialect, text) in proptest::sample::select(Dialect::ALL.to_vec()).prop_flat_map(|dialect| (Just(dialect), lines(dialect))),
         ) {
             let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
             let source = text.clone().into_bytes();

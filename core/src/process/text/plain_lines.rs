@@ -2,7 +2,7 @@
 //! block numbers and decimals of points. Their words are not read.
 
 use super::survey::{CONTROL_DECIMALS, Survey};
-use crate::program::Dialect;
+use crate::program::{Dialect, Grammar};
 
 /// Longer lines are read \[bytes\]. A line of this length cannot hold more words than a reader accepts.
 const MAX_LINE_BYTES: usize = 256;
@@ -19,26 +19,11 @@ pub(in crate::process) struct PlainLines {
     rotary: [char; 2],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Grammar {
-    /// `12 L X+1.5 A-30`
-    Conversational,
-    /// `N12 X1.5 A=-30`
-    Siemens,
-    /// `GOTO/1.5,2,3,0.,0.,1.`
-    CutterLocations,
-}
-
 impl PlainLines {
     /// For a program of this dialect; `None` if its lines are not looked at in this way.
     pub(in crate::process) fn of(dialect: Dialect, rotary: [char; 2]) -> Option<Self> {
-        let grammar = match dialect {
-            Dialect::Heidenhain => Grammar::Conversational,
-            Dialect::Siemens => Grammar::Siemens,
-            Dialect::Apt => Grammar::CutterLocations,
-            Dialect::Iso | Dialect::Csv => return None,
-        };
-        Some(Self { grammar, rotary })
+        let grammar = dialect.rules().grammar;
+        (!matches!(grammar, Grammar::Letters | Grammar::Cells)).then_some(Self { grammar, rotary })
     }
 
     /// The survey after these whole lines, and their number. `None` if one of them has to be read. The lines begin
@@ -52,8 +37,9 @@ impl PlainLines {
             let start = line.at;
             match self.grammar {
                 Grammar::Conversational => self.conversational(&mut line, &mut survey)?,
-                Grammar::Siemens => self.siemens(&mut line, &mut survey)?,
-                Grammar::CutterLocations => point(&mut line, &mut survey)?,
+                Grammar::Assignments => self.siemens(&mut line, &mut survey)?,
+                Grammar::Points => point(&mut line, &mut survey)?,
+                Grammar::Letters | Grammar::Cells => return None,
             }
             line.end()?;
             if line.at - start > MAX_LINE_BYTES {
@@ -100,7 +86,7 @@ impl PlainLines {
     fn word(self, line: &mut Line<'_>, survey: &mut Survey) -> Option<()> {
         let letter = line.byte();
         line.at += 1;
-        if self.grammar == Grammar::Siemens && line.byte() == b'=' {
+        if self.grammar == Grammar::Assignments && line.byte() == b'=' {
             line.at += 1;
         }
         let decimals = line.number()?;

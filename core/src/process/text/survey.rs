@@ -3,7 +3,7 @@
 use super::numbering::Numbering;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ContactSource, ToolCalls};
-use crate::program::{Address, Batch, Borne, Dialect, Step, Steps, Word, WordForm};
+use crate::program::{Address, Batch, Borne, Grammar, Step, Steps, Word, WordForm};
 use crate::units::MM_PER_INCH;
 
 /// The result of one pass over the text.
@@ -64,7 +64,7 @@ impl Survey {
     }
 
     pub(in crate::process) fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
-        if batch.dialect() == Dialect::Csv {
+        if batch.dialect().rules().grammar == Grammar::Cells {
             self.has_feed_column = batch.columns().contains(&Address::F);
             if batch.columns().contains(&Address::NX) {
                 self.stated = Some(ContactSource::Normals);

@@ -13,43 +13,43 @@ const MAX_EXPONENT: f64 = 709.0;
 const MAX_PRODUCT: f64 = 1024.0;
 
 /// Sine of an angle in degrees.
-pub(super) fn sin_deg(angle_deg: f64) -> Option<f64> {
+pub(in crate::program) fn sin_deg(angle_deg: f64) -> Option<f64> {
     reduced(angle_deg).map(|angle| trig::sin_cos_deg(angle).0)
 }
 
 /// Cosine of an angle in degrees.
-pub(super) fn cos_deg(angle_deg: f64) -> Option<f64> {
+pub(in crate::program) fn cos_deg(angle_deg: f64) -> Option<f64> {
     reduced(angle_deg).map(|angle| trig::sin_cos_deg(angle).1)
 }
 
 /// Tangent of an angle in degrees; not defined at odd multiples of 90°.
-pub(super) fn tan_deg(angle_deg: f64) -> Option<f64> {
+pub(in crate::program) fn tan_deg(angle_deg: f64) -> Option<f64> {
     let (sin, cos) = trig::sin_cos_deg(reduced(angle_deg)?);
     (cos != 0.0).then(|| sin / cos)
 }
 
 /// Arc sine \[deg\], for values from −1 to 1.
-pub(super) fn asin_deg(value: f64) -> Option<f64> {
+pub(in crate::program) fn asin_deg(value: f64) -> Option<f64> {
     (-1.0..=1.0).contains(&value).then(|| atan2_deg(value, ((1.0 - value) * (1.0 + value)).sqrt()))
 }
 
 /// Arc cosine \[deg\], for values from −1 to 1.
-pub(super) fn acos_deg(value: f64) -> Option<f64> {
+pub(in crate::program) fn acos_deg(value: f64) -> Option<f64> {
     (-1.0..=1.0).contains(&value).then(|| atan2_deg(((1.0 - value) * (1.0 + value)).sqrt(), value))
 }
 
 /// Angle of the point (x, y) from the x axis \[deg\], −180 to 180.
-pub(super) fn atan2_deg(y: f64, x: f64) -> f64 {
+pub(in crate::program) fn atan2_deg(y: f64, x: f64) -> f64 {
     trig::atan2(y, x).to_degrees()
 }
 
 /// Square root of what is not negative.
-pub(super) fn sqrt(value: f64) -> Option<f64> {
+pub(in crate::program) fn sqrt(value: f64) -> Option<f64> {
     (value >= 0.0).then(|| value.sqrt())
 }
 
 /// Natural logarithm of what is positive.
-pub(super) fn ln(value: f64) -> Option<f64> {
+pub(in crate::program) fn ln(value: f64) -> Option<f64> {
     if !(value > 0.0 && value.is_finite()) {
         return None;
     }
@@ -70,7 +70,7 @@ pub(super) fn ln(value: f64) -> Option<f64> {
 }
 
 /// e to the power of `value`; not defined where it is beyond all numbers.
-pub(super) fn exp(value: f64) -> Option<f64> {
+pub(in crate::program) fn exp(value: f64) -> Option<f64> {
     if value.is_nan() || value > MAX_EXPONENT {
         return None;
     }
@@ -84,7 +84,7 @@ pub(super) fn exp(value: f64) -> Option<f64> {
 }
 
 /// `base` to the power of `exponent`: a product for whole exponents, else of a base that is not negative.
-pub(super) fn power(base: f64, exponent: f64) -> Option<f64> {
+pub(in crate::program) fn power(base: f64, exponent: f64) -> Option<f64> {
     let value = if exponent.abs() <= MAX_PRODUCT && exponent.fract() == 0.0 {
         let value = product(base, exponent.abs());
         if exponent < 0.0 { 1.0 / value } else { value }

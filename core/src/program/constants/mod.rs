@@ -1,13 +1,9 @@
 //! Parameters, variables and arithmetic whose value is fixed by the text alone: expressions become numbers block by
 //! block, in the order of the program. What depends on the run (positions, inputs, system variables) stays unknown.
 
-mod arithmetic;
-mod heidenhain;
-mod rs274;
-mod siemens;
+pub(super) mod arithmetic;
 
-pub(super) use siemens::{Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent};
-
+use super::dialect::{Arithmetic, heidenhain, iso, siemens};
 use super::{Batch, Dialect};
 
 /// What a program's own parameters stand at.
@@ -20,20 +16,20 @@ pub struct Constants {
 enum Grammar {
     /// A dialect without expressions.
     None,
-    Rs274(rs274::Parameters),
-    Siemens(siemens::Variables),
-    Heidenhain(heidenhain::Parameters),
+    Rs274(iso::constants::Parameters),
+    Siemens(siemens::constants::Variables),
+    Heidenhain(heidenhain::constants::Parameters),
 }
 
 impl Constants {
     /// Nothing assigned yet, in a program of this dialect.
     #[must_use]
     pub fn new(dialect: Dialect) -> Self {
-        let grammar = match dialect {
-            Dialect::Iso => Grammar::Rs274(rs274::Parameters::default()),
-            Dialect::Siemens => Grammar::Siemens(siemens::Variables::default()),
-            Dialect::Heidenhain => Grammar::Heidenhain(heidenhain::Parameters::default()),
-            Dialect::Apt | Dialect::Csv => Grammar::None,
+        let grammar = match dialect.rules().arithmetic {
+            Arithmetic::None => Grammar::None,
+            Arithmetic::Rs274 => Grammar::Rs274(iso::constants::Parameters::default()),
+            Arithmetic::Siemens => Grammar::Siemens(siemens::constants::Variables::default()),
+            Arithmetic::Heidenhain => Grammar::Heidenhain(heidenhain::constants::Parameters::default()),
         };
         Self { grammar }
     }

@@ -2,6 +2,8 @@
 //!
 //! What is not told for certain is not told at all: the text is then read as the dialect that it looks like.
 
+use super::detect::{ends_word, starts, without_number};
+use super::okuma;
 use std::fmt;
 
 /// A dialect that is told apart, to be called by its name, and not read.
@@ -11,7 +13,7 @@ pub enum ForeignDialect {
     MillPlus,
     /// `%4711 G71 *`: blocks in the letters of ISO that end with `*`.
     HeidenhainDin,
-    /// `$NAME.MIN%`, `VC1=…`, `NOEX`.
+    /// `VC1=…`, `NOEX`: statements of the dialect that are not read.
     Okuma,
     /// The printed list of units of a conversational program.
     Mazatrol,
@@ -66,10 +68,6 @@ const HASH_STATEMENTS: [&[u8]; 10] = [
     b"TOOL ORI",
     b"VAR",
 ];
-/// Kinds of Okuma program files.
-const OKUMA_FILES: [&[u8]; 7] = [b".MIN", b".SSB", b".SDF", b".TOP", b".LIB", b".SUB", b".MSB"];
-/// Variables of the OSP system with a subscript: zero offsets, tool offsets, inputs, gauges.
-const OKUMA_TABLES: [&[u8]; 6] = [b"VZOF", b"VZSH", b"VTOF", b"VTLN", b"VGRIN", b"VSIO"];
 /// Statements of OSAI controls with their comma.
 const OSAI: [&[u8]; 4] = [b"(UAO,", b"(UTO,", b"(UIO,", b"(UCG,"];
 
@@ -84,9 +82,6 @@ impl Marks {
         if let Some(head) = line.strip_prefix(b"%") {
             return self.head(head, is_first);
         }
-        if is_okuma_file(line) {
-            return Some(ForeignDialect::Okuma);
-        }
         if OSAI.iter().any(|mark| starts(line, mark)) {
             return Some(ForeignDialect::Osai);
         }
@@ -99,8 +94,8 @@ impl Marks {
         {
             return Some(ForeignDialect::HashStatements);
         }
-        if is_okuma(statement) {
-            return Some(ForeignDialect::Okuma);
+        if let Some(okuma) = okuma::unread_statement(line) {
+            return Some(okuma);
         }
         if self.has_number_head && is_num(statement) {
             return Some(ForeignDialect::Num);
@@ -135,54 +130,9 @@ impl Marks {
     }
 }
 
-fn starts(line: &[u8], mark: &[u8]) -> bool {
-    line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark))
-}
-
-/// Whether no name goes on at a byte.
-fn ends_word(text: &[u8], at: usize) -> bool {
-    text.get(at).is_none_or(|byte| !byte.is_ascii_alphanumeric() && *byte != b'_')
-}
-
 /// Whether a word stands between blanks.
 fn has_word(line: &[u8], wanted: &[u8]) -> bool {
     line.split(u8::is_ascii_whitespace).any(|word| word.eq_ignore_ascii_case(wanted))
-}
-
-/// The line from behind its block number on.
-fn without_number(line: &[u8]) -> &[u8] {
-    match line {
-        [b'N' | b'n', rest @ ..] if rest.first().is_some_and(u8::is_ascii_digit) => {
-            let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
-            rest.get(digits..).unwrap_or_default().trim_ascii_start()
-        }
-        _ => line,
-    }
-}
-
-/// `$FLANGE.MIN%`
-fn is_okuma_file(line: &[u8]) -> bool {
-    let Some(name) = line.strip_prefix(b"$") else { return false };
-    let name = name.strip_suffix(b"%").unwrap_or(name);
-    OKUMA_FILES.iter().any(|kind| {
-        name.len() > kind.len() && name.get(name.len() - kind.len()..).is_some_and(|end| end == *kind)
-    })
-}
-
-/// `VC1=5`, `VZOFZ[1]=…`, `NOEX VC2=VC1`
-fn is_okuma(statement: &[u8]) -> bool {
-    if starts(statement, b"NOEX") && ends_word(statement, 4) {
-        return true;
-    }
-    let digits = |text: &[u8]| text.iter().take_while(|byte| byte.is_ascii_digit()).count();
-    if let Some(number) = statement.strip_prefix(b"VC") {
-        let count = digits(number);
-        return count > 0 && number.get(count..).unwrap_or_default().trim_ascii_start().starts_with(b"=");
-    }
-    OKUMA_TABLES.iter().any(|name| {
-        starts(statement, name)
-            && memchr::memchr2(b'[', b' ', statement).is_some_and(|at| statement.get(at) == Some(&b'['))
-    })
 }
 
 /// `G79 N100`, `G79 L1>5 N100`, `G77 H9001`, `L1=5`, `E80000=1`: with a number at the head of the program.
@@ -229,7 +179,7 @@ mod tests {
             ("%MM9002\r\nN9002\r\n", (1, F::MillPlus)),
             ("%BLOCK G70*\n", (1, F::HeidenhainDin)),
             ("%4711 G71 *\nN10 G30 G17 X+0 Y+0 Z-40*\n", (1, F::HeidenhainDin)),
-            ("$FLANGE.MIN%\nO1\n", (1, F::Okuma)),
+            ("$FLANGE.MIN%\nVC1=2\n", (2, F::Okuma)),
             ("O1\nG15 H1\nN2 VC1 = 5\n", (3, F::Okuma)),
             ("OTEST\nNOEX VC10=VC10+1\n", (2, F::Okuma)),
             ("O1\nVZOFZ[1]=VC1\n", (2, F::Okuma)),

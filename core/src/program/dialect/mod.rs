@@ -1,23 +1,29 @@
-//! The dialects: which texts are read, and how a line of each becomes words.
+//! The dialects: which texts are read, and how a line of each becomes words. What is true of one dialect alone is in its
+//! folder, and its row of rules in the folder's `mod.rs`.
 
-pub(super) mod apt;
-pub(super) mod csv;
+mod apt;
+mod csv;
 pub(super) mod detect;
 mod foreign;
 pub(super) mod heidenhain;
 pub(super) mod iso;
-mod scan;
+mod line;
+mod number;
+mod okuma;
+mod rules;
 pub(super) mod siemens;
-mod statement;
 
 pub use foreign::ForeignDialect;
+pub(super) use line::Source;
+pub(super) use rules::{Arithmetic, Read, StampAfter};
+pub use rules::{DialectRules, Grammar};
 
 use std::fmt;
 
 /// A dialect that is read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dialect {
-    /// ISO 6983 G-code as Fanuc, Haas, Mori, Okuma, Hurco and RS274/NGC controls write it.
+    /// ISO 6983 G-code as Fanuc, Haas, Mori, Hurco and RS274/NGC controls write it.
     Iso,
     /// Sinumerik 840D.
     Siemens,
@@ -27,23 +33,14 @@ pub enum Dialect {
     Apt,
     /// A table with a header row: X, Y, Z, two rotary letters, and where wanted F, U V W or nx ny nz.
     Csv,
+    /// Okuma OSP for machining centres.
+    Okuma,
 }
 
 impl fmt::Display for Dialect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Iso => "iso",
-            Self::Siemens => "siemens",
-            Self::Heidenhain => "heidenhain",
-            Self::Apt => "apt",
-            Self::Csv => "csv",
-        })
+        f.write_str(self.rules().name)
     }
-}
-
-/// The number at `at` of a conversational text, with sign and decimal comma, and one past its end.
-pub(super) fn conversational_number(text: &[u8], at: usize) -> Option<(f64, usize)> {
-    scan::number(text, at, scan::Spelling::Comma).map(|number| (number.value, number.end))
 }
 
 /// What was read of a statement: where the next one starts, and how many physical lines it took.

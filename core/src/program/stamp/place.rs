@@ -1,6 +1,7 @@
 //! Where a stamp stands in a program, and in which form.
 
 use super::Stamp;
+use crate::program::dialect::StampAfter;
 use crate::program::{Address, Batch, BlockKind, Dialect, ReadLimits, Reader};
 
 /// A stamp as it stands in a program.
@@ -24,18 +25,15 @@ const HEAD_BYTES: usize = 64 * 1024;
 pub fn place_stamp(head: &[u8], dialect: Dialect, stamp: &Stamp) -> Option<StampPlace> {
     let head = head.get(..HEAD_BYTES).unwrap_or(head);
     let blocks = read(head, dialect)?;
-    let offset = match dialect {
-        Dialect::Csv => return None,
-        Dialect::Iso => after_iso_head(head, &blocks),
-        Dialect::Siemens => after_lines(head, |line| starts(line, b"%") || starts(line, b";$")),
-        Dialect::Heidenhain => after_line_with(head, b"BEGIN PGM"),
-        Dialect::Apt => after_lines(head, |line| starts(line, b"PARTNO")),
+    let form = dialect.rules().stamp?;
+    let offset = match form.after {
+        StampAfter::TapeMarkAndName => after_mark_and_name(head, &blocks),
+        StampAfter::LinesThatBeginWith(marks) => {
+            after_lines(head, |line| marks.iter().any(|mark| starts(line, mark)))
+        }
+        StampAfter::LineWith(text) => after_line_with(head, text),
     };
-    let (before, after) = match dialect {
-        Dialect::Iso if !semicolons_alone(head) => ("(", ")"),
-        Dialect::Apt => ("$$ ", ""),
-        _ => ("; ", ""),
-    };
+    let [before, after] = if form.or_semicolons && semicolons_alone(head) { SEMICOLON } else { form.comment };
     let end = line_end_of(head);
     let mut line = Vec::new();
     if offset > 0 && !matches!(head.get(offset - 1), Some(b'\n' | b'\r')) && offset != MARK_BYTES.len() {
@@ -46,6 +44,9 @@ pub fn place_stamp(head: &[u8], dialect: Dialect, stamp: &Stamp) -> Option<Stamp
     let place = StampPlace { offset, line };
     is_sound(head, dialect, &place, &blocks).then_some(place)
 }
+
+/// A comment to the end of its line.
+const SEMICOLON: [&str; 2] = ["; ", ""];
 
 /// A byte order mark.
 const MARK_BYTES: &[u8] = b"\xef\xbb\xbf";
@@ -79,7 +80,7 @@ fn read(head: &[u8], dialect: Dialect) -> Option<Vec<HeadLine>> {
 }
 
 /// After the banner, `%` and the O line, as far as they are there.
-fn after_iso_head(head: &[u8], lines: &[HeadLine]) -> usize {
+fn after_mark_and_name(head: &[u8], lines: &[HeadLine]) -> usize {
     let start = if head.starts_with(MARK_BYTES) { MARK_BYTES.len() } else { 0 };
     let mut offset = start;
     let mut has_mark = false;

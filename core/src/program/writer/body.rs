@@ -1,23 +1,18 @@
 //! Blocks of word dialects: the block again with other values, and new blocks in its style.
 
 use super::style::Style;
-use super::{NewWord, acts_at_end, conversational, written_letter};
-use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
+use super::{NewWord, acts_at_end, written_letter};
+use crate::program::{Address, Batch, Block, Word, WordForm};
 
 /// The name of a word of more letters than one, up to its value.
-fn name(dialect: Dialect, address: Address) -> Option<&'static [u8]> {
-    match (dialect, address) {
-        (Dialect::Heidenhain, address) => conversational::name(address),
-        (Dialect::Siemens, Address::TI) => Some(b"A3="),
-        (Dialect::Siemens, Address::TJ) => Some(b"B3="),
-        (Dialect::Siemens, Address::TK) => Some(b"C3="),
-        _ => None,
-    }
+fn name(batch: &Batch, address: Address) -> Option<&'static [u8]> {
+    let names = batch.dialect.rules().writing.names;
+    names.iter().find(|(named, _)| *named == address).map(|(_, name)| *name)
 }
 
 /// A word that the block does not have.
 fn print_new(batch: &Batch, style: &Style<'_>, word: &NewWord, first: bool, out: &mut Vec<u8>) {
-    match name(batch.dialect, word.address) {
+    match name(batch, word.address) {
         Some(name) => style.print_named(word, name, out),
         None => style.print_word(word, written_letter(word.address).unwrap_or_default(), first, out),
     }
@@ -42,6 +37,7 @@ pub(super) fn insert_block(
     batch: &Batch,
     source: &Block,
     words: &[NewWord],
+    _: &[Address],
     with_end_codes: bool,
     out: &mut Vec<u8>,
 ) {
@@ -54,7 +50,7 @@ pub(super) fn insert_block(
         if word.address == Address::N {
             style.print_block_number(word, out);
             first = false;
-        } else if name(batch.dialect, word.address).is_some() || written_letter(word.address).is_some() {
+        } else if name(batch, word.address).is_some() || written_letter(word.address).is_some() {
             print_new(batch, &style, word, first, out);
             first = false;
         }
@@ -86,9 +82,8 @@ pub(super) fn print_body(
         words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
             || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
         );
-    // A conversational feed stands behind the radius compensation.
     let feed_anchor =
-        if batch.dialect == Dialect::Heidenhain { conversational::feed_anchor(words) } else { anchor };
+        batch.dialect.rules().writing.feed_anchor.map_or(anchor, |feed_anchor| feed_anchor(words));
     let has = |address| words.iter().any(|word| word.address == address && word.form != WordForm::Comma);
     let missing = || new.iter().filter(|new| !has(new.address));
     let mut copied = block.start;

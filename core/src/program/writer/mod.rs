@@ -1,16 +1,12 @@
 //! Blocks printed again with other values, and new blocks in the style of an old one.
 
 mod body;
-mod conversational;
-mod cutter_location;
-mod row;
 mod style;
 
 use self::body::{insert_block, print_body};
-use self::cutter_location::{insert_point, print_point};
-use self::row::print_row;
+pub(super) use self::style::Style;
 use super::batch::LineEnding;
-use super::{Address, Batch, Block, Dialect, MAX_MAGNITUDE, Word, WriteFault};
+use super::{Address, Batch, Block, Code, MAX_MAGNITUDE, Word, WriteFault};
 
 /// A word to be written: what a control will read is [`super::round_to_decimals`] of the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,37 +19,71 @@ pub struct NewWord {
     pub decimals: u8,
 }
 
-/// M codes that act when the block's motion is done, in tenths.
-const END_CODES: [u32; 8] = [0, 10, 20, 50, 90, 300, 600, 990];
-/// M17, and RET: the end of a Sinumerik subprogram.
-const END_OF_SUBPROGRAM: u32 = 170;
-/// The exact stop at the end of one block, in tenths.
-const EXACT_STOP: u32 = 90;
+/// Appends a block or its text anew: the source, these words in it, without the words of these addresses, and whether the
+/// codes that act at a block's end are left out (of a block printed again) or taken along (by a new one).
+pub(super) type Print = fn(&Batch, &Block, &[NewWord], &[Address], bool, &mut Vec<u8>);
 
-/// M codes of Heidenhain controls that act when the block's motion is done, in tenths.
-const END_CODES_CONVERSATIONAL: [u32; 17] =
-    [0, 10, 20, 50, 60, 90, 300, 890, 970, 990, 1110, 1170, 1270, 1290, 1370, 1450, 1490];
+/// The index of the word of a block behind which another one goes.
+type Anchor = fn(&[Word]) -> Option<usize>;
 
-/// Whether a word acts when its block's motion is done.
-fn acts_at_end(batch: &Batch, word: &Word) -> bool {
-    match batch.dialect {
-        Dialect::Heidenhain => {
-            word.address == Address::M
-                && word.code_tenths().is_some_and(|code| END_CODES_CONVERSATIONAL.contains(&code))
-        }
-        Dialect::Siemens if word.address == Address::M => {
-            is_end_code(word) || word.code_tenths() == Some(END_OF_SUBPROGRAM)
-        }
-        _ => is_end_code(word),
-    }
+/// How one dialect is written, where others are written otherwise.
+#[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent habits of dialects")]
+pub(super) struct Writing {
+    /// Codes that act when the block's motion is done.
+    pub(super) end_codes: &'static [&'static [Code]],
+    /// Words that are no letter, up to their values.
+    pub(super) names: &'static [(Address, &'static [u8])],
+    /// `=` may stand between a letter and its number, and stays.
+    pub(super) has_equals: bool,
+    /// Coordinates have their sign, whatever it is, where the program writes them so.
+    pub(super) keeps_plus: bool,
+    /// Words of every address can be written, not letters alone.
+    pub(super) any_address: bool,
+    /// Blocks are rows of a table: nothing is written but its columns, and no block holds a feed alone.
+    pub(super) has_rows: bool,
+    /// The word behind which a feed goes that the block does not have; `None`: where all other words go.
+    pub(super) feed_anchor: Option<Anchor>,
+    /// Prints a block again.
+    pub(super) change: Print,
+    /// Prints a new block in the style of an old one.
+    pub(super) insert: Print,
 }
 
-fn is_end_code(word: &Word) -> bool {
-    match word.address {
-        Address::M => word.code_tenths().is_some_and(|code| END_CODES.contains(&code)),
-        Address::G => word.code_tenths() == Some(EXACT_STOP),
-        _ => false,
-    }
+impl Writing {
+    /// Letters and numbers.
+    pub(super) const LETTERS: Self = Self {
+        end_codes: &[END_CODES],
+        names: &[],
+        has_equals: false,
+        keeps_plus: false,
+        any_address: false,
+        has_rows: false,
+        feed_anchor: None,
+        change: print_body,
+        insert: insert_block,
+    };
+}
+
+/// G9, and the M codes that act when the block's motion is done.
+pub(super) const END_CODES: &[Code] = &[
+    Code::G(90),
+    Code::M(0),
+    Code::M(10),
+    Code::M(20),
+    Code::M(50),
+    Code::M(90),
+    Code::M(300),
+    Code::M(600),
+    Code::M(990),
+];
+
+/// Whether a word acts when its block's motion is done.
+pub(super) fn acts_at_end(batch: &Batch, word: &Word) -> bool {
+    matches!(word.address, Address::G | Address::M)
+        && word.code().is_some_and(|code| {
+            batch.dialect.rules().writing.end_codes.iter().any(|codes| codes.contains(&code))
+        })
 }
 
 /// Appends the block of index `block` with these words in place of its own of the same address, all other bytes
@@ -87,13 +117,7 @@ pub fn print_changed_without(
     out: &mut Vec<u8>,
 ) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
-    match batch.dialect {
-        Dialect::Csv => print_row(batch, source, words, dropped, out),
-        Dialect::Apt => print_point(batch, source, words, dropped, out),
-        Dialect::Iso | Dialect::Siemens | Dialect::Heidenhain => {
-            print_body(batch, source, words, dropped, without_end_codes, out);
-        }
-    }
+    (batch.dialect.rules().writing.change)(batch, source, words, dropped, without_end_codes, out);
     if source.end > source.body_end || without_end_codes {
         print_line_ending(batch, source, out);
     }
@@ -132,12 +156,7 @@ pub fn print_inserted_without(
 ) -> Result<(), WriteFault> {
     let source = checked(batch, block, words)?;
     start_line(batch, out);
-    match batch.dialect {
-        Dialect::Csv => print_row(batch, source, words, dropped, out),
-        Dialect::Apt => insert_point(batch, source, words, dropped, out),
-        Dialect::Heidenhain => conversational::insert_block(batch, source, words, with_end_codes, out),
-        Dialect::Iso | Dialect::Siemens => insert_block(batch, source, words, with_end_codes, out),
-    }
+    (batch.dialect.rules().writing.insert)(batch, source, words, dropped, with_end_codes, out);
     print_line_ending(batch, source, out);
     Ok(())
 }
@@ -153,7 +172,7 @@ pub fn print_feed_only(
     decimals: u8,
     out: &mut Vec<u8>,
 ) -> Result<(), WriteFault> {
-    if batch.dialect == Dialect::Csv {
+    if batch.dialect.rules().writing.has_rows {
         return Err(WriteFault::NoFeedRow);
     }
     print_inserted(batch, block, &[NewWord { address: Address::F, value, decimals }], false, out)
@@ -163,16 +182,17 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
     let Some(block) = batch.blocks.get(index) else {
         return Err(WriteFault::NoBlock { index, blocks: batch.blocks.len() });
     };
+    let writing = &batch.dialect.rules().writing;
     for word in words {
         let (address, value) = (word.address, word.value);
         // NaN is not in the range either.
         if !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
             return Err(WriteFault::NotPrintable { address, value, max_abs: MAX_MAGNITUDE });
         }
-        let writable = match batch.dialect {
-            Dialect::Iso => written_letter(address).is_some(),
-            Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt => true,
-            Dialect::Csv => batch.columns.contains(&address),
+        let writable = if writing.has_rows {
+            batch.columns.contains(&address)
+        } else {
+            writing.any_address || written_letter(address).is_some()
         };
         if !writable {
             return Err(WriteFault::NoColumn { address });
@@ -191,7 +211,7 @@ fn written_letter(address: Address) -> Option<u8> {
     }
 }
 
-fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {
+pub(super) fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {
     match batch.text.get(block.body_end as usize..block.end as usize) {
         Some(ending) if !ending.is_empty() => ending,
         _ => batch.habits.line_ending.bytes(),

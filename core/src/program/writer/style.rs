@@ -2,7 +2,7 @@
 
 use super::NewWord;
 use crate::program::decimal::{BUFFER, Look, print_into};
-use crate::program::{Address, Batch, Block, Dialect, Word, WordForm};
+use crate::program::{Address, Batch, Block, Word, WordForm};
 
 /// How one word is set.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ const BLANKS: [u8; 64] = [b' '; 64];
 
 /// The settings of a block's words.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Style<'a> {
+pub(in crate::program) struct Style<'a> {
     batch: &'a Batch,
     words: &'a [Word],
     /// For words the block does not have.
@@ -30,7 +30,7 @@ pub(super) struct Style<'a> {
 }
 
 impl<'a> Style<'a> {
-    pub(super) fn new(batch: &'a Batch, block: &Block) -> Self {
+    pub(in crate::program) fn new(batch: &'a Batch, block: &Block) -> Self {
         let words = batch.words(block);
         let is_plain = |word: &&Word| word.form == WordForm::Number;
         let look =
@@ -88,13 +88,15 @@ impl<'a> Style<'a> {
         let text = self.batch.word_text(word);
         let mark = text.get(1..usize::from(word.lead)).unwrap_or_default();
         let is_mark =
-            self.batch.dialect == Dialect::Siemens && mark.iter().all(|byte| b" \t=".contains(byte));
+            self.batch.dialect.rules().writing.has_equals && mark.iter().all(|byte| b" \t=".contains(byte));
         if is_mark { mark } else { b"" }
     }
 
     /// Whether the program writes coordinates with their sign, whatever it is.
     fn always_signs(&self, address: Address) -> bool {
-        self.batch.dialect == Dialect::Heidenhain && self.batch.habits.plus_signs && address.is_coordinate()
+        self.batch.dialect.rules().writing.keeps_plus
+            && self.batch.habits.plus_signs
+            && address.is_coordinate()
     }
 
     /// The setting for a word of this address.
@@ -110,7 +112,7 @@ impl<'a> Style<'a> {
     }
 
     /// Appends a word of this name with the blanks before it.
-    pub(super) fn print_named(&self, new: &NewWord, name: &[u8], out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_named(&self, new: &NewWord, name: &[u8], out: &mut Vec<u8>) {
         let mut setting = self.setting(new.address);
         setting.look.plus =
             (setting.look.plus && new.address.is_coordinate()) || self.always_signs(new.address);
@@ -124,7 +126,7 @@ impl<'a> Style<'a> {
     }
 
     /// Appends a number in the usual look of the block.
-    pub(super) fn print_usual(&self, new: &NewWord, out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_usual(&self, new: &NewWord, out: &mut Vec<u8>) {
         let setting = Setting { has_gap: false, ..self.usual };
         self.print_value(&setting, new, out);
     }
@@ -139,12 +141,12 @@ impl<'a> Style<'a> {
     }
 
     /// Appends the number of a word, in place of one of its own.
-    pub(super) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
         self.print_value(&self.setting_at(index), new, out);
     }
 
     /// Appends a whole word, with the blanks before it unless it is the first of its block.
-    pub(super) fn print_word(&self, new: &NewWord, letter: u8, first: bool, out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_word(&self, new: &NewWord, letter: u8, first: bool, out: &mut Vec<u8>) {
         let setting = self.setting(new.address);
         if !first {
             out.extend_from_slice(setting.separator);
@@ -155,7 +157,7 @@ impl<'a> Style<'a> {
     }
 
     /// Appends a block number as the source block has its own: the same letter, as many digits at least.
-    pub(super) fn print_block_number(&self, new: &NewWord, out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_block_number(&self, new: &NewWord, out: &mut Vec<u8>) {
         let Some(own) = self.words.iter().find(|word| word.address == Address::N) else { return };
         let text = self.batch.word_text(own);
         let digits = text.iter().rev().take_while(|byte| byte.is_ascii_digit()).count();
@@ -168,7 +170,7 @@ impl<'a> Style<'a> {
     }
 
     /// Appends a word of the source block as it is.
-    pub(super) fn print_same(&self, word: &Word, first: bool, out: &mut Vec<u8>) {
+    pub(in crate::program) fn print_same(&self, word: &Word, first: bool, out: &mut Vec<u8>) {
         if !first {
             out.extend_from_slice(self.usual.separator);
         }

@@ -1,8 +1,8 @@
 //! Cycles: most only define what a later call does; a few act where they stand.
 
+use super::line::{Value, value};
 use super::statement::said;
-use super::{Value, value};
-use crate::program::dialect::scan::Scan;
+use crate::program::dialect::line::Line;
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Cycles of points and patterns that call the cycle defined before, where they stand.
@@ -11,7 +11,7 @@ const CALLING: [u32; 4] = [220, 221, 224, 239];
 const FIRST_UNKNOWN: u32 = 290;
 
 /// `CYCL DEF 7.1 X+10`, `CYCL CALL`; `CYCLE` is accepted for `CYCL`.
-pub(super) fn read(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     scan.skip_blanks();
     let verb_end = scan.letters_end(scan.at);
@@ -66,7 +66,7 @@ pub(super) fn read(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `7.1` as cycle and part; the part is 0 where none is written.
-fn number_and_part(scan: &mut Scan<'_>) -> Option<(u32, u32)> {
+fn number_and_part(scan: &mut Line<'_>) -> Option<(u32, u32)> {
     let from = scan.at;
     while scan.byte(scan.at).is_ascii_digit() {
         scan.at += 1;
@@ -86,13 +86,13 @@ fn number_and_part(scan: &mut Scan<'_>) -> Option<(u32, u32)> {
 }
 
 /// Where the comment begins, or the end.
-fn comment(scan: &Scan<'_>, from: usize) -> usize {
+fn comment(scan: &Line<'_>, from: usize) -> usize {
     let body = scan.slice(from, scan.extent.body_end);
     from + memchr::memchr(b';', body).unwrap_or(body.len())
 }
 
 /// Whether letters with values stand there, each of them this one. Words of a positioning (F, R0) do not count.
-fn all_values(scan: &Scan<'_>, head: usize, wanted: f64) -> bool {
+fn all_values(scan: &Line<'_>, head: usize, wanted: f64) -> bool {
     let end = comment(scan, head);
     let mut at = head;
     let mut some = false;
@@ -124,7 +124,7 @@ fn all_values(scan: &Scan<'_>, head: usize, wanted: f64) -> bool {
 }
 
 /// `26.1 X0.99 Y1`: axes scaled each for itself; without axis words where what is scaled cannot be read.
-fn axis_scaling(scan: &mut Scan<'_>, start: usize, head: usize, part: u32) -> BlockKind {
+fn axis_scaling(scan: &mut Line<'_>, start: usize, head: usize, part: u32) -> BlockKind {
     if part == 0 {
         return said(scan, Keyword::Statement, start);
     }
@@ -166,7 +166,7 @@ fn axis_scaling(scan: &mut Scan<'_>, start: usize, head: usize, part: u32) -> Bl
 }
 
 /// Datum shift: `7.0` begins it, `7.1 X+10`, `7.2 Y+5`, … state it axis by axis; `#5` takes it from a table.
-fn datum(scan: &mut Scan<'_>, start: usize, head: usize, part: u32) -> BlockKind {
+fn datum(scan: &mut Line<'_>, start: usize, head: usize, part: u32) -> BlockKind {
     if part == 0 {
         return said(scan, Keyword::Statement, start);
     }
@@ -179,7 +179,7 @@ fn datum(scan: &mut Scan<'_>, start: usize, head: usize, part: u32) -> BlockKind
 }
 
 /// `TRANS DATUM AXIS X+10 Y-3`, `TRANS DATUM RESET`
-pub(super) fn datum_function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+pub(super) fn datum_function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     let rest = scan.slice(end, comment(scan, end)).trim_ascii();
     let starts = |word: &[u8]| rest.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
     if starts(b"DATUM RESET") {
@@ -202,7 +202,7 @@ pub(super) fn datum_function(scan: &mut Scan<'_>, start: usize, end: usize) -> B
 }
 
 /// The axis words behind `head`.
-fn axis_words(scan: &mut Scan<'_>, head: usize) {
+fn axis_words(scan: &mut Line<'_>, head: usize) {
     let end = comment(scan, head);
     scan.at = head;
     while scan.at < end {
@@ -229,7 +229,7 @@ fn axis_words(scan: &mut Scan<'_>, head: usize) {
 }
 
 /// `CYCL DEF 247 … Q339=+1`: another preset.
-fn preset(scan: &mut Scan<'_>, start: usize, head: usize) -> BlockKind {
+fn preset(scan: &mut Line<'_>, start: usize, head: usize) -> BlockKind {
     scan.keyword(Keyword::Preset, start, head);
     let body = scan.slice(head, scan.extent.body_end);
     if let Some(name) = memchr::memmem::find(body, b"Q339") {

@@ -1,222 +1,86 @@
 //! Heidenhain conversational programs: a statement a line, block numbers or none, `~` where a statement runs on.
 
+pub(in crate::program) mod constants;
 mod cycle;
+mod line;
 mod path;
 mod statement;
+mod write;
 
-use super::LineRead;
-use super::scan::{Scan, Spelling, extent, number};
-use crate::program::line::{is_blank, line_end, next_line};
-use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
+use super::detect::starts;
+use super::number::{self, Spelling};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
+use crate::program::writer::Writing;
+use crate::program::{Address, Code};
 
-/// Most lines looked at behind a path for a rounding or a chamfer: comments may stand between.
-const MAX_LOOKAHEAD: usize = 32;
+/// What is true of conversational programs.
+pub(super) const RULES: DialectRules = DialectRules {
+    name: "heidenhain",
+    grammar: Grammar::Conversational,
+    looks_ahead: true,
+    may_roll_over: false,
+    is_shown_by,
+    unread_statement: |_| None,
+    has_banner: false,
+    read: Read::Statements(line::read_line),
+    read_header: None,
+    states_feed_apart: false,
+    arithmetic: Arithmetic::Heidenhain,
+    stamp: Some(StampForm {
+        after: StampAfter::LineWith(b"BEGIN PGM"),
+        comment: ["; ", ""],
+        or_semicolons: false,
+    }),
+    writing: Writing {
+        end_codes: &[&END_CODES],
+        names: &[
+            (Address::NX, b"NX"),
+            (Address::NY, b"NY"),
+            (Address::NZ, b"NZ"),
+            (Address::TI, b"TX"),
+            (Address::TJ, b"TY"),
+            (Address::TK, b"TZ"),
+        ],
+        keeps_plus: true,
+        any_address: true,
+        feed_anchor: Some(write::feed_anchor),
+        insert: write::insert_block,
+        ..Writing::LETTERS
+    },
+};
 
-/// Reads the statement that starts at `start` of `text` and adds it to the batch; `None` where lines that belong to
-/// it are not there yet (`last`: there are no more). `shift` (wrapping) takes positions in `text` to positions in
-/// the batch's text.
-pub(in crate::program) fn read_line(
-    text: &[u8],
-    start: usize,
-    shift: usize,
-    line: u64,
-    last: bool,
-    batch: &mut Batch,
-) -> Option<LineRead> {
-    let whole = extent(text, start, last, runs_on)?;
-    let first = Opening::of(text.get(start..whole.body_end).unwrap_or_default());
-    let corner = first.is_path() && corner_follows(text.get(whole.next..).unwrap_or_default(), last)?;
-    let mut scan = Scan::new(text, start, whole, shift, line, batch);
-    if first.is_deleted {
-        scan.flags.set(BlockFlags::DELETE);
-    }
-    if let Some([from, to]) = first.number {
-        block_number(&mut scan, start + from, start + to);
-    }
-    scan.at = start + first.statement;
-    let from = scan.at;
-    if corner {
-        scan.keyword(Keyword::CornerFollows, from, from);
-    }
-    let kind = match scan.byte(from) {
-        b'\n' | b'\r' if first.is_deleted => BlockKind::Words,
-        b'\n' | b'\r' => BlockKind::Blank,
-        byte if byte < b' ' && is_blank(scan.slice(from, whole.body_end)) => {
-            scan.skip_all();
-            BlockKind::Blank
-        }
-        // `* - …` structures the program for the reader.
-        b';' | b'*' => {
-            scan.flags.set(BlockFlags::COMMENT);
-            scan.skip_all();
-            BlockKind::Comment
-        }
-        b'%' => {
-            scan.skip_all();
-            BlockKind::Percent
-        }
-        _ => statement::read(&mut scan),
-    };
-    Some(scan.close(kind))
+/// M codes that act when the block's motion is done.
+const END_CODES: [Code; 17] = [
+    Code::M(0),
+    Code::M(10),
+    Code::M(20),
+    Code::M(50),
+    Code::M(60),
+    Code::M(90),
+    Code::M(300),
+    Code::M(890),
+    Code::M(970),
+    Code::M(990),
+    Code::M(1110),
+    Code::M(1170),
+    Code::M(1270),
+    Code::M(1290),
+    Code::M(1370),
+    Code::M(1450),
+    Code::M(1490),
+];
+
+/// Statements of no other dialect.
+const STATEMENTS: [&[u8]; 5] = [b"BEGIN PGM", b"BLK FORM", b"CYCL DEF", b"TOOL CALL", b"TOOL DEF"];
+
+/// Whether a line, with no blanks at its ends, is one of a conversational program and of no other.
+fn is_shown_by(line: &[u8]) -> bool {
+    let digits = line.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let statement = line.get(digits..).unwrap_or_default().trim_ascii_start();
+    STATEMENTS.iter().any(|mark| starts(statement, mark))
 }
 
-/// A block number too long to be one is no word.
-const MAX_NUMBER_DIGITS: usize = 9;
-
-fn block_number(scan: &mut Scan<'_>, from: usize, to: usize) {
-    let body = scan.text.get(..to).unwrap_or_default();
-    if to - from <= MAX_NUMBER_DIGITS
-        && let Some(number) = number(body, from, Spelling::Comma)
-    {
-        scan.number_word(Address::N, WordForm::Number, from, 0, number);
-    }
-}
-
-/// What a line opens with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Opening {
-    is_deleted: bool,
-    /// Where the statement begins behind mark, blanks and block number.
-    statement: usize,
-    /// The first two letters of the statement.
-    letters: [u8; 2],
-    /// The bytes of the block number.
-    number: Option<[usize; 2]>,
-}
-
-impl Opening {
-    fn of(line: &[u8]) -> Self {
-        let blank = |at: usize| matches!(line.get(at), Some(b' ' | b'\t'));
-        let mut at = if line.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        let mut is_deleted = false;
-        let mut number = None;
-        loop {
-            match line.get(at) {
-                _ if blank(at) => at += 1,
-                Some(b'/') => {
-                    is_deleted = true;
-                    at += 1;
-                }
-                Some(b'0'..=b'9') if number.is_none() => {
-                    let from = at;
-                    while line.get(at).is_some_and(u8::is_ascii_digit) {
-                        at += 1;
-                    }
-                    number = Some([from, at]);
-                }
-                _ => break,
-            }
-        }
-        let letter = |at: usize| line.get(at).map_or(b' ', u8::to_ascii_uppercase);
-        Self { is_deleted, statement: at, letters: [letter(at), letter(at + 1)], number }
-    }
-
-    /// Whether a line, a circle or a straight line with vectors stands here: what a corner can be cut off.
-    fn is_path(&self) -> bool {
-        let [first, second] = self.letters;
-        match first {
-            b'L' => !matches!(second, b'B'),
-            b'C' => !matches!(second, b'Y' | b'A' | b'H'),
-            _ => false,
-        }
-    }
-}
-
-/// What depends on the end and the direction of the path before it.
-const CHANGE_THE_CORNER: [&[u8]; 7] = [b"RND", b"CHF", b"CT", b"CTP", b"DEP", b"FCT", b"FLT"];
-
-/// Whether a rounding (RND) or a chamfer (CHF) cuts the corner between what was read and what follows, or an element
-/// follows that goes on in its direction (CT, CTP, DEP and free contours); `None` where that is not to be seen yet.
-fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
-    let mut at = 0;
-    for _ in 0..MAX_LOOKAHEAD {
-        if at >= rest.len() {
-            break;
-        }
-        let end = line_end(rest, at);
-        let line = rest.get(at..end).unwrap_or_default();
-        let opening = Opening::of(line);
-        match line.get(opening.statement) {
-            None | Some(b';' | b'*') => at = next_line(rest, end),
-            Some(0..b' ') if is_blank(line) => at = next_line(rest, end),
-            Some(_) => {
-                let word = line.get(opening.statement..).unwrap_or_default();
-                let letters = word.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
-                let word = word.get(..letters).unwrap_or_default();
-                return Some(CHANGE_THE_CORNER.iter().any(|known| word.eq_ignore_ascii_case(known)));
-            }
-        }
-    }
-    if last || at < rest.len() { Some(false) } else { None }
-}
-
-/// Whether a statement runs on behind this line: with `~` at its end, in or before its comment, or with the
-/// parameters of a cycle indented behind it.
-fn runs_on(line: &[u8], rest: &[u8]) -> Option<bool> {
-    if line.trim_ascii_end().last() == Some(&b'~') {
-        return Some(true);
-    }
-    if let Some(comment) = memchr::memchr(b';', line)
-        && line.get(..comment).unwrap_or_default().trim_ascii_end().last() == Some(&b'~')
-    {
-        return Some(true);
-    }
-    if !has_parameters(line) {
-        return Some(false);
-    }
-    if rest.is_empty() {
-        return None;
-    }
-    let next = rest.get(..line_end(rest, 0)).unwrap_or_default();
-    Some(
-        next.first().is_some_and(|byte| matches!(byte, b' ' | b'\t'))
-            && is_parameter(next.trim_ascii_start()),
-    )
-}
-
-/// Whether lines of parameters can follow: behind the head of a cycle, and behind another such line.
-fn has_parameters(line: &[u8]) -> bool {
-    let statement = line.get(Opening::of(line).statement..).unwrap_or_default();
-    let starts =
-        |word: &[u8]| statement.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
-    starts(b"CYCL")
-        || starts(b"TCH")
-        || (line.first().is_some_and(|byte| matches!(byte, b' ' | b'\t')) && is_parameter(statement))
-}
-
-/// `Q339=…`
-fn is_parameter(text: &[u8]) -> bool {
-    let Some((b'Q' | b'q', rest)) = text.split_first() else { return false };
-    let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
-    digits > 0 && rest.get(digits..).unwrap_or_default().trim_ascii_start().first() == Some(&b'=')
-}
-
-/// A value behind a letter: where the digits or the parameter begin, and what it is.
-enum Value {
-    Number(super::scan::Number),
-    /// `+Q12`, `-QL3`: one past its end.
-    Parameter(usize),
-    None,
-}
-
-/// Reads the value at `at`, blanks before it included.
-fn value(scan: &Scan<'_>, at: usize) -> (usize, Value) {
-    let mut from = at;
-    while matches!(scan.byte(from), b' ' | b'\t') {
-        from += 1;
-    }
-    let body = scan.text.get(..scan.extent.body_end).unwrap_or_default();
-    if let Some(number) = number(body, from, Spelling::Comma) {
-        return (from, Value::Number(number));
-    }
-    let name = from + usize::from(matches!(scan.byte(from), b'+' | b'-'));
-    if !matches!(scan.byte(name), b'Q' | b'q') {
-        return (from, Value::None);
-    }
-    let digits = name + 1 + usize::from(matches!(scan.byte(name + 1), b'L' | b'l' | b'R' | b'r'));
-    let mut end = digits;
-    while scan.byte(end).is_ascii_digit() {
-        end += 1;
-    }
-    (from, if end > digits { Value::Parameter(end) } else { Value::None })
+/// The number at `at`, with sign and decimal comma, and one past its end.
+fn conversational_number(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    number::number(text, at, Spelling::Comma).map(|number| (number.value, number.end))
 }

@@ -1,8 +1,8 @@
 //! The words of a path: coordinates, vectors, feed, radius compensation and M codes.
 
-use super::{Value, value};
+use super::line::{Value, value};
 use crate::program::comment::comment_end;
-use crate::program::dialect::scan::Scan;
+use crate::program::dialect::line::Line;
 use crate::program::line::{line_end, next_line};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
@@ -13,7 +13,7 @@ const WITH_ARGUMENTS: [u32; 9] = [94, 103, 112, 118, 120, 124, 128, 138, 140];
 /// Reads the words behind the statement's own word, which ends at `end`. Without `coordinates` the axis words name no
 /// place to go to.
 pub(super) fn read(
-    scan: &mut Scan<'_>,
+    scan: &mut Line<'_>,
     keyword: Option<Keyword>,
     end: usize,
     coordinates: bool,
@@ -61,7 +61,7 @@ pub(super) fn read(
 }
 
 /// Reads only what stays in force behind the statement, skipping all other words.
-pub(super) fn read_modes(scan: &mut Scan<'_>) {
+pub(super) fn read_modes(scan: &mut Line<'_>) {
     let statement = scan.slice(scan.start, scan.at);
     // The feed of a rounding or a chamfer is its own.
     let own_feed = [b"RND", b"CHF"].iter().any(|word| {
@@ -88,7 +88,7 @@ pub(super) fn read_modes(scan: &mut Scan<'_>) {
 }
 
 /// Goes behind the comment; the statement may run on in the next line.
-fn comment(scan: &mut Scan<'_>) {
+fn comment(scan: &mut Line<'_>) {
     scan.flags.set(BlockFlags::COMMENT);
     let end = line_end(scan.text, scan.at).min(scan.extent.body_end);
     scan.at = if end < scan.extent.body_end { next_line(scan.text, end) } else { end };
@@ -99,7 +99,7 @@ fn axis(letter: u8) -> Address {
 }
 
 /// A word of `lead` letters at `start` with its value.
-fn word(scan: &mut Scan<'_>, address: Address, form: WordForm, start: usize, lead: usize, counts: bool) {
+fn word(scan: &mut Line<'_>, address: Address, form: WordForm, start: usize, lead: usize, counts: bool) {
     match value(scan, start + lead) {
         (_, Value::Number(number)) if !counts => scan.at = number.end,
         (_, Value::Parameter(end)) if !counts => scan.at = end,
@@ -110,12 +110,12 @@ fn word(scan: &mut Scan<'_>, address: Address, form: WordForm, start: usize, lea
 }
 
 /// An axis that no five-axis machine of ours has.
-fn other_axis(scan: &mut Scan<'_>, start: usize, end: usize) {
+fn other_axis(scan: &mut Line<'_>, start: usize, end: usize) {
     scan.keyword(Keyword::UnknownStatement, start, end);
     skip_value(scan, start, end - start);
 }
 
-fn skip_value(scan: &mut Scan<'_>, start: usize, lead: usize) {
+fn skip_value(scan: &mut Line<'_>, start: usize, lead: usize) {
     match value(scan, start + lead) {
         (_, Value::Number(number)) => scan.at = number.end,
         (_, Value::Parameter(end)) => scan.at = end,
@@ -124,7 +124,7 @@ fn skip_value(scan: &mut Scan<'_>, start: usize, lead: usize) {
 }
 
 /// `NX+0.3`, `TZ-0.1`
-fn vector(scan: &mut Scan<'_>, start: usize, [x, y, z]: [Address; 3]) {
+fn vector(scan: &mut Line<'_>, start: usize, [x, y, z]: [Address; 3]) {
     let address = match scan.byte(start + 1).to_ascii_uppercase() {
         b'X' => x,
         b'Y' => y,
@@ -135,7 +135,7 @@ fn vector(scan: &mut Scan<'_>, start: usize, [x, y, z]: [Address; 3]) {
 }
 
 /// `F1000`, `FMAX`, `FAUTO`, `F Q5`, `FU0.1`, `FZ0.05`
-fn feed(scan: &mut Scan<'_>, start: usize) {
+fn feed(scan: &mut Line<'_>, start: usize) {
     let mut at = start + 1;
     while matches!(scan.byte(at), b' ' | b'\t') {
         at += 1;
@@ -158,7 +158,7 @@ fn feed(scan: &mut Scan<'_>, start: usize) {
 }
 
 /// `R0`, `RL`, `RR`, and the `R+` `R-` of single axes.
-fn compensation(scan: &mut Scan<'_>, start: usize) {
+fn compensation(scan: &mut Line<'_>, start: usize) {
     let keyword = match scan.byte(start + 1).to_ascii_uppercase() {
         b'0' => Keyword::R0,
         b'L' | b'R' | b'+' | b'-' => Keyword::RadiusCompensation,
@@ -168,7 +168,7 @@ fn compensation(scan: &mut Scan<'_>, start: usize) {
     scan.at = start + 2;
 }
 
-fn m_code(scan: &mut Scan<'_>, start: usize) {
+fn m_code(scan: &mut Line<'_>, start: usize) {
     let (_, Value::Number(number)) = value(scan, start + 1) else { return scan.fail_number(start) };
     // `M202(0.0059)`: the argument belongs to its code.
     let mut code = number;

@@ -1,9 +1,10 @@
 //! The statements that are not paths, by their first words.
 
 use super::cycle;
+use super::line::{Value, value};
 use super::path;
-use super::{Value, value};
-use crate::program::dialect::scan::{Number, Scan, fingerprint};
+use crate::program::dialect::line::Line;
+use crate::program::dialect::number::{Number, fingerprint};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Statements that change nothing the path depends on.
@@ -13,7 +14,7 @@ const HARMLESS: [&[u8]; 11] = [
 ];
 
 /// Reads the statement at the present position.
-pub(super) fn read(scan: &mut Scan<'_>) -> BlockKind {
+pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
     let start = scan.at;
     let end = scan.letters_end(start);
     let mut word = [0; 9];
@@ -55,14 +56,14 @@ pub(super) fn read(scan: &mut Scan<'_>) -> BlockKind {
 }
 
 /// Leaves the statement with this word alone.
-pub(super) fn said(scan: &mut Scan<'_>, keyword: Keyword, start: usize) -> BlockKind {
+pub(super) fn said(scan: &mut Line<'_>, keyword: Keyword, start: usize) -> BlockKind {
     let end = scan.extent.body_end;
     scan.keyword(keyword, start, end);
     scan.skip_all();
     BlockKind::Words
 }
 
-fn unknown(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+fn unknown(scan: &mut Line<'_>, start: usize) -> BlockKind {
     // Text that no statement begins with cannot be read; a statement that is not known can be left alone.
     if scan.byte(start).is_ascii_alphabetic() {
         return said(scan, Keyword::UnknownStatement, start);
@@ -72,7 +73,7 @@ fn unknown(scan: &mut Scan<'_>, start: usize) -> BlockKind {
 }
 
 /// A harmless statement; the M codes behind `STOP` count.
-fn harmless(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+fn harmless(scan: &mut Line<'_>, start: usize) -> BlockKind {
     let end = scan.letters_end(start);
     if scan.slice(start, end).eq_ignore_ascii_case(b"STOP") {
         scan.keyword(Keyword::Statement, start, end);
@@ -82,7 +83,7 @@ fn harmless(scan: &mut Scan<'_>, start: usize) -> BlockKind {
 }
 
 /// What the control works out from the neighbours or in polar coordinates: only modes are read.
-fn contour_element(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn contour_element(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.keyword(Keyword::ContourElement, start, end);
     scan.at = end;
     path::read_modes(scan);
@@ -90,7 +91,7 @@ fn contour_element(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// The word at the present position in upper case, up to eight letters, and one past it.
-fn next_word(scan: &mut Scan<'_>) -> ([u8; 8], usize) {
+fn next_word(scan: &mut Line<'_>) -> ([u8; 8], usize) {
     scan.skip_blanks();
     let end = scan.letters_end(scan.at);
     let mut word = [b' '; 8];
@@ -101,7 +102,7 @@ fn next_word(scan: &mut Scan<'_>) -> ([u8; 8], usize) {
 }
 
 /// A label's number, or a number that stands for its name; `None` where a parameter names it.
-fn label_name(scan: &mut Scan<'_>) -> Option<(f64, usize)> {
+fn label_name(scan: &mut Line<'_>) -> Option<(f64, usize)> {
     scan.skip_blanks();
     let from = scan.at;
     if scan.byte(from) == b'"' {
@@ -119,7 +120,7 @@ fn label_name(scan: &mut Scan<'_>) -> Option<(f64, usize)> {
 }
 
 /// Adds a label's name as a P word.
-fn name_word(scan: &mut Scan<'_>, name: Option<(f64, usize)>) {
+fn name_word(scan: &mut Line<'_>, name: Option<(f64, usize)>) {
     let start = scan.at;
     match name {
         Some((value, end)) => {
@@ -130,7 +131,7 @@ fn name_word(scan: &mut Scan<'_>, name: Option<(f64, usize)>) {
     }
 }
 
-fn label(scan: &mut Scan<'_>, end: usize) -> BlockKind {
+fn label(scan: &mut Line<'_>, end: usize) -> BlockKind {
     let start = scan.at;
     scan.at = end;
     let name = label_name(scan);
@@ -142,7 +143,7 @@ fn label(scan: &mut Scan<'_>, end: usize) -> BlockKind {
 }
 
 /// `CALL LBL n [REP k]`, `CALL PGM …` and whatever else is called.
-fn call(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn call(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, word_end) = next_word(scan);
     if word != *b"LBL     " {
@@ -160,7 +161,7 @@ fn call(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `FN 0: Q1 = …` and its kin.
-fn function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     scan.skip_blanks();
     let digits = scan.at;
@@ -190,7 +191,7 @@ fn function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `Q5 = 2 * Q3`
-fn assignment(scan: &mut Scan<'_>, start: usize) -> BlockKind {
+fn assignment(scan: &mut Line<'_>, start: usize) -> BlockKind {
     let mut at = scan.letters_end(start);
     while scan.byte(at).is_ascii_digit() {
         at += 1;
@@ -207,7 +208,7 @@ fn assignment(scan: &mut Scan<'_>, start: usize) -> BlockKind {
 }
 
 /// `TOOL CALL 5 Z S2000 F350 DL+0.1`: another tool, unless only the speed is called. `TOOL DEF` defines.
-fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn tool(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, word_end) = next_word(scan);
     if word != *b"CALL    " {
@@ -226,7 +227,7 @@ fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
         let (from, rest) = (scan.at, scan.slice(scan.at + 1, scan.extent.body_end));
         match memchr::memchr3(b'"', b'\n', b'\r', rest) {
             Some(length) if rest.get(length) == Some(&b'"') => {
-                scan.name(Address::T, from, from + length + 2);
+                scan.name(Address::T, from, 0, from + length + 2);
             }
             _ => scan.at += rest.len(),
         }
@@ -246,7 +247,7 @@ fn tool(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `BEGIN PGM name MM`
-fn begin(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn begin(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     let rest = scan.slice(end, scan.extent.body_end);
     let rest = rest.get(..memchr::memchr(b';', rest).unwrap_or(rest.len())).unwrap_or_default().trim_ascii();
     let unit = rest.rsplit(|byte| matches!(byte, b' ' | b'\t')).next().unwrap_or_default();
@@ -262,7 +263,7 @@ fn begin(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `END PGM name MM`
-fn end_program(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn end_program(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, _) = next_word(scan);
     if word == *b"PGM     " {
@@ -273,14 +274,14 @@ fn end_program(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
 }
 
 /// `PLANE RESET …` ends a tilted plane, every other PLANE begins one.
-fn plane(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn plane(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, _) = next_word(scan);
     said(scan, if word == *b"RESET   " { Keyword::TiltOff } else { Keyword::TiltOn }, start)
 }
 
 /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS`, `FUNCTION RESET TCPM` and others.
-fn control_function(scan: &mut Scan<'_>, start: usize, end: usize) -> BlockKind {
+fn control_function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     let body = scan.slice(end, scan.extent.body_end);
     let body = body.get(..memchr::memchr(b';', body).unwrap_or(body.len())).unwrap_or_default();
     let words = || body.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());

@@ -1,8 +1,9 @@
 //! What Sinumerik programs contain besides letters with numbers: names, assignments, calls, values of every form.
 
-use super::line::{Line, has_exponent};
+use super::constants::{Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
+use super::line::{fail_exponent, fail_value, has_equals, has_exponent, push_keyword};
 use super::names::{self, Name};
-use crate::program::constants::{Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
+use crate::program::dialect::line::Line;
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, Word, WordForm};
 
@@ -37,8 +38,8 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
         Name::Heading => line.settle(BlockKind::Assignment),
         Name::Declaration => {
             line.flags.set(BlockFlags::ASSIGNS);
-            let line_end = line.line_end();
-            line.push_keyword(Keyword::Declaration, start, line_end);
+            let line_end = line.end();
+            push_keyword(line, Keyword::Declaration, start, line_end);
             line.settle(BlockKind::Assignment);
         }
         Name::Return => {
@@ -52,8 +53,8 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
                 line.at = tail.end;
             }
         }
-        Name::Word(Keyword::Turns) if line.has_equals(end) => {
-            line.push_keyword(Keyword::Turns, start, end);
+        Name::Word(Keyword::Turns) if has_equals(line, end) => {
+            push_keyword(line, Keyword::Turns, start, end);
             value_word(line, Address::P, end, end);
         }
         Name::Word(keyword) => {
@@ -64,14 +65,14 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
                 Keyword::CornerRounding if tail.value == Some(0.0) => Keyword::CornerRoundingOff,
                 other => other,
             };
-            line.push_keyword(keyword, start, tail.end);
+            push_keyword(line, keyword, start, tail.end);
         }
-        Name::Value(address) if line.has_equals(end) => value_word(line, address, start, end),
-        Name::Corner(address) if line.has_equals(end) => {
+        Name::Value(address) if has_equals(line, end) => value_word(line, address, start, end),
+        Name::Corner(address) if has_equals(line, end) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
             let value = tail.value.unwrap_or_default();
             if value.abs() > MAX_MAGNITUDE {
-                return line.too_large(address.letter().unwrap_or(b'R'), value, tail.end);
+                return line.fail_too_large(lettered(address, Address::R), value, line.at, tail.end);
             }
             push(line, address, WordForm::Comma, start, tail.end, 0, value);
         }
@@ -87,8 +88,8 @@ fn own(line: &mut Line<'_>, start: usize, end: usize) {
     if let Some(number) = number {
         return numbered_cycle(line, start, end, number);
     }
-    let next = line.skip_blanks(end);
-    if line.byte(next) == b'[' || line.has_equals(end) {
+    let next = line.blanks_end(end);
+    if line.byte(next) == b'[' || has_equals(line, end) {
         assignment(line, start, end, Keyword::Named);
     } else {
         line.settle(BlockKind::Call);
@@ -109,14 +110,14 @@ fn numbered_cycle(line: &mut Line<'_>, start: usize, end: usize, number: u32) {
         _ if names::is_standard_cycle(number) => Keyword::Cycle,
         _ => return line.settle(BlockKind::Call),
     };
-    line.push_keyword(keyword, start, tail.end);
+    push_keyword(line, keyword, start, tail.end);
 }
 
 fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
-    let callee = line.skip_blanks(end);
+    let callee = line.blanks_end(end);
     if matches!(line.byte(callee), b';' | b'\n' | b'\r') {
         line.at = callee;
-        return line.push_keyword(Keyword::ModalCallEnd, start, end);
+        return push_keyword(line, Keyword::ModalCallEnd, start, end);
     }
     let callee_end = operand_name_end(line.text, callee);
     let name = line.text.get(callee..callee_end).unwrap_or_default();
@@ -127,8 +128,8 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
     let is_standard =
         number.is_some_and(names::is_standard_cycle) || names::name(name) == Some(Name::Word(Keyword::Cycle));
     let keyword = if is_standard { Keyword::ModalCycle } else { Keyword::ModalCall };
-    let line_end = line.line_end();
-    line.push_keyword(keyword, start, line_end);
+    let line_end = line.end();
+    push_keyword(line, keyword, start, line_end);
 }
 
 /// What stands behind a name: how many arguments, the first two if they are numbers, a value behind `=`.
@@ -182,9 +183,9 @@ fn walk_tail(text: &[u8], end: usize) -> Result<Tail, Mistake> {
 
 fn give_up(line: &mut Line<'_>, start: usize, mistake: Mistake) {
     match mistake {
-        Mistake::NoOperand(_) => line.fail_value(start, false),
-        Mistake::Unclosed(at) => line.fail_value(at.max(start), true),
-        Mistake::Exponent(at) => line.fail_exponent(at),
+        Mistake::NoOperand(_) => fail_value(line, start, false),
+        Mistake::Unclosed(at) => fail_value(line, at.max(start), true),
+        Mistake::Exponent(at) => fail_exponent(line, at),
     }
 }
 
@@ -196,7 +197,7 @@ fn assignment(line: &mut Line<'_>, start: usize, name_end: usize, keyword: Keywo
         return line.fail_unexpected(start);
     }
     line.flags.set(BlockFlags::ASSIGNS);
-    line.push_keyword(keyword, start, tail.end);
+    push_keyword(line, keyword, start, tail.end);
 }
 
 /// `$P_UIFR[1]=…`: offsets, frames, tools and machine data may change. Inputs, timers and markers do not matter.
@@ -228,7 +229,7 @@ fn starts_with_ignoring_case(text: &[u8], mark: &[u8]) -> bool {
 /// One letter with `=` or `[` behind it, or with nothing that it could have.
 fn lone_letter(line: &mut Line<'_>, start: usize, letter: u8) {
     let end = start + 1;
-    let is_indexed = line.byte(line.skip_blanks(end)) == b'[';
+    let is_indexed = line.byte(line.blanks_end(end)) == b'[';
     let letter = letter.to_ascii_uppercase();
     match letter {
         b'R' if is_indexed => assignment(line, start, end, Keyword::Assigned),
@@ -243,15 +244,15 @@ fn lone_letter(line: &mut Line<'_>, start: usize, letter: u8) {
             }
         }
         b'A'..=b'C' | b'E' | b'U'..=b'Z' if is_indexed => machine_axis(line, start, end),
-        b'L' | b'N' | b'R' => line.fail_value(start, false),
-        _ if line.has_equals(end) => value_word(line, Address::of_letter(letter), start, end),
-        _ => line.fail_value(start, false),
+        b'L' | b'N' | b'R' => fail_value(line, start, false),
+        _ if has_equals(line, end) => value_word(line, Address::of_letter(letter), start, end),
+        _ => fail_value(line, start, false),
     }
 }
 
 fn machine_axis(line: &mut Line<'_>, start: usize, end: usize) {
     let Some(tail) = skip_tail(line, start, end) else { return };
-    line.push_keyword(Keyword::MachineAxis, start, tail.end);
+    push_keyword(line, Keyword::MachineAxis, start, tail.end);
 }
 
 /// A letter with a number that something odd follows, or whose letter has a meaning of its own.
@@ -263,7 +264,7 @@ pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usiz
     if let Some(exponent_end) = has_exponent(line.text, end) {
         return number_with_exponent(line, start, at, end, exponent_end, negative);
     }
-    if !line.has_equals(end) || at != start + 1 {
+    if !has_equals(line, end) || at != start + 1 {
         // `X10E5` is two words.
         if matches!(line.byte(end), b'E' | b'e') && letter != b'R' {
             return plain(line, start, at, end, negative);
@@ -281,7 +282,7 @@ pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usiz
         (b'C', b"3") => value_word(line, Address::TK, start, end),
         (b'A'..=b'C', [b'2' | b'4'..=b'8']) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
-            line.push_keyword(Keyword::OrientationWord, start, tail.end);
+            push_keyword(line, Keyword::OrientationWord, start, tail.end);
         }
         (b'M', b"0") => value_word(line, Address::M, start, end),
         (b'T', _) => value_word(line, Address::T, start, end),
@@ -298,11 +299,11 @@ pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usiz
 
 /// A letter with a plain number after all.
 fn plain(line: &mut Line<'_>, start: usize, at: usize, end: usize, negative: bool) {
-    let Some(number) = read_unsigned(line.text, at) else { return line.fail_value(start, false) };
+    let Some(number) = read_unsigned(line.text, at) else { return fail_value(line, start, false) };
     let letter = line.byte(start);
     let value = if negative { 0.0 - number.value } else { number.value };
     if number.value > MAX_MAGNITUDE {
-        return line.too_large(letter, value, end);
+        return line.fail_too_large(Address::of_letter(letter), value, line.at, end);
     }
     line.note_number(number.has_point, number.has_whole);
     let word = Word {
@@ -331,15 +332,15 @@ fn number_with_exponent(
     let magnitude = with_exponent(line.text, at, mantissa_end, end);
     let value = if negative { 0.0 - magnitude } else { magnitude };
     if magnitude > MAX_MAGNITUDE {
-        return line.too_large(letter, value, end);
+        return line.fail_too_large(Address::of_letter(letter), value, line.at, end);
     }
     push(line, Address::of_letter(letter), WordForm::Evaluated, start, end, 1, value);
 }
 
 /// `X=10.5`, `X=R1+2`, `X=IC(5)`: `name_end` is one past the letters.
 fn value_word(line: &mut Line<'_>, address: Address, start: usize, name_end: usize) {
-    let equals = line.skip_blanks(name_end);
-    let value_at = line.skip_blanks(equals + 1);
+    let equals = line.blanks_end(name_end);
+    let value_at = line.blanks_end(equals + 1);
     match read_value(line.text, value_at) {
         Err(mistake) => give_up(line, start, mistake),
         Ok(read) => {
@@ -350,7 +351,7 @@ fn value_word(line: &mut Line<'_>, address: Address, start: usize, name_end: usi
                 return push(line, address, WordForm::Expression, start, read.end, equals + 1 - start, 0.0);
             };
             if value.abs() > MAX_MAGNITUDE {
-                return line.too_large(address.letter().unwrap_or(b'A'), value, read.end);
+                return line.fail_too_large(lettered(address, Address::A), value, line.at, read.end);
             }
             if let Some(written) = read.written {
                 line.note_number(written.has_point, written.has_whole);
@@ -468,4 +469,9 @@ fn push(
     };
     line.at = end;
     line.push(word);
+}
+
+/// The address, or another one in a message where it is no letter.
+fn lettered(address: Address, instead: Address) -> Address {
+    if address.letter().is_some() { address } else { instead }
 }

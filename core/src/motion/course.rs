@@ -1,0 +1,100 @@
+//! How far a program came: whether it has begun, has moved, has ended, and what of its numbers was seen.
+
+use super::block_words::{AXES, BlockWords, DWELL};
+use super::interpreter::Interpreter;
+
+/// How far a program came.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Course {
+    has_blocks: bool,
+    has_motions: bool,
+    /// Line of the block that ended the program.
+    end_line: Option<u64>,
+    blocks_after_end: u64,
+    /// Axis words without a decimal point that are not zero, and whether there is one with a point.
+    words_without_point: u64,
+    has_points: bool,
+}
+
+impl Course {
+    /// There was a block with words.
+    pub(super) fn note_block(&mut self) {
+        self.has_blocks = true;
+    }
+
+    pub(super) fn has_blocks(&self) -> bool {
+        self.has_blocks
+    }
+
+    pub(super) fn note_motion(&mut self) {
+        self.has_motions = true;
+    }
+
+    pub(super) fn has_motions(&self) -> bool {
+        self.has_motions
+    }
+
+    /// The program ends at this line, or nowhere so far.
+    pub(super) fn end_at(&mut self, line: Option<u64>) {
+        self.end_line = line;
+    }
+
+    pub(super) fn end_line(&self) -> Option<u64> {
+        self.end_line
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        self.end_line.is_some()
+    }
+
+    /// A line behind the end, which may be a block.
+    pub(super) fn pass_behind_end(&mut self, is_block: bool) {
+        self.blocks_after_end += u64::from(is_block);
+    }
+
+    /// Takes the axis words of a block that is no dwell.
+    #[inline]
+    pub(super) fn count_points(&mut self, block: &BlockWords) {
+        let axes = block.present & AXES & !block.unknown;
+        let mut without = axes & !block.points;
+        if axes == 0 || block.g_codes().contains(&DWELL) {
+            return;
+        }
+        self.has_points |= without != axes;
+        while without != 0 {
+            let index = without.trailing_zeros() as usize & 31;
+            without &= without - 1;
+            self.words_without_point += u64::from(block.values[index] != 0.0);
+        }
+    }
+}
+
+impl Interpreter {
+    /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.course().has_ended()
+    }
+
+    /// 1-based line of the block that ended the program, if it has ended.
+    #[must_use]
+    pub fn end_line(&self) -> Option<u64> {
+        self.course().end_line
+    }
+
+    /// How many blocks stand behind the end of the program so far, tape marks and comments apart: they are neither
+    /// checked nor followed.
+    #[must_use]
+    pub fn blocks_after_end(&self) -> u64 {
+        self.course().blocks_after_end
+    }
+
+    /// How many words X Y Z A B C so far have a whole number other than 0 and no decimal point, in an ISO program
+    /// that writes others with one; 0 where none has a point. Controls that count in least increments read `X10` as
+    /// 0.010 mm. Times of a dwell are not counted.
+    #[must_use]
+    pub fn words_without_point(&self) -> u64 {
+        let course = self.course();
+        if course.has_points { course.words_without_point } else { 0 }
+    }
+}

@@ -1,0 +1,70 @@
+//! APT statement words.
+
+use super::{MotionRules, PlainStatement};
+use crate::motion::meaning::{Meaning, Statement};
+use crate::motion::modal::{MotionMode, ToolLength, Transformation};
+use crate::motion::{FeedForm, FeedMode, FeedPath, FeedPaths, FeedRules};
+use crate::program::{Code, Keyword};
+use crate::units::MM_PER_INCH;
+
+/// What cutter location data means: points of the tip with the tool's axis.
+pub(super) const RULES: MotionRules = MotionRules {
+    feed: FEED,
+    keyword: keyword_meaning,
+    tool_length: ToolLength::Vector,
+    motion_is_modal: false,
+    plain_statement: Some((Keyword::Goto, PlainStatement::Point)),
+    call_keeps_modes: true,
+    is_of_points: true,
+    ..MotionRules::PLAIN
+};
+
+/// What F means in it: its points are tips.
+const FEED: FeedRules = FeedRules {
+    paths: FeedPaths { machine: FeedPath::Tip, tcp: FeedPath::Tip },
+    form: FeedForm::Statement,
+    dwell_may_set_feed: true,
+    modes: &[
+        (Code::Keyword(Keyword::MmPerMinute), FeedMode::PerMinute, Some(1.0)),
+        (Code::Keyword(Keyword::InchPerMinute), FeedMode::PerMinute, Some(MM_PER_INCH)),
+        (Code::Keyword(Keyword::UnitPerMinute), FeedMode::PerMinute, None),
+        (Code::Keyword(Keyword::MmPerRevolution), FeedMode::PerRevolution, Some(1.0)),
+        (Code::Keyword(Keyword::InchPerRevolution), FeedMode::PerRevolution, Some(MM_PER_INCH)),
+        (Code::Keyword(Keyword::UnitPerRevolution), FeedMode::PerRevolution, None),
+    ],
+    otherwise: &[],
+};
+
+/// The meaning of a statement word.
+fn keyword_meaning(keyword: Keyword) -> Meaning {
+    use Keyword as K;
+    let statement = match keyword {
+        K::PostWord | K::Cutter => return Meaning::Harmless,
+        K::R0 => return Meaning::Compensation(false),
+        K::RadiusCompensation => return Meaning::Compensation(true),
+        K::BeginMm => return Meaning::Units(1.0),
+        K::BeginInch => return Meaning::Units(MM_PER_INCH),
+        K::PointsMoved => return Meaning::Transform(Transformation::Rotation, true),
+        K::Goto => Statement::Point,
+        K::From => Statement::From,
+        K::Rapid => Statement::Next(MotionMode::Rapid),
+        K::Circle => Statement::Next(MotionMode::Arc),
+        K::Fedrat => Statement::Feedrate,
+        K::FeedElsewhere => Statement::OtherFeed,
+        K::CycleOn => Statement::InCycle(true),
+        K::CycleOff => Statement::InCycle(false),
+        K::MultaxOn => Statement::Multax(true),
+        K::MultaxOff => Statement::Multax(false),
+        K::ToolAxis => Statement::ToolAxis,
+        K::CoordinateSystem => Statement::CoordinateSystem,
+        K::GoHome => Statement::GoHome,
+        K::SurfaceMotion => Statement::Contour,
+        K::ToolCall => Statement::ToolCall,
+        K::EndPgm => Statement::End,
+        other => match FEED.mode(Code::Keyword(other)) {
+            Some((mode, mm_per_unit)) => Statement::FeedUnit(mode, mm_per_unit),
+            None => return Meaning::Unknown,
+        },
+    };
+    Meaning::Statement(statement)
+}

@@ -1,0 +1,288 @@
+//! What the G codes and statement words of a block do.
+
+use super::block_words::{AXES, bit};
+use super::execute::Action;
+use super::interpreter::Interpreter;
+use super::meaning::Meaning;
+use super::modal::{MotionMode, ToolLength, Transformation};
+use super::{Unfollowable, WorkOffset};
+use crate::program::{Address, Code};
+
+/// Words that cycles have and a change of units does not.
+const CYCLE_WORDS: u32 =
+    bit(Address::P) | bit(Address::Q) | bit(Address::I) | bit(Address::J) | bit(Address::K) | bit(Address::L);
+
+impl Interpreter {
+    /// Sets the modes; gives what else is to be done, and why the block counts from another place, if it does.
+    #[expect(clippy::too_many_lines, reason = "one arm for every kind of code")]
+    pub(super) fn apply_g_codes(
+        &mut self,
+        reason: &mut Option<Unfollowable>,
+    ) -> (Option<Action>, Option<Unfollowable>) {
+        let mut action = None;
+        let mut counts_elsewhere = None;
+        let mut motion_codes = 0;
+        let mut ends_cycle = false;
+        let axis_words = self.block.present & AXES;
+        let also = |action: &mut Option<Action>, new: Action| {
+            // Two codes that want the axis words: what moves unseen wins.
+            let wins = !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere));
+            if action.is_some() && *action != Some(new) && axis_words != 0 {
+                *action = Some(Action::Odd(Unfollowable::ConflictingCodes));
+            } else if wins {
+                *action = Some(new);
+            }
+        };
+        for index in 0..self.block.g_count {
+            let meaning = self.meaning(index);
+            match meaning {
+                Meaning::Motion(mode) => {
+                    motion_codes += u32::from(motion_codes == 0 || self.modal.motion != Some(mode));
+                    self.modal.motion = Some(mode);
+                }
+                Meaning::MotionWithAxes(MotionMode::Spline) if axis_words != 0 => {
+                    self.modal.motion = Some(MotionMode::Spline);
+                }
+                Meaning::MotionWithAxes(_) if axis_words != 0 => {
+                    also(&mut action, Action::Odd(Unfollowable::SpecialMotion));
+                }
+                Meaning::EndCycle => ends_cycle = true,
+                _ if axis_words != 0 && self.may_name_axes(meaning) => {
+                    // The words name axes, or are offsets; on some controls the block moves all the same.
+                    self.set_mode(meaning);
+                    also(&mut action, Action::Odd(Unfollowable::ConflictingCodes));
+                }
+                Meaning::CylinderOfAxis => {
+                    self.transform(Transformation::Cylinder, axis_words != 0);
+                    also(&mut action, Action::Consume);
+                }
+                Meaning::HypotheticalAxis if axis_words != 0 => {
+                    self.transform(Transformation::Cylinder, !self.is_hypothetical_end());
+                    also(&mut action, Action::Consume);
+                }
+                Meaning::Plane(_)
+                | Meaning::Incremental(_)
+                | Meaning::Units(_)
+                | Meaning::Feed(_)
+                | Meaning::Compensation(_)
+                | Meaning::ToolLength(_)
+                | Meaning::TipControl(_)
+                | Meaning::SwitchTip(_)
+                | Meaning::LengthAlongTool
+                | Meaning::TipControlApart(_)
+                | Meaning::LengthAlong(_)
+                | Meaning::OffsetByH
+                | Meaning::WorkOffset(_)
+                | Meaning::WorkOffsetByP(_)
+                | Meaning::ModeByP(_)
+                | Meaning::Transform(..)
+                | Meaning::EndRotation { .. }
+                | Meaning::EndScaling
+                | Meaning::MirrorNamed(_)
+                | Meaning::EndPolarOrOffset
+                | Meaning::HypotheticalAxis
+                | Meaning::ToolOffset
+                | Meaning::RoundsCorners(_)
+                | Meaning::VectorsInMachine(_)
+                | Meaning::ExactStop(_)
+                | Meaning::ExactStopHere => self.set_mode(meaning),
+                Meaning::NoMotion => also(&mut action, Action::Consume),
+                Meaning::WriteOffsets => {
+                    self.write_offsets();
+                    also(&mut action, Action::Consume);
+                }
+                Meaning::Shift | Meaning::LocalShift => also(&mut action, Action::Shift),
+                Meaning::EndShift | Meaning::OtherShift => {
+                    if !self.ends_no_shift() {
+                        self.shift_offsets();
+                    }
+                    also(&mut action, Action::Consume);
+                }
+                Meaning::MachineCoordinates => counts_elsewhere = Some(Unfollowable::MachineCoordinates),
+                Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
+                Meaning::Reference => also(&mut action, Action::Reference),
+                Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
+                Meaning::Call => also(&mut action, Action::Call),
+                Meaning::ModalCall => {
+                    self.modal.macro_call = Some(true);
+                    also(&mut action, Action::Call);
+                }
+                Meaning::EndModalCall => {
+                    self.modal.macro_call = Some(false);
+                    self.position.forget_all();
+                }
+                Meaning::Statement(statement) => {
+                    if let Some(new) = self.apply_statement(statement, reason) {
+                        also(&mut action, new);
+                    }
+                }
+                Meaning::ProgramFrame(frame, added) => {
+                    self.program_frame(frame, added);
+                    also(&mut action, Action::Frame);
+                }
+                Meaning::ModalCycle
+                | Meaning::Cycle
+                | Meaning::Swivel(_)
+                | Meaning::Probing
+                | Meaning::PolarEnd
+                | Meaning::OrientationWord
+                | Meaning::OtherAxis => {
+                    if let Some(new) = self.leave(meaning) {
+                        also(&mut action, new);
+                    }
+                }
+                Meaning::BlockWord => also(&mut action, Action::Odd(Unfollowable::ControlWord)),
+                Meaning::ForeignWord => *reason = Some(Unfollowable::ControlWord),
+                Meaning::Harmless | Meaning::MotionWithAxes(_) => {}
+                Meaning::Unknown | Meaning::UnitsUnlessCycle(_) | Meaning::HarmlessUnlessAxes => {
+                    also(&mut action, Action::Unknown);
+                }
+            }
+        }
+        if ends_cycle && motion_codes == 0 && self.modal.motion == Some(MotionMode::Cycle) {
+            self.modal.motion = None;
+        }
+        if motion_codes > 1 {
+            *reason = Some(Unfollowable::ConflictingCodes);
+            self.modal.motion = None;
+        }
+        // A dwell and a motion: whose the axis words are depends on the control.
+        if action == Some(Action::Consume) && motion_codes > 0 && axis_words != 0 {
+            action = Some(Action::Odd(Unfollowable::ConflictingCodes));
+        }
+        // Unknown codes and calls are never hidden by a conflict.
+        if (0..self.block.g_count).any(|index| self.meaning(index) == Meaning::Unknown) {
+            action = Some(Action::Unknown);
+        }
+        (action, counts_elsewhere)
+    }
+
+    /// Whether axis words beside this code may be something else than a motion.
+    fn may_name_axes(&self, meaning: Meaning) -> bool {
+        match meaning {
+            Meaning::LengthAlongTool
+            | Meaning::EndScaling
+            | Meaning::MirrorNamed(false)
+            | Meaning::TipControlApart(_) => true,
+            Meaning::EndRotation { names_axes } => names_axes && !self.says_how_to_move(),
+            _ => false,
+        }
+    }
+
+    /// G0 to G3.
+    fn says_how_to_move(&self) -> bool {
+        self.block.g_codes().iter().any(|code| matches!(code, Code::G(0 | 10 | 20 | 30)))
+    }
+
+    /// Sets the mode that a code names.
+    fn set_mode(&mut self, meaning: Meaning) {
+        match meaning {
+            Meaning::Plane(plane) => self.modal.plane = Some(plane),
+            Meaning::Incremental(incremental) => self.modal.incremental = Some(incremental),
+            Meaning::Units(mm_per_unit) => self.set_unit(mm_per_unit),
+            Meaning::Feed(mode) => self.modal.count_feed(Some(mode)),
+            Meaning::Compensation(on) => self.modal.compensation = Some(on),
+            // TRAORI again, or TRAFOOF again: nothing new.
+            Meaning::SwitchTip(length) => self.switch_tip(length),
+            Meaning::LengthAlongTool if self.axes.has_head_axis() && !self.options.interpolation_stated => {
+                self.lose_tool_length();
+            }
+            Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),
+            Meaning::ToolLength(length) => self.set_tool_length(length),
+            Meaning::TipControl(length) | Meaning::TipControlApart(length) => {
+                self.set_tool_length(length);
+                self.modal.kinematics_switched = false;
+            }
+            Meaning::LengthAlong(axis) => self.take_length_along(axis),
+            Meaning::OffsetByH => self.set_work_offset(self.number_of(Address::H).map(WorkOffset::by_h)),
+            Meaning::WorkOffset(code) => self.select_offset(code, None),
+            Meaning::WorkOffsetByP(code) => self.select_offset(code, Some(Address::P)),
+            Meaning::ModeByP(mode) => self.set_mode_by_p(mode),
+            Meaning::EndPolarOrOffset => {
+                self.transform(Transformation::PolarWords, false);
+                if self.block.has(Address::H) {
+                    self.set_work_offset(self.number_of(Address::H).map(WorkOffset::by_h));
+                }
+            }
+            Meaning::EndRotation { .. } => {
+                self.transform(Transformation::Tilt, false);
+                self.transform(Transformation::Rotation, false);
+            }
+            Meaning::EndScaling => self.transform(Transformation::Scaling, false),
+            Meaning::MirrorNamed(on) => self.mirror(on),
+            // G7.1 is ended by the axis at zero.
+            Meaning::Transform(Transformation::Cylinder, on) => {
+                self.transform(Transformation::Cylinder, on && !self.is_cylinder_end());
+            }
+            Meaning::HypotheticalAxis => {
+                self.transform(Transformation::Cylinder, !self.is_cylinder_end());
+            }
+            Meaning::Transform(which, on) => self.transform(which, on),
+            Meaning::ToolOffset => {
+                self.position.forget_linear();
+                self.modal.edge = None;
+            }
+            Meaning::RoundsCorners(on) => self.modal.rounds_corners = on,
+            Meaning::VectorsInMachine(on) => self.modal.vectors_in_machine = on,
+            Meaning::ExactStop(on) => self.modal.exact_stop = on,
+            Meaning::ExactStopHere => self.this_block.exact_stop = true,
+            _ => {}
+        }
+    }
+
+    /// Words whose motion is left alone; gives what else is to be done.
+    fn leave(&mut self, meaning: Meaning) -> Option<Action> {
+        match meaning {
+            Meaning::ModalCycle => {
+                self.modal.macro_call = Some(true);
+                self.position.forget_axes();
+            }
+            Meaning::Cycle => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::CannedCycle));
+            }
+            Meaning::Swivel(on) => {
+                self.transform(Transformation::Swivel, on);
+                if on {
+                    self.position.forget_axes();
+                    return Some(Action::Odd(Unfollowable::Transformation));
+                }
+            }
+            Meaning::Probing => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::Probing));
+            }
+            Meaning::PolarEnd => {
+                self.position.forget_linear();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            Meaning::OrientationWord => {
+                self.position.forget_rotary();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            Meaning::OtherAxis => {
+                self.position.forget_axes();
+                return Some(Action::Odd(Unfollowable::ControlWord));
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// The meaning of a G code in this block: G70 and G71 are cycles beside words of cycles, of turning (P Q) or of holes in
+    /// a circle (I J K L); G11 and G62 beside axis words are frames. Where G0 to G3 says how the block moves, they are not.
+    pub(super) fn meaning(&self, index: usize) -> Meaning {
+        let Some(&code) = self.block.g_codes().get(index) else { return Meaning::Unknown };
+        match self.rules.meaning(code) {
+            Meaning::UnitsUnlessCycle(mm_per_unit) => self.unless(CYCLE_WORDS, Meaning::Units(mm_per_unit)),
+            Meaning::HarmlessUnlessAxes => self.unless(AXES, Meaning::Harmless),
+            meaning => meaning,
+        }
+    }
+
+    /// This meaning, unless words of these addresses stand in the block and no code says how it moves.
+    fn unless(&self, words: u32, meaning: Meaning) -> Meaning {
+        let is_other = self.block.present & words != 0 && !self.says_how_to_move();
+        if is_other { Meaning::Unknown } else { meaning }
+    }
+}

@@ -1,0 +1,32 @@
+//! Programs as tables: a header row, then one linear motion a row.
+
+mod table;
+mod write;
+
+pub(super) use table::is_header;
+
+use super::rules::{Arithmetic, DialectRules, Grammar, Read};
+use crate::program::writer::Writing;
+
+/// What is true of tables.
+pub(super) const RULES: DialectRules = DialectRules {
+    name: "csv",
+    grammar: Grammar::Cells,
+    looks_ahead: false,
+    may_roll_over: false,
+    // Its header does, which is the first line.
+    is_shown_by: |_| false,
+    unread_statement: |_| None,
+    has_banner: false,
+    read: Read::Lines(table::read_row),
+    read_header: Some(table::read_header),
+    states_feed_apart: false,
+    arithmetic: Arithmetic::None,
+    stamp: None,
+    writing: Writing {
+        change: write::print_row,
+        insert: write::print_row,
+        has_rows: true,
+        ..Writing::LETTERS
+    },
+};

@@ -1,0 +1,29 @@
+//! ISO 6983 G-code: blocks of letters and numbers, with the macros of Fanuc and RS274/NGC.
+
+pub(in crate::program) mod constants;
+mod line;
+mod statement;
+
+pub(in crate::program) use line::read_line;
+pub(super) use line::read_plain_line;
+
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
+use crate::program::writer::Writing;
+
+/// What is true of ISO programs.
+pub(super) const RULES: DialectRules = DialectRules {
+    name: "iso",
+    grammar: Grammar::Letters,
+    looks_ahead: false,
+    may_roll_over: true,
+    // Template text: whatever it is to become, it is refused as such.
+    is_shown_by: |line| line.starts_with(b"{"),
+    unread_statement: |_| None,
+    has_banner: true,
+    read: Read::Lines(read_line),
+    read_header: None,
+    states_feed_apart: false,
+    arithmetic: Arithmetic::Rs274,
+    stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: true }),
+    writing: Writing::LETTERS,
+};
