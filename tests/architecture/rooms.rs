@@ -57,20 +57,22 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
             ("reader", &["dialect"]),
         ],
     ),
-    ("jobs", &[("opening", &["webhooks"]), ("queue", &[]), ("webhooks", &["queue"])]),
+    ("jobs", &[("queue", &[]), ("webhooks", &["queue"]), ("opening", &["webhooks"])]),
     (
         "http",
         &[
+            // What every request goes through.
             ("body", &["coding"]),
-            ("edge", &["coding", "observation"]),
             ("state", &["observation"]),
-            ("service", &["observation"]),
+            ("watch", &["observation"]),
+            ("edge", &["coding"]),
+            // A program that is a path of `servo`, or a job, is answered as the programs are.
             ("servo", &["programs"]),
-            ("programs", &["servo"]),
             ("jobs", &["programs", "observation"]),
+            ("service", &["observation"]),
             ("openapi", &["webhooks"]),
             (
-                "router",
+                "routes",
                 &[
                     "audit",
                     "calibrations",
@@ -78,7 +80,6 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
                     "keys",
                     "kinematics",
                     "machines",
-                    "observation",
                     "openapi",
                     "programs",
                     "service",
@@ -88,6 +89,7 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
                     "webhooks",
                 ],
             ),
+            ("router", &["openapi", "observation"]),
         ],
     ),
 ];
