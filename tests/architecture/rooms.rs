@@ -164,6 +164,15 @@ fn every_room_names_only_what_its_arrows_allow() {
 }
 
 #[test]
+fn posting_uses_the_reading_end_of_the_pipeline_alone() {
+    let arrows = Tree::of_sources().arrows();
+    let from_post = arrows.iter().filter(|(from, _)| from.starts_with("process/post/"));
+    let ends: BTreeSet<_> =
+        from_post.map(|(_, to)| to.as_str()).filter(|to| to.starts_with("process/pipeline/")).collect();
+    assert_eq!(ends, BTreeSet::from(["process/pipeline/read_back"]));
+}
+
+#[test]
 fn an_arrow_that_no_row_allows_is_found_and_so_is_one_out_of_use() {
     let tree = Tree::new(
         [
