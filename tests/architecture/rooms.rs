@@ -6,10 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tree::{Arrow, Tree};
 
+/// The rows of one module.
+type Rows<'a> = [(&'a str, &'a [&'a str])];
+
 /// A member of a module, and the rooms that it may name, besides what those may name in turn.
 ///
 /// A member without a row names no room. Every arrow here is in use.
-const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
+const ROOMS: &[(&str, &Rows<'static>)] = &[
     (
         "process",
         &[
@@ -97,7 +100,7 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
 /// The arrows between the members of one module, those to rooms alone.
 fn between_rooms(
     module: &str,
-    rows: &[(&str, &[&str])],
+    rows: &Rows<'_>,
     arrows: &BTreeSet<Arrow>,
 ) -> BTreeMap<String, BTreeSet<String>> {
     let member = |place: &str| {
@@ -120,7 +123,7 @@ fn between_rooms(
 }
 
 /// What each member may name, by its row and by the rows that follow from it.
-fn allowed<'a>(rows: &[(&'a str, &[&'a str])]) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
+fn allowed<'a>(rows: &Rows<'a>) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
     let mut allowed: BTreeMap<&str, BTreeSet<&str>> =
         rows.iter().map(|(room, named)| (*room, named.iter().copied().collect())).collect();
     loop {
@@ -136,7 +139,7 @@ fn allowed<'a>(rows: &[(&'a str, &[&'a str])]) -> BTreeMap<&'a str, BTreeSet<&'a
     }
 }
 
-fn faults_of(module: &str, rows: &[(&str, &[&str])], arrows: &BTreeSet<Arrow>) -> Vec<String> {
+fn faults_of(module: &str, rows: &Rows<'_>, arrows: &BTreeSet<Arrow>) -> Vec<String> {
     let mut faults = Vec::new();
     let between = between_rooms(module, rows, arrows);
     let allowed = allowed(rows);
