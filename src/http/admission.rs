@@ -10,7 +10,7 @@ use http::{Extensions, HeaderValue, Method};
 
 use super::AppState;
 use super::caller::Caller;
-use super::guard::note_refusal;
+use super::note_refusal::note_refusal;
 use super::problem::{Problem, ProblemType};
 use super::rates::Who;
 use super::security_log::Reason;

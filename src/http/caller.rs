@@ -8,8 +8,8 @@ use http::Extensions;
 use http::request::Parts;
 
 use super::AppState;
-use super::edge::RequestId;
 use super::problem::Problem;
+use super::request_id::RequestId;
 use crate::jobs::HeldKey;
 use crate::store::Actor;
 use crate::wire::{AuditOrigin, Scope};

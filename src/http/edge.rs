@@ -15,43 +15,21 @@ use futures::future::BoxFuture;
 use http::HeaderValue;
 use http::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
 use tower::{Layer, Service};
-use uuid::Uuid;
 
 use super::AppState;
 use super::admission::{admit, asks, is_watching};
 use super::coding::{TAKEN, coding, unpacked};
 use super::date::dated;
 use super::framing::chunked_or_plain;
-use super::guard::{guard, note_refusal};
+use super::guard::guard;
 use super::host::one_host;
-use super::observation::watch;
+use super::note_refusal::note_refusal;
 use super::printed::settled;
 use super::problem::{Problem, ProblemType};
 use super::security_log::Reason;
+use super::watch::watch;
 use crate::jobs::asked_by;
 use crate::jobs::memory::paid_by;
-
-/// The id that we give a request, as the header that its answer has.
-#[derive(Debug, Clone)]
-pub(super) struct RequestId(HeaderValue);
-
-impl RequestId {
-    /// This fresh one.
-    pub(super) fn new(fresh: Uuid) -> Self {
-        let text = HeaderValue::from_str(fresh.hyphenated().encode_lower(&mut Uuid::encode_buffer()));
-        Self(text.unwrap_or_else(|_| HeaderValue::from_static("none")))
-    }
-
-    /// The header.
-    pub(super) fn header(&self) -> HeaderValue {
-        self.0.clone()
-    }
-
-    /// The id.
-    pub(super) fn as_str(&self) -> &str {
-        self.0.to_str().unwrap_or_default()
-    }
-}
 
 /// Puts every route behind what its requests go through.
 #[derive(Debug, Clone)]

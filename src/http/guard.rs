@@ -1,25 +1,24 @@
 //! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
 //! not there for it, and neither is anything that belongs to one.
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 
 use axum::body::Body;
-use axum::extract::{ConnectInfo, FromRequestParts, MatchedPath, RawPathParams, Request};
+use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
 use http::request::Parts;
-use http::{Extensions, HeaderMap, HeaderValue, Method};
+use http::{HeaderMap, HeaderValue, Method};
 
 use super::AppState;
 use super::access::{Need, needed};
 use super::admission::turned_away;
 use super::body::Incoming;
 use super::caller::Caller;
-use super::edge::RequestId;
+use super::note_refusal::note_refusal;
 use super::pages::from_here;
 use super::problem::{Problem, ProblemType};
-use super::security_log::{Reason, SecurityEvent};
+use super::security_log::Reason;
 use crate::jobs::{KeyRefusal, key_id_of};
 
 /// A refusal, and what is said beside it (RFC 6750 §3).
@@ -62,31 +61,6 @@ impl From<Problem> for Refused {
     }
 }
 
-/// Writes a refusal into the security log, and its reason and source into the request's log line.
-pub(super) fn note_refusal(
-    app: &AppState,
-    reason: Reason,
-    key_id: Option<&str>,
-    method: &Method,
-    extensions: &Extensions,
-) {
-    let source = extensions.get::<ConnectInfo<SocketAddr>>().map(|peer| peer.0.ip().to_canonical());
-    let span = tracing::Span::current();
-    span.record("refused", reason.as_str());
-    if let Some(source) = source {
-        span.record("source", tracing::field::display(source));
-    }
-    app.security.note(SecurityEvent {
-        at: app.sources.timestamp(),
-        reason,
-        source,
-        key_id: key_id.map(ToOwned::to_owned),
-        method: method.to_string(),
-        route: extensions.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
-        request_id: extensions.get::<RequestId>().map_or_else(String::new, |id| id.as_str().to_owned()),
-    });
-}
-
 const REALM: &str = "Bearer realm=\"trunnion\"";
 
 /// Lets in whom it knows, with the caller among the request's extensions.
@@ -99,7 +73,7 @@ pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, B
         Ok(caller) => {
             if let Some(id) = &caller.key_id {
                 tracing::Span::current().record("key_id", &**id);
-                app.keys.note_use(app, id);
+                app.keys.note_use(&app.store, &app.sources, id);
             }
             parts.extensions.insert(caller);
             return Ok(Request::from_parts(parts, body));

@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
-use super::AppState;
-use crate::jobs::KeyRing;
+use crate::jobs::{KeyRing, Sources};
 use crate::store::{KEY_MARK_TRUSTED, KeyMark, Store, StoreError};
 
 /// How long the ring is trusted without asking the database. Changes by this process and by the command line are seen
@@ -127,7 +126,7 @@ impl HeldKeys {
     }
 
     /// Writes down that a key was used, now and then.
-    pub(super) fn note_use(&self, app: &AppState, id: &Arc<str>) {
+    pub(super) fn note_use(&self, store: &Store, sources: &Sources, id: &Arc<str>) {
         {
             let mut noted = self.noted.lock().unwrap_or_else(PoisonError::into_inner);
             if noted.get(id).is_some_and(|at| at.elapsed() < NOTED) {
@@ -135,7 +134,7 @@ impl HeldKeys {
             }
             noted.insert(Arc::clone(id), Instant::now());
         }
-        let (store, id, at) = (app.store.clone(), Arc::clone(id), app.sources.timestamp());
+        let (store, id, at) = (store.clone(), Arc::clone(id), sources.timestamp());
         tokio::spawn(async move {
             if let Err(fault) = store.note_use_of_api_key(&id, &at).await {
                 tracing::warn!(error = %fault, key_id = %id, "the use of an API key could not be noted");

@@ -1,4 +1,4 @@
-//! Merges the resources' routes and puts the edge around them.
+//! The whole service: every route, its description, and the edge around them.
 
 use std::sync::LazyLock;
 
@@ -8,35 +8,13 @@ use axum::routing::get;
 use bytes::Bytes;
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
-use utoipa::OpenApi;
-use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::negotiate::choose;
 use super::observation::Operations;
 use super::problem::Problem;
-use super::{
-    AppState, audit, calibrations, edge, jobs, keys, kinematics, machines, openapi, programs, service, servo,
-    tools, wear, webhooks,
-};
-
-/// Every described route, and the description as far as the routes say it: a start needs no more of it.
-pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
-    OpenApiRouter::with_openapi(openapi::Base::openapi())
-        .merge(machines::router())
-        .merge(tools::router())
-        .merge(kinematics::router())
-        .merge(programs::router())
-        .merge(servo::router())
-        .merge(wear::router())
-        .merge(calibrations::router())
-        .merge(jobs::router())
-        .merge(webhooks::router())
-        .merge(keys::router())
-        .merge(audit::router())
-        .merge(service::router())
-        .split_for_parts()
-}
+use super::routes::{described, document};
+use super::{AppState, edge, openapi};
 
 /// What is served besides, with ids of its own.
 const PAGES: [(&str, &str, &str); 4] = [
@@ -47,12 +25,12 @@ const PAGES: [(&str, &str, &str); 4] = [
 ];
 
 /// The description as text, made when it is first asked for: a start needs neither its time nor its memory.
-static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| openapi::document().to_string().into());
+static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| document().to_string().into());
 
 /// The whole service.
 pub fn router(app: AppState) -> Router {
-    let (router, document) = described();
-    app.serve_operations(|| Operations::new(openapi::all(&document).chain(PAGES)));
+    let (router, description) = described();
+    app.serve_operations(|| Operations::new(openapi::all(&description).chain(PAGES)));
     let served = |headers: HeaderMap| async move {
         choose(&headers, &["application/json"])?;
         Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())

@@ -1,5 +1,7 @@
 //! Holds the arrows of the house: every path under `src/` is checked against the layers, the core names nothing
 //! that is not pure, files stay short, nothing unwraps.
+//!
+//! `rooms` holds the arrows one level deeper, `circles` finds files that name each other in a circle.
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 

@@ -6,10 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tree::{Arrow, Tree};
 
+/// The rows of one module.
+type Rows<'a> = [(&'a str, &'a [&'a str])];
+
 /// A member of a module, and the rooms that it may name, besides what those may name in turn.
 ///
 /// A member without a row names no room. Every arrow here is in use.
-const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
+const ROOMS: &[(&str, &Rows<'static>)] = &[
     (
         "process",
         &[
@@ -57,20 +60,22 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
             ("reader", &["dialect"]),
         ],
     ),
-    ("jobs", &[("opening", &["webhooks"]), ("queue", &[]), ("webhooks", &["queue"])]),
+    ("jobs", &[("queue", &[]), ("webhooks", &["queue"]), ("opening", &["webhooks"])]),
     (
         "http",
         &[
+            // What every request goes through.
             ("body", &["coding"]),
-            ("edge", &["coding", "observation"]),
             ("state", &["observation"]),
-            ("service", &["observation"]),
+            ("watch", &["observation"]),
+            ("edge", &["coding"]),
+            // A program that is a path of `servo`, or a job, is answered as the programs are.
             ("servo", &["programs"]),
-            ("programs", &["servo"]),
             ("jobs", &["programs", "observation"]),
+            ("service", &["observation"]),
             ("openapi", &["webhooks"]),
             (
-                "router",
+                "routes",
                 &[
                     "audit",
                     "calibrations",
@@ -78,7 +83,6 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
                     "keys",
                     "kinematics",
                     "machines",
-                    "observation",
                     "openapi",
                     "programs",
                     "service",
@@ -88,6 +92,7 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
                     "webhooks",
                 ],
             ),
+            ("router", &["openapi", "observation"]),
         ],
     ),
 ];
@@ -95,7 +100,7 @@ const ROOMS: &[(&str, &[(&str, &[&str])])] = &[
 /// The arrows between the members of one module, those to rooms alone.
 fn between_rooms(
     module: &str,
-    rows: &[(&str, &[&str])],
+    rows: &Rows<'_>,
     arrows: &BTreeSet<Arrow>,
 ) -> BTreeMap<String, BTreeSet<String>> {
     let member = |place: &str| {
@@ -118,7 +123,7 @@ fn between_rooms(
 }
 
 /// What each member may name, by its row and by the rows that follow from it.
-fn allowed<'a>(rows: &[(&'a str, &[&'a str])]) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
+fn allowed<'a>(rows: &Rows<'a>) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
     let mut allowed: BTreeMap<&str, BTreeSet<&str>> =
         rows.iter().map(|(room, named)| (*room, named.iter().copied().collect())).collect();
     loop {
@@ -134,7 +139,7 @@ fn allowed<'a>(rows: &[(&'a str, &[&'a str])]) -> BTreeMap<&'a str, BTreeSet<&'a
     }
 }
 
-fn faults_of(module: &str, rows: &[(&str, &[&str])], arrows: &BTreeSet<Arrow>) -> Vec<String> {
+fn faults_of(module: &str, rows: &Rows<'_>, arrows: &BTreeSet<Arrow>) -> Vec<String> {
     let mut faults = Vec::new();
     let between = between_rooms(module, rows, arrows);
     let allowed = allowed(rows);
@@ -159,6 +164,15 @@ fn every_room_names_only_what_its_arrows_allow() {
     let arrows = Tree::of_sources().arrows();
     let faults: Vec<_> = ROOMS.iter().flat_map(|(module, rows)| faults_of(module, rows, &arrows)).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn posting_uses_the_reading_end_of_the_pipeline_alone() {
+    let arrows = Tree::of_sources().arrows();
+    let from_post = arrows.iter().filter(|(from, _)| from.starts_with("process/post/"));
+    let ends: BTreeSet<_> =
+        from_post.map(|(_, to)| to.as_str()).filter(|to| to.starts_with("process/pipeline/")).collect();
+    assert_eq!(ends, BTreeSet::from(["process/pipeline/read_back"]));
 }
 
 #[test]

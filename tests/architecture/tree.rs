@@ -110,3 +110,18 @@ enum Step {
 fn parent(place: &str) -> &str {
     place.rsplit_once('/').map_or("", |(parent, _)| parent)
 }
+
+#[test]
+fn no_file_imports_all_names_of_another() {
+    // Where its names come from could not be followed.
+    for (place, names) in &Tree::of_sources().files {
+        for import in names.imports.iter().filter(|import| import.name == "*") {
+            let is_ours = ["crate", "super", "self"].contains(&import.path[0].as_str());
+            assert!(
+                !is_ours,
+                "{place} imports all names of {}: name them one by one",
+                import.path.join("::")
+            );
+        }
+    }
+}

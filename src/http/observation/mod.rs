@@ -5,10 +5,9 @@ mod metrics_text;
 mod operations;
 mod subject;
 mod traceparent;
-mod watch;
 
 pub use export::{Exporter, FinishedSpan};
 pub(super) use metrics_text::{Readings, metrics_text};
-pub(super) use operations::Operations;
+pub(super) use operations::{Operations, Series};
+pub(super) use subject::Subject;
 pub use traceparent::Trace;
-pub(super) use watch::watch;

@@ -29,7 +29,7 @@ pub(in crate::http) struct Series {
     /// By status, the last being any other.
     pub(super) answered: [Counter; STATUSES.len() + 1],
     /// From the header of a request to the header of its answer.
-    pub(super) times: Times,
+    pub(in crate::http) times: Times,
 }
 
 impl Series {
@@ -39,7 +39,7 @@ impl Series {
     }
 
     /// One more answer.
-    pub(super) fn count(&self, status: StatusCode) {
+    pub(in crate::http) fn count(&self, status: StatusCode) {
         let place = STATUSES.iter().position(|known| *known == status.as_u16()).unwrap_or(STATUSES.len());
         if let Some(counter) = self.answered.get(place) {
             counter.add(1);

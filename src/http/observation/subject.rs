@@ -5,14 +5,14 @@ const LONGEST: usize = 64;
 
 /// The machine and the job that a path names where its pattern has places for them.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Subject<'a> {
-    pub(super) machine_id: Option<&'a str>,
-    pub(super) job_id: Option<&'a str>,
+pub(in crate::http) struct Subject<'a> {
+    pub(in crate::http) machine_id: Option<&'a str>,
+    pub(in crate::http) job_id: Option<&'a str>,
 }
 
 impl<'a> Subject<'a> {
     /// Of this path, met by this pattern.
-    pub(super) fn of(pattern: &str, path: &'a str) -> Self {
+    pub(in crate::http) fn of(pattern: &str, path: &'a str) -> Self {
         let mut found = Self::default();
         let mut before = "";
         for (place, segment) in pattern.split('/').zip(path.split('/')) {
@@ -27,7 +27,7 @@ impl<'a> Subject<'a> {
     }
 
     /// Likewise of the reference that an answer carries to what it has made.
-    pub(super) fn job_of_location(location: &'a str) -> Option<&'a str> {
+    pub(in crate::http) fn job_of_location(location: &'a str) -> Option<&'a str> {
         plain(location.strip_prefix("/v1/jobs/")?.split('/').next()?)
     }
 }

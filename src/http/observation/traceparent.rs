@@ -41,7 +41,7 @@ impl Trace {
     }
 
     /// The same text as displayed, written digit by digit: every answer has it.
-    pub(super) fn text(&self) -> [u8; LENGTH] {
+    pub(in crate::http) fn text(&self) -> [u8; LENGTH] {
         let mut text = *b"00-00000000000000000000000000000000-0000000000000000-00";
         let parts = [(3..35, self.trace_id), (36..52, self.span_id.into()), (53..55, self.sampled.into())];
         for (place, mut value) in parts {

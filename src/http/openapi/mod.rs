@@ -42,7 +42,7 @@ use super::webhooks::describe;
 pub(super) struct Base;
 
 /// The description with everything that the routes do not say.
-fn completed(mut document: Document) -> Document {
+pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
@@ -124,22 +124,6 @@ fn guarded(document: &mut Document) {
             operation.responses.responses.extend(responses(&kinds));
         }
     }
-}
-
-/// The description of the interface.
-#[must_use]
-pub fn document() -> Value {
-    published(&completed(super::router::described().1))
-}
-
-/// One line for each operation: method, path, id.
-#[must_use]
-pub fn operations() -> String {
-    let document = super::router::described().1;
-    let mut lines: Vec<String> =
-        all(&document).map(|(method, path, id)| format!("{method:6} {path:58} {id}")).collect();
-    lines.sort_by(|a, b| a.get(7..).cmp(&b.get(7..)));
-    lines.join("\n") + "\n"
 }
 
 /// Every operation: method, pattern of the path, id.

@@ -7,10 +7,10 @@ use http::{HeaderMap, HeaderValue};
 
 use crate::http::AppState;
 use crate::http::conditional::tagged;
+use crate::http::contour_figure::program_contour_error;
 use crate::http::extract::json_response;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::range::{Asked, asked, dressed};
-use crate::http::servo::program_contour_error;
 use crate::http::stored::{StoredBody, stored_body};
 use crate::jobs::{ResidualFault, one_pass_figure, verification_figure, wear_figure};
 use crate::store::{JobRow, StoredThing, verify_text};

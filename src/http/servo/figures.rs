@@ -5,14 +5,14 @@ use http::header::CONTENT_TYPE;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
+use crate::http::contour_figure::contour_error;
 use crate::http::problem::Problem;
 use crate::plot::{
-    ContourFigure, ContourPoint, FollowingErrorCurve, FollowingErrorFigure, PlotFault, PolarCurve,
-    PolarFigure, SweepFigure, contour_error_along, following_error_over_time, polar_contour, sweep_curves,
-    sweep_map,
+    FollowingErrorCurve, FollowingErrorFigure, PlotFault, PolarCurve, PolarFigure, SweepFigure,
+    following_error_over_time, polar_contour, sweep_curves, sweep_map,
 };
 use crate::servo::AxisLetter;
-use crate::wire::{ServoPathDoc, ServoReport, ServoSamples, SimulationAnswer, SweepAnswer};
+use crate::wire::{ServoPathDoc, SimulationAnswer, SweepAnswer};
 
 /// Media type of a figure.
 pub(super) const SVG: &str = "image/svg+xml";
@@ -126,28 +126,6 @@ impl SimulationFigure {
             }
         }
     }
-}
-
-fn contour_error(title: &str, samples: &ServoSamples, judged_from_s: f64) -> Result<String, PlotFault> {
-    let columns = samples.t_s.iter().zip(&samples.contour_error_um).enumerate();
-    let points: Vec<ContourPoint> = columns
-        .map(|(k, (time_s, contour_um))| ContourPoint {
-            time_s: *time_s,
-            line: samples.line.get(k).copied().unwrap_or(0),
-            contour_um: *contour_um,
-            axis_urad: samples.axis_error_urad.get(k).copied(),
-        })
-        .collect();
-    contour_error_along(&ContourFigure { title, points: &points, judged_from_s })
-}
-
-/// The contour error along a program.
-pub(in crate::http) fn program_contour_error(name: &str, report: &ServoReport) -> Result<String, PlotFault> {
-    let title = format!(
-        "{name}: {} motions, largest contour error {:.1} µm",
-        report.motions_simulated, report.contour_error.max_abs_um
-    );
-    contour_error(&title, &report.samples, 0.0)
 }
 
 impl SweepFigureChoice {

@@ -9,8 +9,6 @@ mod sweep_servo;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-pub(super) use figures::program_contour_error;
-
 use super::AppState;
 use super::caller::Caller;
 use super::current_machine::current_machine;

@@ -10,20 +10,21 @@ use http::{HeaderMap, HeaderValue, StatusCode};
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
 
-use super::operations::Series;
-use super::subject::Subject;
-use super::{FinishedSpan, Trace};
-use crate::http::AppState;
-use crate::http::answer_guard::guard_answer;
-use crate::http::edge::RequestId;
-use crate::http::problem::{PROBLEM_JSON, Problem, ProblemType};
+use super::AppState;
+use super::answer_guard::guard_answer;
+use super::observation::{FinishedSpan, Series, Subject, Trace};
+use super::problem::{PROBLEM_JSON, Problem, ProblemType};
+use super::request_id::RequestId;
 use crate::meter;
+
+/// The name under which requests are logged. Filters of logs know it, so it stays, wherever this file goes.
+const LOGGED_AS: &str = "trunnion::http::observation::watch";
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Id, trace, span, log line, counts; a refusal that is not a problem document yet becomes one.
-pub(in crate::http) async fn watch<Answered: Future<Output = Response>>(
+pub(super) async fn watch<Answered: Future<Output = Response>>(
     app: &AppState,
     mut request: Request,
     answered: impl FnOnce(Request) -> Answered,
@@ -83,6 +84,7 @@ impl Watched<'_> {
         let Subject { machine_id, job_id } = self.subject;
         let operation = self.series.map(|series| &*series.operation);
         self.span = tracing::error_span!(
+            target: LOGGED_AS,
             "request",
             request_id = self.request_id,
             client_request_id = self.client_request_id,
@@ -149,15 +151,15 @@ impl Drop for Watched<'_> {
 fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: &str) {
     let elapsed_ms = elapsed.as_secs_f64() * 1e3;
     span.in_scope(|| match status {
-        None => tracing::warn!(method, elapsed_ms, "abandoned by the client"),
+        None => tracing::warn!(target: LOGGED_AS, method, elapsed_ms, "abandoned by the client"),
         Some(status) => {
             let code = status.as_u16();
             if status == StatusCode::SERVICE_UNAVAILABLE || status.is_client_error() {
-                tracing::warn!(method, status = code, elapsed_ms, "answered");
+                tracing::warn!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
             } else if status.is_server_error() {
-                tracing::error!(method, status = code, elapsed_ms, "answered");
+                tracing::error!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
             } else {
-                tracing::info!(method, status = code, elapsed_ms, "answered");
+                tracing::info!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
             }
         }
     });
