@@ -506,9 +506,9 @@ fn the_unit_of_a_program_can_be_stated_on_the_command_line() {
     assert!(made[1] > made[0] + 500.0, "{made:?}");
     // An object without a member, one that has the member already, and another unit.
     let done = bench.compensate(&["--unit", "mm", "--parameters", " { } "]);
-    assert!(said(&done).contains("nothing is asked for"), "{}", said(&done));
+    assert!(said(&done).contains("no step is given"), "{}", said(&done));
     let twice = ["--unit", "mm", "--parameters", "{\"unit\": \"mm\"}"];
-    assert!(said(&bench.compensate(&twice)).contains("nothing is asked for"));
+    assert!(said(&bench.compensate(&twice)).contains("no step is given"));
     let done = bench.compensate(&["--unit", "inch", "--parameters", "{\"unit\": \"mm\"}"]);
     let told = said(&done);
     assert!(told.contains("inch") && told.contains("mm") && done.status.code() == Some(2), "{told}");
