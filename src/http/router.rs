@@ -1,4 +1,4 @@
-//! Merges the resources' routes and puts the edge around them.
+//! Merges the routes of the resources and puts the edge around them.
 
 use std::sync::LazyLock;
 
@@ -20,7 +20,7 @@ use super::{
     tools, wear, webhooks,
 };
 
-/// Every described route, and the description as far as the routes say it: a start needs no more of it.
+/// Every described route, and the part of the description that the routes give: a start needs no more of it.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
     OpenApiRouter::with_openapi(openapi::Base::openapi())
         .merge(machines::router())
@@ -38,7 +38,7 @@ pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
         .split_for_parts()
 }
 
-/// What is served besides, with ids of its own.
+/// Other pages of the service, with ids of their own.
 const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/openapi.json", "get_openapi"),
     ("GET", "/docs", "get_docs"),
@@ -46,7 +46,7 @@ const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/docs/{*rest}", "get_docs"),
 ];
 
-/// The description as text, made when it is first asked for: a start needs neither its time nor its memory.
+/// The description as text, made at the first request: a start spends neither time nor memory on it.
 static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| openapi::document().to_string().into());
 
 /// The whole service.
@@ -57,12 +57,12 @@ pub fn router(app: AppState) -> Router {
         choose(&headers, &["application/json"])?;
         Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
     };
-    // Without this the page asks a validator on the internet about its own document.
+    // Without this setting the page sends its document to a validator on the internet.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
     behind_the_edge(router.route("/openapi.json", get(served)).merge(docs), app)
 }
 
-/// These routes behind everything that a request goes through on its way to a handler.
+/// These routes, with all steps that a request passes on its way to a handler.
 pub fn behind_the_edge(router: Router<AppState>, app: AppState) -> Router {
     router
         .fallback(edge::not_found)
