@@ -477,7 +477,7 @@ fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
     ] {
         let done = run(output, more);
         assert_eq!(done.status.code(), Some(2), "{more:?}: {}", said(&done));
-        assert!(said(&done).contains("is read by this command"), "{more:?}: {}", said(&done));
+        assert!(said(&done).contains("is an input of this command"), "{more:?}: {}", said(&done));
         assert_eq!(contents(), before, "{more:?}");
     }
     let done = run(&input, &[]);
