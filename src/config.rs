@@ -1,4 +1,5 @@
-//! Every setting: type, unit, default, environment name. Flags win over environment over file.
+//! Every setting: type, unit, default, environment name. A flag overrides the environment, and the
+//! environment overrides the file.
 
 mod allowed;
 
@@ -12,8 +13,8 @@ use thiserror::Error;
 
 pub use allowed::{AllowedReceiver, NoReceiver};
 
-/// Declares each setting once: the field, its type, its default, the name of its environment variable, and what else its
-/// flag needs.
+/// Declares each setting once: the field, its type, its default, the name of its environment variable, and
+/// further attributes of its flag.
 macro_rules! settings {
     ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal $(, [$($arg:tt)+])?;)+) => {
         /// The service's settings, complete.
@@ -29,7 +30,7 @@ macro_rules! settings {
             }
         }
 
-        /// Settings given on the command line or in the environment; what is absent comes from the file or the
+        /// Settings of the command line or the environment; absent settings come from the file or the
         /// defaults.
         #[derive(Debug, Clone, Default, Serialize, clap::Args)]
         pub struct Flags {
@@ -44,7 +45,7 @@ macro_rules! settings {
         /// Name of each setting and of its environment variable.
         pub const ENVIRONMENT: &[(&str, &str)] = &[$((stringify!($name), $env),)+];
 
-        /// Name of each setting and what it means.
+        /// Name and meaning of each setting.
         pub const MEANINGS: &[(&str, &str)] = &[$((stringify!($name), concat!($($doc),+)),)+];
     };
 }
@@ -54,55 +55,58 @@ settings! {
     listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
     /// Directory of the database, the programs and their results; created when missing
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
-    /// Serve on an address that is not a loopback one although no API key was ever made
+    /// Serve on an address that other computers can reach even though no API key exists
     insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
-    /// File (PEM) with the certificate and its chain; with it and its key the service speaks TLS
+    /// File (PEM) with the certificate and its chain; together with tls_key it switches TLS on
     tls_certificate: Option<PathBuf> = None, "TRUNNION_TLS_CERTIFICATE";
     /// File (PEM) with the certificate's private key
     tls_key: Option<PathBuf> = None, "TRUNNION_TLS_KEY";
     /// Largest program or CSV body, after decompression (bytes)
     max_body_bytes: u64 = 256 << 20, "TRUNNION_MAX_BODY_BYTES";
-    /// Largest surface uploaded beside a program, after decompression (bytes)
+    /// Largest surface that is uploaded with a program, after decompression (bytes)
     max_surface_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_BYTES";
-    /// Most memory that uploaded surfaces may take together while they are worked on (bytes)
+    /// Most memory for all uploaded surfaces together while they are in use (bytes)
     max_surface_memory_bytes: u64 = 3 << 30, "TRUNNION_MAX_SURFACE_MEMORY_BYTES";
-    /// Most memory that the process takes for requests, their answers and itself; surfaces have their own limit (bytes)
+    /// Most memory of the process for requests, their answers and itself; surfaces have their own limit
+    /// (bytes)
     max_memory_bytes: u64 = 512 << 20, "TRUNNION_MAX_MEMORY_BYTES";
     /// Largest JSON body, after decompression (bytes)
     max_json_bytes: u64 = 32 << 20, "TRUNNION_MAX_JSON_BYTES";
-    /// Largest document beside a program, the form field `parameters` or `job` (bytes)
+    /// Largest document that comes with a program, in the form field `parameters` or `job` (bytes)
     max_parameters_bytes: u64 = 1 << 20, "TRUNNION_MAX_PARAMETERS_BYTES";
     /// Most poses, joints or samples in one request
     max_poses: usize = 2_000_000, "TRUNNION_MAX_POSES";
     /// Largest estimated cost of one computation (s of one core)
     max_cost_s: f64 = 120.0, "TRUNNION_MAX_COST_S";
-    /// Computations that run side by side; 0 takes the number of cores
+    /// Computations that run at the same time; 0 takes the number of cores
     max_computations: usize = 0, "TRUNNION_MAX_COMPUTATIONS";
     /// Computations that may wait for their turn before the service answers 503
     max_waiting_computations: usize = 64, "TRUNNION_MAX_WAITING_COMPUTATIONS";
     /// Jobs that may wait in the queue before the service answers 503
     max_queued_jobs: usize = 1000, "TRUNNION_MAX_QUEUED_JOBS";
-    /// Most tools in the table of one machine; every job keeps the whole table that it was accepted with
+    /// Most tools in the table of one machine; every job stores the whole table at its acceptance
     max_tools_per_machine: u32 = 2000, "TRUNNION_MAX_TOOLS_PER_MACHINE";
     /// Clients that may follow the events of jobs at the same time
     max_event_streams: usize = 256, "TRUNNION_MAX_EVENT_STREAMS";
-    /// How long a job is kept after it has ended (s); 0 keeps it for ever
+    /// How long a job is kept after its end (s); 0 keeps it for ever
     job_retention_s: f64 = 0.0, "TRUNNION_JOB_RETENTION_S";
-    /// Receivers of webhooks that are not public and are called all the same: networks and names, parted by commas
+    /// Receivers of webhooks that are allowed although they are not public: networks and names, separated by
+    /// commas
     webhook_allow: Vec<AllowedReceiver> = Vec::new(), "TRUNNION_WEBHOOK_ALLOW", [value_delimiter = ','];
-    /// File (PEM) with certificates that receivers of webhooks are trusted by, besides those of the system
+    /// File (PEM) with certificates that receivers of webhooks are trusted by, in addition to those of the
+    /// system
     webhook_ca_file: Option<PathBuf> = None, "TRUNNION_WEBHOOK_CA_FILE";
     /// Longest time for one attempt to deliver a webhook (s)
     webhook_timeout_s: f64 = 15.0, "TRUNNION_WEBHOOK_TIMEOUT_S";
-    /// Pauses after attempts that failed, parted by commas; after one more attempt the webhook is given up (s)
+    /// Pauses after failed attempts, separated by commas; after one more attempt the webhook is given up (s)
     webhook_pauses_s: Vec<f64> = WEBHOOK_PAUSES_S.to_vec(), "TRUNNION_WEBHOOK_PAUSES_S", [value_delimiter = ','];
     /// Webhooks that are delivered at the same time
     max_deliveries: usize = 16, "TRUNNION_MAX_DELIVERIES";
-    /// Those of them that go to one receiver
+    /// Webhooks that are delivered to one receiver at the same time
     max_deliveries_per_receiver: usize = 2, "TRUNNION_MAX_DELIVERIES_PER_RECEIVER";
-    /// Most open connections; further ones are closed at once
+    /// Most open connections; further connections are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
-    /// Most bytes of uploads and results that are not stored yet, all together (bytes)
+    /// Most bytes of all uploads and results that are not stored yet (bytes)
     max_spool_bytes: u64 = 16 << 30, "TRUNNION_MAX_SPOOL_BYTES";
     /// Part of what others leave that one key, or without keys one address, may hold: of queued jobs, computations, event streams, bytes of uploads and results under way, and, by address, connections
     max_share_per_caller: f64 = 0.75, "TRUNNION_MAX_SHARE_PER_CALLER";
@@ -112,37 +116,39 @@ settings! {
     max_url_bytes: usize = 32 << 10, "TRUNNION_MAX_URL_BYTES";
     /// Longest header of a request, all its fields together (bytes)
     max_header_bytes: usize = 32 << 10, "TRUNNION_MAX_HEADER_BYTES";
-    /// Requests a second that one key, or without keys one address, may make in the long run; 0 sets no limit (1/s)
+    /// Requests per second that one key (without keys: one address) may send in the long run; 0 sets no limit
+    /// (1/s)
     max_rate_per_s: f64 = 50_000.0, "TRUNNION_MAX_RATE_PER_S";
-    /// Requests that it may make at once after a rest
+    /// Requests that one caller may send at once after a pause
     max_burst_requests: u32 = 100_000, "TRUNNION_MAX_BURST_REQUESTS";
     /// Longest time from a request's header to its answer (s)
     request_timeout_s: f64 = 300.0, "TRUNNION_REQUEST_TIMEOUT_S";
-    /// Longest time for a request's header, also for an idle connection (s)
+    /// Longest time for a request's header, and for an idle connection (s)
     header_timeout_s: f64 = 15.0, "TRUNNION_HEADER_TIMEOUT_S";
     /// Longest pause within a request's body (s)
     body_pause_timeout_s: f64 = 30.0, "TRUNNION_BODY_PAUSE_TIMEOUT_S";
-    /// Longest time in which a client takes nothing of its answer (s)
+    /// Longest time in which a client reads nothing of its answer (s)
     answer_pause_timeout_s: f64 = 30.0, "TRUNNION_ANSWER_PAUSE_TIMEOUT_S";
-    /// Time that requests under way get to finish when the service stops (s)
+    /// Time that open requests get to finish when the service stops (s)
     drain_timeout_s: f64 = 5.0, "TRUNNION_DRAIN_TIMEOUT_S";
     /// How long an Idempotency-Key is remembered (s)
     idempotency_retention_s: f64 = 604_800.0, "TRUNNION_IDEMPOTENCY_RETENTION_S";
     /// Database connections for reading
     store_readers: u32 = 4, "TRUNNION_STORE_READERS";
-    /// Time between two readings of everything that is stored, in search of damage; 0 for none (s)
+    /// Time between two complete checks of the stored data for damage; 0 for none (s)
     scrub_interval_s: f64 = 604_800.0, "TRUNNION_SCRUB_INTERVAL_S";
-    /// How much of it is read in a second (bytes)
+    /// Bytes that such a check reads per second (bytes)
     scrub_bytes_per_s: u64 = 20 << 20, "TRUNNION_SCRUB_BYTES_PER_S";
-    /// What is logged: a level, or `target=level`, several parted by commas
+    /// Log filter: a level, or `target=level`; several are separated by commas
     log: String = "info".to_owned(), "TRUNNION_LOG";
     /// Form of the log lines
     log_format: LogFormat = LogFormat::Text, "TRUNNION_LOG_FORMAT";
-    /// Where the spans of requests are sent as OTLP over HTTP, such as `http://127.0.0.1:4318`; empty sends none
+    /// Address to which the spans of requests are sent as OTLP over HTTP, such as `http://127.0.0.1:4318`;
+    /// empty sends none
     otlp_endpoint: String = String::new(), "TRUNNION_OTLP_ENDPOINT";
 }
 
-/// The pauses that Standard Webhooks gives as its example: about three days in all.
+/// The pauses of the example in Standard Webhooks: about three days in total.
 const WEBHOOK_PAUSES_S: [f64; 9] =
     [5.0, 300.0, 1800.0, 7200.0, 18_000.0, 36_000.0, 50_400.0, 72_000.0, 86_400.0];
 /// Most attempts for one webhook.
@@ -151,10 +157,11 @@ const MAX_WEBHOOK_PAUSES: f64 = 100.0;
 /// Levels of the log.
 const LOG_LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
 
-/// Whether a directive is a level, or a target with one: a word that is no level would be a target that nobody has.
+/// Whether a directive is a level, or a target with a level: any other word would be a target that does not
+/// exist.
 fn is_log_directive(directive: &str) -> bool {
     let is_level = |word: &str| LOG_LEVELS.iter().any(|level| word.eq_ignore_ascii_case(level));
-    // The path of a module, as the targets of this service and its libraries are.
+    // The path of a module; the targets of this service and its libraries are such paths.
     let is_target = |word: &str| {
         word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
             && word.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_:-.".contains(&byte))
@@ -178,14 +185,14 @@ pub enum LogFormat {
 /// Where a setting's value comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
-    /// Nobody said anything else.
+    /// No other source gives a value.
     Default,
     /// The settings file.
     File {
         /// Its path.
         path: PathBuf,
     },
-    /// The command line, or the environment where that says nothing.
+    /// The command line, or the environment if the command line does not give it.
     FlagOrEnvironment {
         /// Name of the environment variable.
         variable: &'static str,
@@ -201,43 +208,44 @@ pub enum ConfigFault {
     /// The named settings file does not exist.
     #[error("there is no settings file {path}")]
     NoFile {
-        /// The path given.
+        /// The given path.
         path: PathBuf,
     },
     /// A certificate without its key, or a key without its certificate.
-    #[error("TLS needs both tls_certificate and tls_key, and {missing} is missing")]
+    #[error("TLS needs both tls_certificate and tls_key, but {missing} is missing")]
     HalfTls {
         /// Name of the setting that is missing.
         missing: &'static str,
     },
-    /// What is logged, in words that would log nothing.
+    /// A log filter that would log nothing.
     #[error(
-        "log is {value:?}, but must be directives parted by commas: a level (off, error, warn, info, debug, trace), \
+        "log is {value:?}, but must be directives separated by commas: a level (off, error, warn, info, debug, trace), \
          or target=level"
     )]
     Log {
-        /// The value given.
+        /// The given value.
         value: String,
     },
     /// A number outside its range.
-    #[error("{setting} is {value}, but must lie between {min} and {max}")]
+    #[error("{setting} is {value}, but must be between {min} and {max}")]
     OutOfRange {
         /// Name of the setting.
         setting: &'static str,
-        /// The value given.
+        /// The given value.
         value: f64,
-        /// Smallest accepted.
+        /// Smallest accepted value.
         min: f64,
-        /// Largest accepted.
+        /// Largest accepted value.
         max: f64,
     },
 }
 
 impl Settings {
-    /// Joins flags and environment over the optional TOML `file` over the defaults.
+    /// Joins the settings: flags and environment override the optional TOML `file`, which overrides the
+    /// defaults.
     ///
     /// # Errors
-    /// A file that is missing or does not parse, an unknown name in it, a value out of its range.
+    /// The file is missing or does not parse, it contains an unknown name, or a value is out of its range.
     pub fn load(flags: &Flags, file: Option<&PathBuf>) -> Result<Self, ConfigFault> {
         let settings: Self = Self::layers(flags, file)?.extract().map_err(Box::new)?;
         settings.check()?;
@@ -255,10 +263,10 @@ impl Settings {
         Ok(layers.merge(Serialized::defaults(flags)))
     }
 
-    /// Every setting with its value and where it comes from, in the order of their names.
+    /// Every setting with its value and its origin, in the order of the names.
     ///
     /// # Errors
-    /// As for [`Self::load`].
+    /// The same as [`Self::load`].
     pub fn with_origins(
         flags: &Flags,
         file: Option<&PathBuf>,
@@ -266,7 +274,7 @@ impl Settings {
         let settings = Self::load(flags, file)?;
         let layers = Self::layers(flags, file)?;
         let given = Figment::from(Serialized::defaults(flags));
-        // Numbers and words, which always print.
+        // Numbers and words can always be printed.
         let values = serde_json::to_value(&settings).unwrap_or_default();
         let with_origin = |(name, variable): &(&'static str, &'static str)| {
             let metadata = layers.find_metadata(name);
@@ -282,7 +290,7 @@ impl Settings {
         Ok(ENVIRONMENT.iter().map(with_origin).collect())
     }
 
-    /// The number of computations that run side by side.
+    /// The number of computations that run at the same time.
     #[must_use]
     pub fn computations(&self) -> usize {
         match self.max_computations {
@@ -304,7 +312,8 @@ impl Settings {
             (None, Some(_)) => return Err(ConfigFault::HalfTls { missing: "tls_certificate" }),
             _ => {}
         }
-        // Read leniently, a directive that nobody can mean names a target that nobody has, and the log stays empty.
+        // A lenient reader takes a meaningless directive for a target that does not exist, and the log stays
+        // empty.
         if !self.log.split(',').all(is_log_directive) {
             return Err(ConfigFault::Log { value: self.log.clone() });
         }

@@ -1,7 +1,8 @@
 //! Trunnion: a pure, synchronous, unit-safe model of a five-axis machine tool, with a thin HTTP skin on one side
 //! and a thin `SQLite` skin on the other.
 //!
-//! The model is a crate of its own, `trunnion_core`, whose modules stand here beside the skins' as if it were one.
+//! The model is a crate of its own, `trunnion_core`; its modules are re-exported here beside the skins'
+//! modules.
 //! Modules in reading order. `docs/architecture.md` is the map; `tests/architecture/` holds its arrows.
 
 #![forbid(unsafe_code)]

@@ -7,12 +7,13 @@ use clap::Parser;
 use rustix::fs::Mode;
 use trunnion::cli::{Cli, Command};
 
-/// Blocks of memory from this length on are the system's own, and go back to it when they are freed \[bytes\].
+/// Blocks of memory from this length on come directly from the system, and return to it when they are freed
+/// \[bytes\].
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const GIVEN_BACK_FROM_BYTES: libc::c_int = 1 << 20;
 
-/// Sets that length in the C library's allocator. Otherwise the allocator raises the length up to 32 MiB as blocks are freed, and it
-/// keeps shorter blocks: a process whose requests held 336 MiB at most took 582 MiB.
+/// Sets this length in the C library's allocator. Otherwise the allocator raises it up to 32 MiB as blocks
+/// are freed, and keeps shorter blocks: a process whose requests held at most 336 MiB used 582 MiB.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "no crate wraps this call")]
 fn give_memory_back() {
@@ -27,7 +28,8 @@ fn give_memory_back() {}
 fn main() -> ExitCode {
     give_memory_back();
     let cli = Cli::parse();
-    // What the service and its commands write is its user's alone; a program that is written for somebody has the rights of any new file.
+    // Only the service's user can read what it and its commands write; a program that is written for a user
+    // gets the permissions of an ordinary new file.
     if !matches!(cli.command, Some(Command::Compensate(_))) {
         rustix::process::umask(Mode::RWXG | Mode::RWXO);
     }

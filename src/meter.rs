@@ -1,58 +1,58 @@
-//! Numbers that every layer counts up: without locks, without names, in memory that does not grow. They belong to the
-//! process; what reads them gives them their names.
+//! Counts of every layer: without locks, without names, in memory that does not grow. They belong to the
+//! process; the reader gives them their names.
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Something that only grows.
+/// A count that only grows.
 #[derive(Debug, Default)]
 pub struct Counter(AtomicU64);
 
 impl Counter {
-    /// From zero.
+    /// A count of zero.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU64::new(0))
     }
 
-    /// So many more.
+    /// Adds to the count.
     pub fn add(&self, count: u64) {
         self.0.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// So many until now.
+    /// The count so far.
     #[must_use]
     pub fn get(&self) -> u64 {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// How many there are at the moment.
+/// The present number of things.
 #[derive(Debug, Default)]
 pub struct Level(AtomicI64);
 
 impl Level {
-    /// From zero.
+    /// A level of zero.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicI64::new(0))
     }
 
-    /// One more, until what is returned goes.
+    /// One more, until the returned value is dropped.
     #[must_use]
     pub fn enter(&self) -> Entered<'_> {
         self.0.fetch_add(1, Ordering::Relaxed);
         Entered(self)
     }
 
-    /// How many now.
+    /// The present number.
     #[must_use]
     pub fn get(&self) -> i64 {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// One of those that a level counts.
+/// One of the things that a level counts.
 #[derive(Debug)]
 pub struct Entered<'a>(&'a Level);
 
@@ -68,10 +68,10 @@ pub const CLASSES_S: [f64; 19] = [
     30.0, 60.0, 300.0,
 ];
 
-/// How long things took, by classes.
+/// Durations, counted by classes.
 #[derive(Debug)]
 pub struct Times {
-    /// The last class is what took longer than all.
+    /// The last class is for everything longer than the others.
     classes: [AtomicU64; CLASSES_S.len() + 1],
     sum_ns: AtomicU64,
 }
@@ -83,13 +83,13 @@ impl Default for Times {
 }
 
 impl Times {
-    /// None yet.
+    /// No durations yet.
     #[must_use]
     pub const fn new() -> Self {
         Self { classes: [const { AtomicU64::new(0) }; CLASSES_S.len() + 1], sum_ns: AtomicU64::new(0) }
     }
 
-    /// One that took so long.
+    /// Adds a duration.
     pub fn record(&self, elapsed: Duration) {
         let elapsed_s = elapsed.as_secs_f64();
         let class = CLASSES_S.iter().position(|end_s| elapsed_s <= *end_s).unwrap_or(CLASSES_S.len());
@@ -99,13 +99,13 @@ impl Times {
         self.sum_ns.fetch_add(u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
 
-    /// One that takes as long as what is returned lives.
+    /// Adds the time that the returned value lives.
     #[must_use]
     pub fn begin(&self) -> Running<'_> {
         Running { times: self, began: Instant::now() }
     }
 
-    /// How many there were in each class, the last being longer than all ends; and their sum \[s\].
+    /// The number in each class, the last for everything longer; and the sum \[s\].
     #[must_use]
     pub fn read(&self) -> ([u64; CLASSES_S.len() + 1], f64) {
         let counts =
@@ -114,7 +114,7 @@ impl Times {
     }
 }
 
-/// Something whose time is being taken.
+/// A duration that is being measured.
 #[derive(Debug)]
 pub struct Running<'a> {
     times: &'a Times,
@@ -129,27 +129,27 @@ impl Drop for Running<'_> {
 
 /// Poses turned into axis words and back.
 pub static POSES: Counter = Counter::new();
-/// Blocks of programs that were worked on.
+/// Program blocks that were processed.
 pub static PROGRAM_BLOCKS: Counter = Counter::new();
-/// Bytes that arrived, as they came over the wire.
+/// Bytes received over the network.
 pub static BYTES_IN: Counter = Counter::new();
-/// Bytes that left, likewise.
+/// Bytes sent over the network.
 pub static BYTES_OUT: Counter = Counter::new();
 /// Open connections.
 pub static CONNECTIONS: Level = Level::new();
-/// Requests of which the answer has not begun.
+/// Requests whose answer has not begun.
 pub static IN_FLIGHT: Level = Level::new();
-/// Computations under way.
+/// Computations that are running.
 pub static COMPUTING: Level = Level::new();
-/// Computations that wait for their turn.
+/// Computations that are waiting for their turn.
 pub static WAITING: Level = Level::new();
 /// Attempts to deliver webhooks, by outcome.
 pub static WEBHOOK_ATTEMPTS: [Counter; 7] = [const { Counter::new() }; 7];
-/// Reads of something stored that was found damaged.
+/// Reads of stored data that was found damaged.
 pub static DAMAGED_FILES_MET: Counter = Counter::new();
 /// Reads of the database.
 pub static STORE_READS: Times = Times::new();
-/// Write transactions, with their wait for the one connection that writes.
+/// Write transactions, including the wait for the one writing connection.
 pub static STORE_WRITES: Times = Times::new();
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-//! Who asks, and how much of what is limited one of them may hold: a part of what the others leave. One alone gets most of it, and
-//! however many take all they get, there is always a rest for the next.
+//! The callers, and how much of a limited resource one of them may hold: a part of what the others leave. A
+//! single caller gets most of it. However many callers take their full share, there is always a rest for the
+//! next.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -8,24 +9,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
-/// Who is counted together.
+/// Callers that are counted together.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Who {
-    /// Everything asked under one key.
+    /// All requests with one key.
     Key(Arc<str>),
-    /// Everything from one address; of IPv6 the first 64 bits, which one site holds.
+    /// All requests from one address; for IPv6 the first 64 bits, which belong to one site.
     Peer(u128),
-    /// Callers for whom there was no place in a table, or whose address is not known.
+    /// Callers without a place in the table, or with an unknown address.
     Others,
     /// The service itself.
     Service,
 }
 
-/// Set in the number of every IPv6 network: below 64 bits nothing else is, so that no address of the one kind is one of the other.
+/// This bit is set in the number of every IPv6 network. An IPv4 address has no bit there, so no number
+/// belongs to both kinds.
 const IS_IPV6: u128 = 1 << 63;
 
 impl Who {
-    /// Of an address.
+    /// The caller at an address.
     #[must_use]
     pub fn at(ip: IpAddr) -> Self {
         match ip.to_canonical() {
@@ -34,7 +36,7 @@ impl Who {
         }
     }
 
-    /// The caller of this name, as it prints.
+    /// The caller with this name, as `Display` prints it.
     #[must_use]
     pub fn named(name: &str) -> Self {
         match name.split_once(' ') {
@@ -65,12 +67,12 @@ impl fmt::Display for Who {
     }
 }
 
-/// What is shared.
+/// A shared resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quota {
-    /// Jobs that wait.
+    /// Jobs that are waiting.
     QueuedJobs,
-    /// Computations that run and wait.
+    /// Computations that run or wait.
     Computations,
     /// Clients that follow jobs.
     EventStreams,
@@ -78,25 +80,25 @@ pub enum Quota {
     SpoolBytes,
     /// Open connections.
     Connections,
-    /// Bytes of memory that requests take.
+    /// Bytes of memory of requests.
     MemoryBytes,
 }
 
 impl Quota {
-    /// What it counts.
+    /// The name of what it counts.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::QueuedJobs => "queued jobs",
             Self::Computations => "computations that run or wait",
             Self::EventStreams => "event streams",
-            Self::SpoolBytes => "bytes of uploads and results under way",
+            Self::SpoolBytes => "bytes of uploads and results that are not stored yet",
             Self::Connections => "connections",
             Self::MemoryBytes => "bytes of memory",
         }
     }
 
-    /// The settings that make it, as they are named.
+    /// The names of the settings that limit it.
     const fn settings(self) -> &'static str {
         match self {
             Self::QueuedJobs => "max_queued_jobs",
@@ -108,10 +110,10 @@ impl Quota {
         }
     }
 
-    /// How a caller gets below it.
+    /// How a caller gets below its share.
     const fn cure(self) -> &'static str {
         match self {
-            Self::QueuedJobs => "wait until some of them have begun, or cancel some",
+            Self::QueuedJobs => "wait until some of them have started, or cancel some",
             Self::Computations => "send fewer requests at once",
             Self::EventStreams | Self::Connections => "close some of them",
             Self::SpoolBytes => "send fewer or smaller programs at once",
@@ -120,28 +122,28 @@ impl Quota {
     }
 }
 
-/// More than there is for this caller now.
+/// The caller wants more than it may have at present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum NoShare {
-    /// The caller has its share.
+    /// The caller holds its full share.
     #[error(
-        "this caller holds {used} {} and may hold {allowed} beside what others hold ({}, max_share_per_caller): {}",
+        "this caller holds {used} {} and may now hold {allowed}, its part of what others leave ({}, max_share_per_caller): {}",
         quota.name(), quota.settings(), quota.cure()
     )]
     OverShare {
-        /// Of what.
+        /// The resource.
         quota: Quota,
-        /// What it holds.
+        /// Amount that the caller holds.
         used: u64,
-        /// What it may hold now.
+        /// Amount that the caller may hold at present.
         allowed: u64,
     },
-    /// There is no more for anybody.
-    #[error("all {total} {} are taken ({})", quota.name(), quota.settings())]
+    /// Nothing is left for any caller.
+    #[error("all {total} {} are taken ({}); retry later", quota.name(), quota.settings())]
     Full {
-        /// Of what.
+        /// The resource.
         quota: Quota,
-        /// How much there is.
+        /// Total amount.
         total: u64,
     },
 }
@@ -151,15 +153,15 @@ pub enum NoShare {
 pub struct Share(pub f64);
 
 impl Share {
-    /// Whether a caller that holds `own` may take `more` of `total` while others hold `others`. What is left of a share is rounded
-    /// up, so that the last place is somebody's.
+    /// Whether a caller that holds `own` may take `more` of `total` while others hold `others`. The rest of a
+    /// share is rounded up, so that somebody can take the last place.
     ///
     /// # Errors
-    /// It may not.
+    /// The caller may not take it.
     pub fn check(self, quota: Quota, total: u64, others: u64, own: u64, more: u64) -> Result<(), NoShare> {
         let wanted = own.saturating_add(more);
         if others.saturating_add(wanted) > total {
-            // Whoever has all that one may have is told so, also where nothing is left.
+            // A caller that holds its full share gets that answer, even if nothing is left.
             let allowed = self.of(total.saturating_sub(others));
             if own > 0 && wanted > allowed && allowed < total.saturating_sub(others) {
                 return Err(NoShare::OverShare { quota, used: own, allowed });
@@ -180,7 +182,7 @@ impl Share {
     }
 }
 
-/// One thing that callers share. A clone shares the same.
+/// One resource that callers share. Clones share the same resource.
 #[derive(Debug, Clone)]
 pub struct Shares(Arc<Shared>);
 
@@ -199,59 +201,59 @@ struct Counts {
 }
 
 impl Shares {
-    /// So much for all, of which one gets a share.
+    /// A total amount, of which one caller gets a share.
     #[must_use]
     pub fn new(quota: Quota, total: u64, share: Share) -> Self {
         Self(Arc::new(Shared { quota, total, share, held: Mutex::default() }))
     }
 
-    /// Takes so much; it is given back when what is returned goes.
+    /// Takes an amount; it is given back when the returned value is dropped.
     ///
     /// # Errors
-    /// The caller has its share, or nothing is left.
+    /// The caller holds its full share, or nothing is left.
     pub fn take(&self, who: &Who, amount: u64) -> Result<Held, NoShare> {
         let mut held = self.none_of(who);
         held.take_more(amount)?;
         Ok(held)
     }
 
-    /// Nothing yet, for a caller that is to take more as it comes.
+    /// An empty holding, for a caller that will take more later.
     #[must_use]
     pub fn none_of(&self, who: &Who) -> Held {
         Held { shares: self.clone(), who: who.clone(), amount: 0 }
     }
 
-    /// What there is for all.
+    /// The total amount.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.0.total
     }
 
-    /// What one caller may hold where nobody else holds anything.
+    /// The amount that one caller may hold if the others hold nothing.
     #[must_use]
     pub fn most_of_one(&self) -> u64 {
         self.0.share.of(self.0.total)
     }
 
-    /// What all hold.
+    /// The amount that all callers hold.
     #[must_use]
     pub fn held(&self) -> u64 {
         self.counts().all
     }
 
-    /// What one caller holds.
+    /// The amount that one caller holds.
     #[must_use]
     pub fn held_by(&self, who: &Who) -> u64 {
         self.counts().by.get(who).copied().unwrap_or(0)
     }
 
     fn counts(&self) -> MutexGuard<'_, Counts> {
-        // What is held is whole at every moment, whoever panicked with it.
+        // The held amounts are consistent at every moment, even after a panic.
         self.0.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// What one caller holds.
+/// The amount that one caller holds.
 #[derive(Debug)]
 pub struct Held {
     shares: Shares,
@@ -260,15 +262,15 @@ pub struct Held {
 }
 
 impl Held {
-    /// Takes more to it.
+    /// Takes more.
     ///
     /// # Errors
-    /// The caller has its share, or nothing is left; what was held stays held.
+    /// The caller holds its full share, or nothing is left; the amount held so far stays held.
     pub fn take_more(&mut self, more: u64) -> Result<(), NoShare> {
         let Shared { quota, total, share, .. } = *self.shares.0;
         let mut counts = self.shares.counts();
         let own = counts.by.get(&self.who).copied().unwrap_or(0);
-        // The service's own work is bounded where it is begun.
+        // The service's own work is limited where it starts.
         if self.who != Who::Service {
             share.check(quota, total, counts.all - own, own, more)?;
         }
@@ -279,7 +281,7 @@ impl Held {
         Ok(())
     }
 
-    /// Gives back all but `amount`; nothing, where less is held.
+    /// Gives back everything except `amount`; nothing if less is held.
     pub fn keep_only(&mut self, amount: u64) {
         let over = self.amount.saturating_sub(amount);
         if over == 0 {
@@ -289,7 +291,7 @@ impl Held {
         let mut counts = self.shares.counts();
         counts.all = counts.all.saturating_sub(over);
         let own = counts.by.get(&self.who).copied().unwrap_or(0).saturating_sub(over);
-        // Nobody is remembered who holds nothing.
+        // A caller that holds nothing is removed.
         if own == 0 {
             counts.by.remove(&self.who);
         } else {
@@ -297,19 +299,19 @@ impl Held {
         }
     }
 
-    /// How much is held.
+    /// The amount that is held.
     #[must_use]
     pub fn amount(&self) -> u64 {
         self.amount
     }
 
-    /// Of what, and what others hold of it.
+    /// The shared resource.
     #[must_use]
     pub fn shares(&self) -> &Shares {
         &self.shares
     }
 
-    /// Who holds it.
+    /// The caller that holds it.
     #[must_use]
     pub fn who(&self) -> &Who {
         &self.who
@@ -332,7 +334,7 @@ mod tests {
         Who::Key(name.into())
     }
 
-    /// As many as a caller gets.
+    /// As many places as a caller gets.
     fn all_it_gets(shares: &Shares, who: &Who) -> Vec<Held> {
         std::iter::from_fn(|| shares.take(who, 1).ok()).collect()
     }
@@ -353,7 +355,7 @@ mod tests {
     fn ten_that_take_all_they_get_leave_room_for_the_next() {
         let shares = Shares::new(QUOTA, 1000, Share(0.75));
         let mut held: Vec<Vec<Held>> = Vec::new();
-        // In turns, until nobody gets more.
+        // In turns, until no caller gets more.
         loop {
             let before = shares.held();
             for one in 0..10 {

@@ -1,4 +1,4 @@
-//! What can be typed.
+//! The arguments of the command line.
 
 use std::path::PathBuf;
 
@@ -15,10 +15,10 @@ use crate::store::{AuditHead, Depth};
 #[derive(Debug, Parser)]
 #[command(name = "trunnion", version, about)]
 pub struct Cli {
-    /// What to do; without it, serve
+    /// Command to run; without it, serve
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// TOML file with settings, named as the long flags with underscores
+    /// TOML file with settings; their names are those of the long flags, with underscores
     #[arg(long, env = "TRUNNION_CONFIG", global = true)]
     pub config: Option<PathBuf>,
     /// Every setting.
@@ -29,53 +29,53 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
 pub enum Command {
-    /// Run the service until it is told to stop
+    /// Run the service until it receives SIGTERM or SIGINT
     Serve,
     /// Ask the service at the listen address whether it is ready; for containers
     Healthcheck,
-    /// Make, list and revoke API keys, also while the service runs
+    /// Create, list and revoke API keys; works while the service runs
     #[command(subcommand)]
     Keys(KeysCommand),
-    /// The secret that signs webhooks, also while the service runs
+    /// Show or rotate the secret that signs webhooks; works while the service runs
     #[command(subcommand)]
     Webhooks(WebhooksCommand),
-    /// Bring the database to the newest schema, without serving
+    /// Update the database to the newest schema, without serving
     Migrate,
-    /// Copy the data directory, also while the service runs: database, files, manifest
+    /// Copy the data directory (database, files, manifest); works while the service runs
     Backup {
-        /// Directory of the backup; not there yet
+        /// Directory of the backup; it must not exist
         target: PathBuf,
     },
-    /// Put a backup into the data directory, which is empty or not there
+    /// Restore a backup into the data directory, which must be empty or missing
     Restore {
         /// Directory of the backup
         backup: PathBuf,
     },
-    /// Look at settings, data directory, database and files, and say what is wrong
+    /// Check settings, data directory, database and files, and report faults
     Doctor {
-        /// Do not read every file through
+        /// Do not read all files
         #[arg(long, conflicts_with_all = ["deep", "audit_head"])]
         quick: bool,
         /// Read every row too: digests, schema, audit log, keys
         #[arg(long)]
         deep: bool,
-        /// The head of the audit log as it was written down elsewhere; implies --deep
+        /// A head of the audit log that was recorded elsewhere, to compare with; implies --deep
         #[arg(long, value_name = "SEQ:DIGEST")]
         audit_head: Option<AuditHead>,
     },
-    /// Say what the settings are
+    /// Show the settings
     #[command(subcommand)]
     Config(ConfigCommand),
     /// Print the description of the interface
     Openapi,
-    /// Do an operation on one program, without a service and without a database
+    /// Run an operation on one program, without a service and without a database
     Compensate(CompensateArguments),
 }
 
-/// Does what the command line says, to its end.
+/// Runs the command to its end.
 ///
 /// # Errors
-/// Settings that cannot be used, or a service that could not start.
+/// Unusable settings, or a service that could not start.
 pub fn run(cli: &Cli) -> Result<(), StartFault> {
     let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
     match &cli.command {

@@ -1,4 +1,4 @@
-//! Backs the data directory up, and restores it.
+//! Backs up the data directory, and restores it.
 
 use std::path::Path;
 

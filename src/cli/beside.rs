@@ -1,5 +1,6 @@
-//! The database for a command that may be used while the service runs: where no service has the directory, the command takes
-//! its lock and brings the database to the newest form; where one has, it writes beside it, in the form that the service keeps.
+//! The database for a command that may run while the service runs. If no service has the directory, the
+//! command takes its lock and updates the database to the newest schema. If a service has it, the command
+//! writes beside it, in the service's schema.
 
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use super::serve::on_a_local_disk;
 use crate::jobs::OpenFault;
 use crate::store::{DATABASE_NAME, DirectoryLock, LockFault, Store};
 
-/// The database of a directory that is there, and the lock where it was free: to be held to the end.
+/// The database of an existing directory, and the lock if it was free: hold it to the end.
 ///
 /// # Errors
 /// The directory or the database cannot be used.

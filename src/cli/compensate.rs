@@ -1,4 +1,5 @@
-//! Does an operation on one program without a service and without a database: the same work, from file to file.
+//! Runs an operation on one program without a service and without a database: the same work, from file to
+//! file.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, Read};
@@ -21,20 +22,20 @@ use crate::shares::Share;
 use crate::store::{Blobs, Draft};
 use crate::wire::{JobOperation, MachineProfile, ProgramUnit, read_json};
 
-/// What is done to which program.
+/// The operation and the program.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct CompensateArguments {
     /// The program; `-` reads standard input
     input: PathBuf,
-    /// Where the result goes, whole or not at all; without it only the report is made
+    /// File for the result, written completely or not at all; without it only the report is made
     output: Option<PathBuf>,
     /// The machine's profile, as JSON
     #[arg(long)]
     machine: PathBuf,
-    /// What is done: cc-compensation, wear-compensation, compensation, posting, verification, servo-simulation
+    /// Operation: cc-compensation, wear-compensation, compensation, posting, verification, servo-simulation
     #[arg(long, default_value = "compensation", value_parser = operation)]
     operation: JobOperation,
-    /// Parameters of the operation: JSON, or a file with it
+    /// Parameters of the operation: JSON, or a file with JSON
     #[arg(long, default_value = "{}")]
     parameters: String,
     /// Unit of the lengths in a program that states none: mm or inch
@@ -43,10 +44,10 @@ pub struct CompensateArguments {
     /// The part's surface as STL
     #[arg(long)]
     surface: Option<PathBuf>,
-    /// Where the report goes in place of standard output
+    /// File for the report instead of standard output
     #[arg(long)]
     report: Option<PathBuf>,
-    /// Where the table of changes of a compensation in one pass goes
+    /// File for the table of changes of a compensation in one pass
     #[arg(long)]
     changes: Option<PathBuf>,
 }
@@ -59,7 +60,8 @@ fn unit(word: &str) -> Result<ProgramUnit, serde_json::Error> {
     serde_json::from_value(serde_json::Value::String(word.to_owned()))
 }
 
-/// The parameters with the unit that was typed beside them. What is no JSON object is left to the operation to refuse.
+/// The parameters with the unit of the flag. A text that is not a JSON object is left for the operation to
+/// refuse.
 fn with_unit(parameters: Vec<u8>, unit: Option<ProgramUnit>) -> Result<Vec<u8>, CommandFault> {
     let Some(unit) = unit else { return Ok(parameters) };
     let read = serde_json::from_slice::<serde_json::Map<String, serde_json::Value>>(&parameters);
@@ -71,7 +73,7 @@ fn with_unit(parameters: Vec<u8>, unit: Option<ProgramUnit>) -> Result<Vec<u8>, 
         }
         Some(_) => Ok(parameters),
         None => {
-            // The text stays as it is otherwise: what is wrong with it has to be told.
+            // The rest of the text stays as it is, so that its faults are reported.
             let comma = if members.is_empty() { "" } else { "," };
             let member = format!("\"unit\":{typed}{comma}");
             let (head, rest) = parameters.split_at(open + 1);
@@ -85,7 +87,7 @@ fn at(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CommandFaul
     move |source| CommandFault::File { doing, path, source }
 }
 
-/// Does it and writes what came of it.
+/// Does the work and writes the results.
 pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Result<(), CommandFault> {
     let operation = arguments.operation;
     let nothing = |what| Err(CommandFault::NothingToWrite { operation: operation.as_str(), what });
@@ -137,7 +139,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     })?;
     let Finished { report, output, changes, .. } = finished;
     if arguments.report.is_none() {
-        // A report that nobody gets leaves no program either.
+        // If the report cannot be written, no program is written either.
         say(&report)?;
     }
     for (made, path) in [(output, &arguments.output), (changes, &arguments.changes)] {
@@ -149,7 +151,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     arguments.report.as_ref().map_or(Ok(()), |path| write_whole(path, &mut report.as_bytes()))
 }
 
-/// Parameters as they are typed.
+/// Parameters as they are given.
 #[derive(Debug, Clone, Copy)]
 enum Parameters<'a> {
     Inline(&'a str),
@@ -174,7 +176,7 @@ impl<'a> Parameters<'a> {
     }
 }
 
-/// A whole file, up to the limit of a setting; what has no end, such as a device, is read no further.
+/// A whole file, up to the limit of a setting; an endless file, such as a device, is not read further.
 fn read_within(path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Vec<u8>, CommandFault> {
     let mut text = Vec::new();
     let file = File::open(path).map_err(at("opening", path))?;
@@ -185,12 +187,12 @@ fn read_within(path: &Path, setting: &'static str, limit_bytes: u64) -> Result<V
     Ok(text)
 }
 
-/// Looks at where results go before anything is done: each to a place of its own, in a folder that is there, and none over
-/// what is no plain file, or over what is read. Only the program itself may be replaced by its result.
+/// Checks the places of the results before any work: each must have its own place, in an existing folder, and
+/// must not replace a special file or an input. Only the program itself may be replaced by its result.
 fn check_places(arguments: &CompensateArguments, parameters: Parameters<'_>) -> Result<(), CommandFault> {
     let CompensateArguments { input, output, machine, surface, report, changes, .. } = arguments;
     let whole = |path: &Path| path.canonicalize().ok();
-    // What is not there is no place that could be lost; reading it says so.
+    // A missing file cannot be overwritten; reading it reports the fault.
     let mut read: Vec<PathBuf> = whole(machine).into_iter().collect();
     read.extend(surface.as_deref().and_then(whole));
     if let Parameters::File(path) = parameters {
@@ -234,7 +236,8 @@ fn machine(path: &Path, limit_bytes: u64) -> Result<MachineUsed, CommandFault> {
     MachineUsed::new(machine_id, revision, profile, ToolShelf::default()).map_err(CommandFault::Machine)
 }
 
-/// A profile as it is sent to a service, and its id and revision where it was read from one; revision 0 where it was not.
+/// A profile in the form in which it is sent to a service, with the id and revision if it was read from one;
+/// else the revision is 0.
 fn profile_alone(text: Vec<u8>) -> (Vec<u8>, Option<String>, i64) {
     let Ok(serde_json::Value::Object(mut members)) = serde_json::from_slice(&text) else {
         return (text, None, 0);
@@ -247,7 +250,7 @@ fn profile_alone(text: Vec<u8>) -> (Vec<u8>, Option<String>, i64) {
     (text, machine_id, revision.unwrap_or_default())
 }
 
-/// A file copied to where nobody changes it while it is worked on, up to the limit of a setting.
+/// A file copied to a place where nobody changes it during the work, up to the limit of a setting.
 fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Draft, CommandFault> {
     let mut draft = blobs.draft()?.within(limit_bytes);
     let copied = if path == Path::new("-") {
@@ -265,10 +268,10 @@ fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) ->
     }
 }
 
-/// Writes a file whole or not at all: beside its place first, on disk, then under its name.
+/// Writes a file completely or not at all: first to a temporary file beside it, then to its name.
 fn write_whole(path: &Path, source: &mut dyn io::Read) -> Result<(), CommandFault> {
     let folder = folder_of(path);
-    // The rights of any new file, not those of a temporary one.
+    // The permissions of an ordinary new file, not those of a temporary file.
     let mut file = tempfile::Builder::new()
         .prefix(".trunnion-")
         .permissions(Permissions::from_mode(0o666))

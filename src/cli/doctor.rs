@@ -1,4 +1,4 @@
-//! Looks at settings, data directory, database and files, and says what is wrong.
+//! Checks settings, data directory, database and files, and reports faults.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use crate::store::{
     own_schema, stored_files,
 };
 
-/// Below this a disk counts as nearly full \[bytes\].
+/// Below this free space a disk counts as nearly full \[bytes\].
 const LITTLE_SPACE: u64 = 1 << 30;
 
-/// What a check says.
+/// The result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     Sound,
-    /// Worth knowing, and no fault.
+    /// Worth knowing, but not a fault.
     Note,
     Fault,
 }
@@ -36,7 +36,7 @@ impl Findings {
         self.lines.push((verdict, subject, detail.into()));
     }
 
-    /// Sound, or a fault where something is there that must not be.
+    /// Sound, or a fault if the list of faults is not empty.
     fn none_of(&mut self, subject: &'static str, sound: String, faults: &[String]) {
         match faults {
             [] => self.add(Verdict::Sound, subject, sound),
@@ -45,7 +45,7 @@ impl Findings {
     }
 }
 
-/// Examines and prints what was found; so deep.
+/// Checks to this depth, and prints the results.
 pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> Result<(), CommandFault> {
     let mut findings = Findings::default();
     let from = config.map_or_else(|| "no settings file".to_owned(), |path| path.display().to_string());
@@ -70,7 +70,7 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> 
         } else if files > 0 {
             findings.add(Verdict::Fault, "database", lost(files));
         } else {
-            findings.add(Verdict::Note, "database", "none yet; the service makes one when it starts");
+            findings.add(Verdict::Note, "database", "missing; the service creates one when it starts");
         }
     }
     for (verdict, subject, detail) in &findings.lines {
@@ -109,16 +109,24 @@ fn certificates(settings: &Settings, findings: &mut Findings) {
     }
 }
 
-/// Looks at the directory; whether it is there.
+/// Checks the directory; returns whether it exists.
 fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
     let whole = match data_dir.canonicalize() {
         Ok(whole) if whole.is_dir() => whole,
         Ok(_) => {
-            findings.add(Verdict::Fault, "data directory", format!("{} is no directory", data_dir.display()));
+            findings.add(
+                Verdict::Fault,
+                "data directory",
+                format!("{} is not a directory", data_dir.display()),
+            );
             return false;
         }
         Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => {
-            findings.add(Verdict::Note, "data directory", format!("{} is not there yet", data_dir.display()));
+            findings.add(
+                Verdict::Note,
+                "data directory",
+                format!("{} does not exist yet", data_dir.display()),
+            );
             return false;
         }
         Err(fault) => {
@@ -138,15 +146,16 @@ fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
     for path in [whole.clone(), whole.join(DATABASE_NAME)] {
         if let Some(Rights { mode }) = Rights::of(&path).filter(|rights| rights.mode & 0o077 != 0) {
             let path = path.display();
-            let detail =
-                format!("{path} has the mode {mode:03o}, open to others; the next start takes it from them");
+            let detail = format!(
+                "{path} has the mode {mode:03o}, which lets others in; the next start of the service removes their access"
+            );
             findings.add(Verdict::Note, "rights", detail);
         }
     }
     let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
     let kind = mount_kind(&mounts, &whole).map_or("unknown", |(_, kind)| kind);
     if network_mount(&mounts, &whole).is_some() {
-        let detail = format!("{kind} lies on another computer, where the database would be damaged");
+        let detail = format!("{kind} is on another computer, where the database would be damaged");
         findings.add(Verdict::Fault, "file system", detail);
     } else {
         findings.add(Verdict::Sound, "file system", kind);
@@ -157,28 +166,28 @@ fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
             let verdict = if free < LITTLE_SPACE { Verdict::Note } else { Verdict::Sound };
             findings.add(verdict, "free space", format!("{} MiB", free >> 20));
         }
-        Err(fault) => findings.add(Verdict::Note, "free space", format!("cannot be told: {fault}")),
+        Err(fault) => findings.add(Verdict::Note, "free space", format!("cannot be determined: {fault}")),
     }
     let user = if DirectoryLock::is_taken(&whole) { "a service has the directory" } else { "nobody" };
     findings.add(Verdict::Sound, "in use by", user);
     true
 }
 
-/// Files that only another database than the one that is there can name.
+/// Files that only another database than the present one can name.
 fn lost(files: usize) -> String {
     format!(
-        "{files} files are stored and no database knows them, so no service starts: put the database back, or move them away"
+        "{files} stored files belong to no database, so no service starts: restore the database, or move the files away"
     )
 }
 
-/// What reading every row has found.
+/// The findings of reading every row.
 fn deep(found: &Deep, depth: &Depth, findings: &mut Findings) {
-    let sound = format!("{} read, digests and schema as they were made", found.rows);
+    let sound = format!("{} read, digests and schema unchanged", found.rows);
     findings.none_of("rows", sound, &found.findings);
     let Some(chain) = &found.audit else { return };
     let head = chain.head.as_ref().map_or_else(|| "no entry yet".to_owned(), |head| format!("head {head}"));
     let compared = match &depth.known_head {
-        Some(known) => format!(", entry {} as it is known", known.seq),
+        Some(known) => format!(", entry {} as recorded", known.seq),
         None => String::new(),
     };
     let faults: Vec<String> = chain.faults.iter().map(ToString::to_string).collect();
@@ -192,43 +201,42 @@ fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
         Some(schema) if schema == ours => findings.add(Verdict::Sound, "schema", schema.to_string()),
         Some(schema) if schema > ours => {
             let detail =
-                format!("{schema}, which a newer trunnion made; this one knows schemas up to {ours}");
+                format!("{schema}, made by a newer trunnion; this version knows schemas up to {ours}");
             findings.add(Verdict::Fault, "schema", detail);
         }
         Some(schema) => {
-            let detail = format!("{schema}; the next start, or `migrate`, brings it to {ours}");
+            let detail = format!("{schema}; the next start, or `migrate`, updates it to {ours}");
             findings.add(Verdict::Note, "schema", detail);
         }
-        None => findings.add(Verdict::Fault, "schema", "no migration ever ran on this database"),
+        None => findings.add(Verdict::Fault, "schema", "no migration has run on this database"),
     }
     findings.none_of("structure", format!("{} rows", found.rows), &found.structural_faults);
     let broken = match found.broken_references {
         0 => Vec::new(),
-        rows => vec![format!("{rows} rows refer to rows that are not there")],
+        rows => vec![format!("{rows} rows refer to missing rows")],
     };
-    findings.none_of("references", "every one leads to a row".to_owned(), &broken);
+    findings.none_of("references", "all rows that are referred to exist".to_owned(), &broken);
     if let Some(found) = &found.deep {
         deep(found, depth, findings);
     }
     let files = &found.files;
-    let mut wrong: Vec<String> =
-        files.missing.iter().map(|sha256| format!("{sha256} is not there")).collect();
+    let mut wrong: Vec<String> = files.missing.iter().map(|sha256| format!("{sha256} is missing")).collect();
     wrong.extend(files.changed.iter().map(|path| format!("{} has other bytes", path.display())));
-    let how = if depth.files { "there with the bytes of their digests" } else { "there, not read" };
-    findings.none_of("files", format!("{} named, all {how}", files.named), &wrong);
+    let how = if depth.files { "present, with the bytes of their digests" } else { "present, not read" };
+    findings.none_of("files", format!("{} named in the database, all {how}", files.named), &wrong);
     if let Some((waiting, given_up)) = found.deliveries {
         let verdict = if given_up > 0 { Verdict::Note } else { Verdict::Sound };
         findings.add(
             verdict,
             "webhooks",
-            format!("{waiting} wait to be delivered, {given_up} were given up"),
+            format!("{waiting} are waiting for delivery, {given_up} were given up"),
         );
     }
     if files.orphans > 0 && !found.was_served {
         findings.add(Verdict::Fault, "left over", lost(files.orphans));
     } else if files.orphans + files.incomplete > 0 {
         let detail = format!(
-            "{} files that no row names, {} incomplete ones: of requests under way, or swept at the next start",
+            "{} files that no row names, {} incomplete files: they belong to running requests, or the next start removes them",
             files.orphans, files.incomplete
         );
         findings.add(Verdict::Note, "left over", detail);

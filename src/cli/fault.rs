@@ -1,4 +1,4 @@
-//! Why a command did not do what it was asked.
+//! Why a command failed.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use crate::jobs::{CompensatorFault, ComputeFault, JobFault};
 use crate::store::{BackupFault, BlobFault, LockFault, StoreError};
 use crate::wire::{Fault, Unreadable};
 
-/// Why a command did not do what it was asked.
+/// Why a command failed.
 #[derive(Debug, Error)]
 pub enum CommandFault {
     /// The settings cannot be used.
@@ -25,8 +25,8 @@ pub enum CommandFault {
     /// A service has the data directory.
     #[error(transparent)]
     Lock(#[from] LockFault),
-    /// Something is wrong with the data directory.
-    #[error("{faults} of the checks failed")]
+    /// The data directory has faults.
+    #[error("{faults} of the checks failed; fix the faults listed above")]
     Unsound {
         /// How many checks failed.
         faults: usize,
@@ -34,64 +34,64 @@ pub enum CommandFault {
     /// A file cannot be read or written.
     #[error("while {doing} {}: {source}", path.display())]
     File {
-        /// What was being done.
+        /// The action that failed.
         doing: &'static str,
-        /// With which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The working files cannot be used.
     #[error("the working files cannot be used: {0}")]
     Blobs(#[from] BlobFault),
-    /// The machine's file is no profile.
+    /// The machine's file is not a profile.
     #[error("the machine's profile is refused: {0}")]
     UnreadableMachine(Unreadable),
-    /// The profile describes no five-axis machine.
+    /// The profile does not describe a five-axis machine.
     #[error("the machine's profile is refused:{}", listed(.0))]
     Machine(Vec<Fault>),
     /// The flag and the parameters state different units.
-    #[error("--unit is {typed}, and the parameters state the unit {stated}: give one of them")]
+    #[error("--unit is {typed}, but the parameters state the unit {stated}: give only one of them")]
     TwoUnits {
-        /// By the flag.
+        /// The unit of the flag.
         typed: String,
-        /// By the parameters.
+        /// The unit of the parameters.
         stated: String,
     },
-    /// The operation makes nothing to be written there.
+    /// The operation makes no such result.
     #[error("{operation} makes no {what}: leave its file out")]
     NothingToWrite {
         /// The operation.
         operation: &'static str,
-        /// What was to be written.
+        /// The result that was to be written.
         what: &'static str,
     },
-    /// What is there is no plain file: a device, a link or a folder is not replaced.
-    #[error("{} is no plain file and is not replaced", .0.display())]
+    /// The existing file is not a regular file: a device, a link or a folder is not replaced.
+    #[error("{} is not a regular file and is not replaced; name another file", .0.display())]
     NoPlainFile(PathBuf),
-    /// Two results are to be written to one place.
-    #[error("{} is named for two results", .0.display())]
+    /// Two results have the same place.
+    #[error("{} is named for two results; give each its own file", .0.display())]
     SamePlace(PathBuf),
-    /// A result would replace what it is made of.
-    #[error("{} is read by this command and is not replaced", .0.display())]
+    /// A result would replace one of its inputs.
+    #[error("{} is an input of this command and is not replaced; name another file", .0.display())]
     OwnInput(PathBuf),
     /// The work gave no result.
     #[error("{}", told(.0))]
     Work(JobFault),
-    /// Told to stop.
-    #[error("told to stop; nothing was written")]
+    /// The command was stopped.
+    #[error("stopped; nothing was written")]
     Stopped,
-    /// A file is longer than its limit.
-    #[error("{} is larger than {limit_bytes} bytes ({setting})", path.display())]
+    /// A file exceeds its limit.
+    #[error("{} is larger than the limit of {limit_bytes} bytes ({setting})", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
         /// Its limit.
         limit_bytes: u64,
-        /// The setting that says so.
+        /// The setting of the limit.
         setting: &'static str,
     },
-    /// What was to be printed was not.
+    /// The output could not be printed.
     #[error("standard output cannot be written: {0}")]
     Print(std::io::Error),
     /// The process could not be set up.
@@ -100,7 +100,7 @@ pub enum CommandFault {
 }
 
 impl CommandFault {
-    /// Status that the process ends with: 1 where the command looked and says no, 2 where it could not do its work.
+    /// Exit status of the process: 1 if the command checked and refuses, 2 if it could not do its work.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -111,7 +111,7 @@ impl CommandFault {
     }
 }
 
-/// Whether the program or what is asked of it is at fault.
+/// Whether the program or its parameters are at fault.
 fn is_refusal(fault: &JobFault) -> bool {
     match fault {
         JobFault::Unreadable(_)
@@ -137,12 +137,12 @@ fn is_refusal(fault: &JobFault) -> bool {
     }
 }
 
-/// Whether a file has come to the limit of a setting; a disk's own bound has a number.
+/// Whether a file has reached the limit of a setting; the disk's own limit has an error number.
 pub(super) fn is_over_its_limit(fault: &std::io::Error) -> bool {
     fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none()
 }
 
-/// The fault with every place that it names, one a line.
+/// The fault with every location that it names, one on each line.
 fn told(fault: &JobFault) -> String {
     match fault {
         JobFault::Parameters(faults) => format!("the parameters are refused:{}", listed(faults)),

@@ -15,8 +15,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Longest first line read (bytes).
 const LONGEST: u64 = 4096;
 
-/// Whether the service that these settings describe is ready; an address that means all interfaces is asked on the
-/// loopback one.
+/// Whether the service with these settings is ready; if its address means all interfaces, the loopback
+/// address is asked.
 pub(super) fn check(settings: &Settings) -> Result<(), StartFault> {
     let mut address = settings.listen;
     match address.ip() {

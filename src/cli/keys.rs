@@ -1,7 +1,7 @@
 //! API keys from the command line, on the data directory itself.
 //!
-//! A first key can be made before the first start. Beside a service that runs, the command writes one short transaction, and
-//! a mark that the service looks at before the next request.
+//! A first key can be created before the first start. While a service runs, the command writes one short
+//! transaction, and a mark that the service checks before the next request.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,29 +16,29 @@ use crate::jobs::{IssueFault, IssuedKey, Sources, issue_key};
 use crate::store::{Actor, ApiKeyRow, Store, StoreError, make_directory, mark_key_change};
 use crate::wire::{ApiKeyDocument, ApiKeyRequest, AuditOrigin, Scope};
 
-/// What can be done with keys.
+/// The commands for keys.
 #[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
 pub enum KeysCommand {
-    /// Make a key and print it, this once
+    /// Create a key and print it; it is shown only once
     Create {
-        /// Who or what will carry it
+        /// A name for people: who or what will use the key
         #[arg(long)]
         name: String,
-        /// What it allows: any of read, compute, machines, calibrations, admin
+        /// Scopes of the key: any of read, compute, machines, calibrations, admin
         #[arg(long, value_delimiter = ',', required = true)]
         scopes: Vec<Scope>,
-        /// The only machines it reaches; without it, all
+        /// The only machines that the key reaches; without it, all machines
         #[arg(long, value_delimiter = ',')]
         machines: Option<Vec<String>>,
-        /// When it ends, as 2027-01-01T00:00:00Z; without it, never
+        /// Expiry of the key, such as 2027-01-01T00:00:00Z; without it, the key never expires
         #[arg(long)]
         expires_at: Option<String>,
     },
-    /// List every key ever made, without its secret
+    /// List all keys, without their secrets
     List,
     /// Revoke a key
     Revoke {
-        /// Its id, the part between trn_ and the next _
+        /// Id of the key, the part between trn_ and the next _
         id: String,
     },
 }
@@ -46,34 +46,34 @@ pub enum KeysCommand {
 /// Why a command about keys failed.
 #[derive(Debug, Error)]
 pub enum KeysFault {
-    /// No key was made.
+    /// No key was created.
     #[error(transparent)]
     Issue(#[from] IssueFault),
     /// The database could not be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
     /// The new key could not be stored.
-    #[error("the key that was printed opens nothing, it could not be stored: {0}")]
+    #[error("the printed key is not valid, because it could not be stored: {0}")]
     NotStored(StoreError),
-    /// The random id of the new key is that of another.
-    #[error("the key that was printed opens nothing, it would have had the id of another: try again")]
+    /// The random id of the new key already belongs to another key.
+    #[error("the printed key is not valid, because its id already belongs to another key: try again")]
     SameId,
     /// No such key.
     #[error("there is no key {id}")]
     NotFound {
-        /// The id given.
+        /// The given id.
         id: String,
     },
-    /// The change is made, but a service that runs may see it a second later.
-    #[error("done, but the running service could not be told: {0}")]
+    /// The change is stored, but a running service may see it a second later.
+    #[error("done, but the running service could not be notified: {0}")]
     Mark(std::io::Error),
-    /// What was to be printed was not; a key that nobody has seen is not stored.
-    #[error("standard output cannot be written, and nothing was done: {0}")]
+    /// The output could not be printed; a key that nobody has seen is not stored.
+    #[error("standard output cannot be written, so nothing was done: {0}")]
     Print(std::io::Error),
 }
 
 impl KeysFault {
-    /// Whether what was asked for is at fault.
+    /// Whether the request itself is at fault.
     pub(super) fn is_refusal(&self) -> bool {
         matches!(self, Self::Issue(IssueFault::Invalid(_)) | Self::NotFound { .. })
     }
@@ -89,7 +89,7 @@ pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), Star
             make_directory(directory)
                 .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
         }
-        // Held to the end.
+        // Held to the end of the command.
         let (store, _lock) = beside::open(directory).await?;
         let done = work(&store, directory, command).await;
         store.close().await;
@@ -109,13 +109,13 @@ async fn work(store: &Store, directory: &Path, command: &KeysCommand) -> Result<
                 expires_at: expires_at.clone(),
             };
             let IssuedKey { row, key } = issue_key(&request, &sources)?;
-            // A key that was stored first and then not printed would be alive with nobody to have it.
+            // If the key were stored first and the print failed, a valid key would exist that nobody has.
             put(&format!("{key}\n")).map_err(KeysFault::Print)?;
             if !store.add_api_key(&row, None, &actor).await.map_err(KeysFault::NotStored)? {
                 return Err(KeysFault::SameId);
             }
             let id = &row.document.id;
-            let _nobody_reads = writeln!(std::io::stderr(), "key {id}: shown this once, and stored nowhere");
+            let _nobody_reads = writeln!(std::io::stderr(), "key {id}: it is shown only once and not stored");
             mark()
         }
         KeysCommand::List => put(&table(&store.every_api_key().await?)).map_err(KeysFault::Print),
@@ -127,7 +127,7 @@ async fn work(store: &Store, directory: &Path, command: &KeysCommand) -> Result<
     }
 }
 
-/// One line for each key, columns parted by tabs.
+/// One line for each key; tabs separate the columns.
 fn table(keys: &[ApiKeyRow]) -> String {
     let mut text = "id\tscopes\tmachines\tcreated\texpires\trevoked\tlast used\tname\n".to_owned();
     for ApiKeyRow { document: key, .. } in keys {

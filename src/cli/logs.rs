@@ -8,8 +8,8 @@ use tracing_subscriber::prelude::*;
 
 use crate::config::{LogFormat, Settings};
 
-/// Sets the process' log writer. A second call changes nothing, so tests may start several services. Directives were
-/// looked at with the settings; what cannot be read all the same counts as `info`.
+/// Sets the process's log writer. A second call changes nothing, so tests may start several services. The
+/// directives were checked with the settings; an unreadable one counts as `info`.
 pub(super) fn open(settings: &Settings) {
     let filter = settings.log.parse().unwrap_or_else(|_| Targets::new().with_default(LevelFilter::INFO));
     let registry = tracing_subscriber::registry();

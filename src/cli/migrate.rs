@@ -1,4 +1,4 @@
-//! Brings the database of a data directory to the newest schema.
+//! Updates the database of a data directory to the newest schema.
 
 use super::CommandFault;
 use super::rights::keep_private;
@@ -6,7 +6,7 @@ use super::settings::say;
 use crate::config::Settings;
 use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, make_directory, own_schema};
 
-/// Migrates, with the directory to itself.
+/// Migrates the database while it holds the directory alone.
 pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     let data_dir = &settings.data_dir;
     let unusable = |source| CommandFault::File { doing: "making", path: data_dir.clone(), source };
@@ -28,13 +28,13 @@ pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     drop(lock);
     let after = own_schema();
     say(&match before {
-        Some(before) if before == after => format!("the database has schema {after} already"),
-        Some(before) => format!("the database had schema {before} and has schema {after} now"),
+        Some(before) if before == after => format!("the database already has schema {after}"),
+        Some(before) => format!("the database had schema {before} and now has schema {after}"),
         None => format!("a new database with schema {after}"),
     })
 }
 
-/// Runs one thing that waits for the database.
+/// Runs a task that waits for the database.
 pub(super) fn block_on<T>(work: impl Future<Output = Result<T, CommandFault>>) -> Result<T, CommandFault> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.map_err(CommandFault::Process)?.block_on(work)

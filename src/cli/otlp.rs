@@ -1,4 +1,4 @@
-//! Spans of requests to a collector: OTLP over HTTP, protobuf, in batches, in the background.
+//! Sends the spans of requests to a collector: OTLP over HTTP, protobuf, in batches, in the background.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -18,18 +18,19 @@ use tokio::runtime::Handle;
 use super::StartFault;
 use crate::http::observation::{Exporter, FinishedSpan};
 
-/// Longest time for one batch, and for what is left when the service stops.
+/// Longest time for one batch, and for the remaining spans when the service stops.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What sends spans to the collector at `endpoint`; called within the runtime that it then uses.
+/// Sends spans to the collector at `endpoint`. Call it within the runtime that it will use.
 ///
 /// # Errors
-/// The endpoint is no `http` address.
+/// The endpoint is not an `http` address.
 pub(super) fn exporter(endpoint: &str) -> Result<Arc<dyn Exporter>, StartFault> {
     let unusable = |reason: String| StartFault::Collector { endpoint: endpoint.to_owned(), reason };
     if !endpoint.starts_with("http://") {
         return Err(unusable(
-            "it does not begin with http://; TLS is for a collector beside the service to add".to_owned(),
+            "it does not begin with http://; run a collector beside the service, which can add TLS"
+                .to_owned(),
         ));
     }
     let client = Background {
@@ -107,7 +108,7 @@ fn data(span: &FinishedSpan<'_>) -> SpanData {
     }
 }
 
-/// A client that works on the service's runtime, whatever thread asks it.
+/// A client that works on the service's runtime, whatever thread calls it.
 #[derive(Debug)]
 struct Background {
     client: HyperClient,

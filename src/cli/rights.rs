@@ -1,4 +1,4 @@
-//! Who else may read or change the files that the settings name, and the data directory.
+//! The access of other users to the files that the settings name, and to the data directory.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::config::Settings;
 use crate::store::make_private;
 
-/// What others may do with a file, from its mode.
+/// The access of others to a file, from its mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rights {
     /// The mode's lower nine bits.
@@ -14,23 +14,24 @@ pub(super) struct Rights {
 }
 
 impl Rights {
-    /// Of the file that a path leads to; none where there is none to look at.
+    /// The access to the file that a path leads to; `None` if there is no file.
     pub(super) fn of(path: &Path) -> Option<Self> {
         path.metadata().ok().map(|found| Self { mode: found.permissions().mode() & 0o777 })
     }
 
-    /// Whether anybody may read it. The group may be the one that keys are for.
+    /// Whether every user may read it. The group may be the one that the keys are for.
     pub(super) fn all_read(self) -> bool {
         self.mode & 0o004 != 0
     }
 
-    /// Whether somebody besides its owner may write to it.
+    /// Whether another user than its owner may write to it.
     pub(super) fn others_write(self) -> bool {
         self.mode & 0o022 != 0
     }
 }
 
-/// The files that the service believes and that somebody besides their owner may change, in words. None of them holds a secret.
+/// Files that the service trusts although another user than their owner may change them, in words. None of
+/// them holds a secret.
 pub(super) fn believed(settings: &Settings, config: Option<&Path>) -> Vec<String> {
     let files = [
         ("settings file", config),
@@ -46,22 +47,22 @@ pub(super) fn believed(settings: &Settings, config: Option<&Path>) -> Vec<String
     told.collect()
 }
 
-/// Takes the data directory from everybody but its user, and says what could not be taken.
+/// Removes the access of others to the data directory, and reports the files where that failed.
 pub(super) fn keep_private(data_dir: &Path) {
     let tightened = make_private(data_dir);
     if tightened.changed > 0 {
         tracing::warn!(
             changed = tightened.changed,
             data_dir = %data_dir.display(),
-            "others could read files of the data directory, and cannot any more"
+            "others could read files of the data directory; their access was removed"
         );
     }
-    // One line for the directory, however many files are another user's.
+    // One line for the directory, however many files belong to another user.
     if let Some((path, fault)) = tightened.left.first() {
         let files = tightened.left.len();
         tracing::warn!(
             files, path = %path.display(), error = %fault,
-            "others can read files of the data directory, and their rights cannot be changed: chmod -R go= it"
+            "others can read files of the data directory, and their access cannot be removed; run chmod -R go= on the directory"
         );
     }
 }

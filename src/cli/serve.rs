@@ -31,12 +31,12 @@ pub enum StartFault {
     /// The settings cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigFault),
-    /// The address cannot be listened on.
+    /// The service cannot listen on the address.
     #[error("cannot listen on {address}: {source}")]
     Listen {
-        /// The address asked for.
+        /// The configured address.
         address: SocketAddr,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The data directory cannot be used.
@@ -44,19 +44,19 @@ pub enum StartFault {
     DataDirectory {
         /// The directory.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// The data directory lies on another computer.
+    /// The data directory is on another computer.
     #[error(
-        "the data directory {} lies on the network file system {} ({}), where the database would be damaged; \
+        "the data directory {} is on the network file system {} ({}), where the database would be damaged; \
          name a directory on a local disk with --data-dir",
         path.display(), mount.at.display(), mount.kind
     )]
     NetworkFileSystem {
         /// The directory.
         path: PathBuf,
-        /// What it lies on.
+        /// The file system of the directory.
         mount: NetworkMount,
     },
     /// Another process uses the data directory.
@@ -67,17 +67,17 @@ pub enum StartFault {
     Open(#[from] OpenFault),
     /// The clock of the computer is at a time before 1970.
     #[error(
-        "the clock of this computer says {now}; times before 1970 cannot be sent over HTTP or checked in certificates: \
+        "the clock of this computer says {now}; HTTP and certificates cannot use times before 1970: \
          set the clock and start again"
     )]
     Clock {
-        /// What it says.
+        /// The time of the clock.
         now: Timestamp,
     },
-    /// An address that others reach, and no key.
+    /// Other computers can reach the address, and there is no key.
     #[error(
-        "will not listen on {address} without an API key: make one with `trunnion keys create --name NAME --scopes admin,…`, \
-         or say --insecure to let everybody in"
+        "will not listen on {address} without an API key: create one with `trunnion keys create --name NAME --scopes admin,…`, \
+         or give --insecure to serve everybody"
     )]
     Unguarded {
         /// The address asked for.
@@ -95,29 +95,29 @@ pub enum StartFault {
     /// The service that was asked is not ready.
     #[error("the service at {address} is not ready: {answer}")]
     NotReady {
-        /// Where it was asked.
+        /// The address that was asked.
         address: SocketAddr,
-        /// First line of its answer, or why there is none.
+        /// First line of the answer, or the reason why there is none.
         answer: String,
     },
-    /// Spans are to be sent, but not by this binary.
+    /// The settings ask for an export of spans, but this binary has none.
     #[error(
         "otlp_endpoint is {endpoint:?}, but this binary was built without the feature otlp; leave the setting empty, or \
          build with --features otlp"
     )]
     NoExport {
-        /// What was given.
+        /// The configured endpoint.
         endpoint: String,
     },
     /// The address of the collector cannot be used.
     #[error("otlp_endpoint {endpoint:?} cannot be used: {reason}")]
     Collector {
-        /// What was given.
+        /// The configured endpoint.
         endpoint: String,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// A command did not do what it was asked.
+    /// A command failed.
     #[error(transparent)]
     Command(#[from] CommandFault),
     /// The process could not be set up.
@@ -126,7 +126,7 @@ pub enum StartFault {
 }
 
 impl StartFault {
-    /// Status that the process ends with: 1 where it looked and says no, 2 where it could not do its work.
+    /// Exit status of the process: 1 if it checked and refuses, 2 if it could not do its work.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -138,36 +138,37 @@ impl StartFault {
     }
 }
 
-/// Least room for what has arrived of a connection and was not taken yet \[bytes\].
+/// Smallest buffer for bytes of a connection that have arrived and were not taken yet \[bytes\].
 const LEAST_BUFFER_BYTES: usize = 64 << 10;
 
-/// What may arrive on a connection of HTTP/2 before it is read, and on one of its streams \[bytes\].
+/// Number of bytes that may arrive on an HTTP/2 connection before they are read, and on one of its streams
+/// \[bytes\].
 const CONNECTION_WINDOW_BYTES: u32 = 64 << 10;
 const STREAM_WINDOW_BYTES: u32 = 64 << 10;
-/// Requests that a connection of HTTP/2 may have open at once. Each takes about 12 KiB until its answer is taken, also one that is
-/// refused: a thousand connections stay within `max_memory_bytes` (`tests/faults/memory.py`). A client with more to ask
-/// waits, or opens another connection.
+/// Number of requests that an HTTP/2 connection may have open at once. Each holds about 12 KiB until its
+/// answer is taken, even if it is refused: a thousand connections stay within `max_memory_bytes`
+/// (`tests/faults/memory.py`). A client with more requests waits, or opens another connection.
 const STREAMS_OF_A_CONNECTION: u32 = 16;
 
-/// Who is let in.
+/// Who is admitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarding {
-    /// Whoever has one of so many keys, revoked and expired ones counted.
+    /// Every caller with a key. The number is the count of all keys, including revoked and expired keys.
     Keys(usize),
     /// Every program on this computer.
     Loopback,
-    /// Everybody.
+    /// Every caller.
     Insecure,
 }
 
 /// A service that listens.
 #[derive(Debug)]
 pub struct Running {
-    /// Where it listens.
+    /// The address that it listens on.
     pub address: SocketAddr,
-    /// Whether it speaks TLS.
+    /// Whether it uses TLS.
     pub tls: bool,
-    /// Who is let in; the first key made over HTTP changes it.
+    /// Who is admitted; the first key created over HTTP changes it.
     pub guarding: Guarding,
     /// The state its handlers share.
     pub state: AppState,
@@ -177,7 +178,7 @@ pub struct Running {
     lock: DirectoryLock,
 }
 
-/// Whether a time can be written into the header of an answer.
+/// Checks that the header of an answer can hold the time.
 fn can_be_sent(now: Timestamp) -> Result<(), StartFault> {
     if now < Timestamp::UNIX_EPOCH { Err(StartFault::Clock { now }) } else { Ok(()) }
 }
@@ -185,8 +186,8 @@ fn can_be_sent(now: Timestamp) -> Result<(), StartFault> {
 /// Opens the data directory and listens. The caller owns the runtime.
 ///
 /// # Errors
-/// An address in use, a data directory that cannot be used or is in use, a database that cannot be migrated, a clock
-/// before 1970.
+/// The address is in use, the data directory cannot be used or is in use, the database cannot be migrated, or
+/// the clock is before 1970.
 pub async fn start(
     settings: Settings,
     sources: Sources,
@@ -220,7 +221,7 @@ pub async fn start(
     let share = Share(state.settings.max_share_per_caller);
     let cap = Cap::new(state.settings.max_connections, share, answer_pause);
     let patience = Patience { silence: header_timeout, answer_pause };
-    // A header within the limits always fits; what is far longer is refused before it is all in memory.
+    // A header within the limits always fits; a far longer one is refused before it is completely in memory.
     let header_bytes = state.settings.max_url_bytes + state.settings.max_header_bytes;
     let headers =
         Headers { timeout: header_timeout, buffer_bytes: (2 * header_bytes).max(LEAST_BUFFER_BYTES) };
@@ -244,7 +245,7 @@ pub async fn start(
 pub(super) fn on_a_local_disk(path: &Path) -> Result<(), StartFault> {
     let unusable = |source| StartFault::DataDirectory { path: path.to_owned(), source };
     let whole = path.canonicalize().map_err(unusable)?;
-    // Systems without this table are not asked.
+    // Systems without this table are not checked.
     let mounts = std::fs::read_to_string("/proc/self/mounts").unwrap_or_default();
     match network_mount(&mounts, &whole) {
         Some(mount) => Err(StartFault::NetworkFileSystem { path: path.to_owned(), mount }),
@@ -252,7 +253,7 @@ pub(super) fn on_a_local_disk(path: &Path) -> Result<(), StartFault> {
     }
 }
 
-/// Who will be let in; nobody, where that would be everybody and nobody has said so.
+/// Who will be admitted. It is a fault if everybody would be admitted and the settings do not allow that.
 async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, StartFault> {
     let keys = state.store.every_api_key().await.map_err(OpenFault::from)?.len();
     if keys > 0 {
@@ -266,14 +267,14 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     }
 }
 
-/// How long a header is waited for with HTTP/1.1, and how much of one is kept with either.
+/// How long HTTP/1.1 waits for a header, and how much of a header both versions hold.
 #[derive(Debug, Clone, Copy)]
 struct Headers {
     timeout: Duration,
     buffer_bytes: usize,
 }
 
-/// The server with its patience.
+/// The server with its timeouts.
 fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<SocketAddr, A> {
     let Headers { timeout, buffer_bytes } = headers;
     server
@@ -281,7 +282,7 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
         .http1()
         .timer(TokioTimer::new())
         .header_read_timeout(timeout)
-        // Ours is not afraid of a clock before 1970 (`http::date`).
+        // The service's own header works with a clock before 1970 (`http::date`).
         .auto_date_header(false)
         .max_buf_size(buffer_bytes);
     server
@@ -296,7 +297,7 @@ fn patient<A>(mut server: Server<SocketAddr, A>, headers: Headers) -> Server<Soc
     server
 }
 
-/// Where spans go, if anywhere.
+/// The exporter of spans, if one is configured.
 fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
     if endpoint.is_empty() {
         return Ok(None);
@@ -308,8 +309,8 @@ fn exporter(endpoint: &str) -> Result<Option<Arc<dyn Exporter>>, StartFault> {
 }
 
 impl Running {
-    /// Stops listening, lets requests and jobs under way finish within the drain time, gives the jobs that have not back
-    /// to the queue, closes the database.
+    /// Stops listening, lets open requests and running jobs finish within the drain time, returns the
+    /// unfinished jobs to the queue, and closes the database.
     ///
     /// # Errors
     /// The server ended with a fault of its own.
@@ -319,7 +320,7 @@ impl Running {
         let (served, ()) = tokio::join!(self.task, self.state.queue.stop(self.drain));
         let served = served.map_err(std::io::Error::other);
         if let Some(exporter) = self.state.exporter() {
-            // It waits for a collector on a thread of its own, for a moment.
+            // It waits a moment for a collector on a thread of its own.
             drop(tokio::task::spawn_blocking(move || exporter.close()).await);
         }
         self.state.keeper.stop().await;
@@ -332,7 +333,7 @@ impl Running {
 /// Runs until SIGTERM or SIGINT, then drains.
 ///
 /// # Errors
-/// The service could not start, or ended by a fault.
+/// The service could not start, or ended with a fault.
 pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result<(), StartFault> {
     logs::open(&settings);
     for warning in believed(&settings, config) {
@@ -350,29 +351,30 @@ pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result
         let running = start(settings, Sources::real(), compensator).await?;
         announce(&running, &data_dir);
         tokio::select! {
-            _ = terminate.recv() => tracing::info!("told to stop by SIGTERM"),
-            _ = interrupt.recv() => tracing::info!("told to stop by SIGINT"),
+            _ = terminate.recv() => tracing::info!("stopping after SIGTERM"),
+            _ = interrupt.recv() => tracing::info!("stopping after SIGINT"),
         }
         running.stop().await.map_err(StartFault::Process)
     });
-    // A computation that does not poll its stop in time is left behind; the process does not wait for it.
+    // A computation that does not check its stop signal in time is left behind; the process does not wait for
+    // it.
     runtime.shutdown_timeout(drain.min(Duration::from_millis(1500)));
     tracing::info!("stopped");
     ended
 }
 
-/// The first lines a person sees; nobody has to read them.
+/// The first lines for people; nothing depends on them.
 fn announce(running: &Running, data_dir: &Path) {
     let (scheme, address) = (if running.tls { "https" } else { "http" }, running.address);
     let guarded = match running.guarding {
-        Guarding::Keys(count) => format!("API keys: {count} were made, and every request needs one"),
+        Guarding::Keys(count) => format!("API keys: {count} exist, and every request needs one"),
         Guarding::Loopback => {
-            "no API key was made: every program on this computer may do everything (trunnion keys create)"
+            "no API key exists: every program on this computer may do everything; create one with trunnion keys create"
                 .to_owned()
         }
         Guarding::Insecure => {
-            tracing::warn!(%address, "no API key was made: everybody who reaches the port may do everything");
-            "INSECURE: no API key was made, and everybody who reaches the port may do everything".to_owned()
+            tracing::warn!(%address, "no API key exists: everybody who reaches the port may do everything");
+            "INSECURE: no API key exists, and everybody who reaches the port may do everything".to_owned()
         }
     };
     let lines = format!(

@@ -1,4 +1,4 @@
-//! Prints what the settings are and where each comes from, and the description of the interface.
+//! Prints the settings with their origins, and the description of the interface.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -12,11 +12,11 @@ use crate::config::{Flags, Origin, Settings};
 /// Commands about the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
 pub enum ConfigCommand {
-    /// Every setting in the form of a settings file, with its origin
+    /// Show every setting in the form of a settings file, with its origin
     Show,
 }
 
-/// Parts of names whose values are nobody's business.
+/// Parts of names whose values are never printed.
 const SECRET: [&str; 3] = ["secret", "password", "token"];
 
 /// Prints every setting as a line of a settings file.
@@ -57,7 +57,7 @@ pub(super) fn say(line: &str) -> Result<(), CommandFault> {
     put(&format!("{line}\n")).map_err(CommandFault::Print)
 }
 
-/// Text on standard output, handed over when this returns.
+/// Writes text to standard output and flushes it.
 pub(super) fn put(text: &str) -> io::Result<()> {
     let mut output = io::stdout().lock();
     output.write_all(text.as_bytes()).and_then(|()| output.flush())

@@ -1,4 +1,4 @@
-//! TLS: the service's certificate, and a client that trusts that one alone.
+//! TLS: the service's certificate, and a client that trusts only this certificate.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use thiserror::Error as ThisError;
 use super::rights::Rights;
 use crate::jobs::TlsTime;
 
-/// Why the service cannot speak TLS.
+/// Why the service cannot use TLS.
 #[derive(Debug, ThisError)]
 pub enum TlsFault {
     /// The certificate file cannot be read.
@@ -21,11 +21,11 @@ pub enum TlsFault {
     Certificate {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: PemFault,
     },
-    /// The file holds no certificate.
-    #[error("{} holds no certificate", path.display())]
+    /// The file contains no certificate.
+    #[error("{} contains no certificate", path.display())]
     NoCertificate {
         /// The file.
         path: PathBuf,
@@ -35,10 +35,10 @@ pub enum TlsFault {
     Key {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: PemFault,
     },
-    /// The key is not its owner's alone.
+    /// Other users have access to the key.
     #[error(
         "the private key {} has the mode {mode:03o}, so others can read or change it: chmod 600 {}",
         path.display(), path.display()
@@ -49,22 +49,22 @@ pub enum TlsFault {
         /// Its mode.
         mode: u32,
     },
-    /// The two do not fit, or are of a kind that is not taken.
+    /// The two do not belong together, or their kind is not supported.
     #[error("certificate {} and key {} cannot be used: {source}", certificate.display(), key.display())]
     Refused {
         /// The certificate's file.
         certificate: PathBuf,
         /// The key's file.
         key: PathBuf,
-        /// Why.
+        /// The reason.
         source: Error,
     },
 }
 
-/// What the service answers a handshake with.
+/// The configuration with which the service answers a handshake.
 ///
 /// # Errors
-/// Files that cannot be read, that do not belong together, or a key that anybody may read or that others may change.
+/// The files cannot be read or do not belong together, or other users can read or change the key.
 pub(super) fn server(certificate: &Path, key: &Path) -> Result<Arc<ServerConfig>, TlsFault> {
     let chain = chain(certificate)?;
     if let Some(rights) = Rights::of(key).filter(|rights| rights.all_read() || rights.others_write()) {
@@ -85,10 +85,10 @@ pub(super) fn server(certificate: &Path, key: &Path) -> Result<Arc<ServerConfig>
     Ok(Arc::new(config))
 }
 
-/// A client that talks to whoever has the key of this certificate, whatever its name and its end.
+/// A client that trusts every server with the key of this certificate, whatever its name and its expiry.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// The file cannot be read.
 pub(super) fn client(certificate: &Path) -> Result<Arc<ClientConfig>, TlsFault> {
     let trusted = chain(certificate)?.swap_remove(0);
     let provider = Arc::new(ring::default_provider());
@@ -111,7 +111,7 @@ fn chain(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsFault> {
     if chain.is_empty() { Err(TlsFault::NoCertificate { path: path.to_owned() }) } else { Ok(chain) }
 }
 
-/// Trusts one certificate: the one that the service was told to use.
+/// Trusts exactly one certificate: the one in the service's settings.
 #[derive(Debug)]
 struct ThisOne {
     trusted: CertificateDer<'static>,
@@ -130,7 +130,7 @@ impl ServerCertVerifier for ThisOne {
         if *end_entity == self.trusted {
             Ok(ServerCertVerified::assertion())
         } else {
-            Err(Error::General("the service has another certificate than its settings name".to_owned()))
+            Err(Error::General("the service uses another certificate than its settings name".to_owned()))
         }
     }
 

@@ -1,4 +1,5 @@
-//! The secret of webhooks from the command line, also while the service runs: it reads the secret for every delivery.
+//! The secret of webhooks on the command line. It works while the service runs, because the service reads the
+//! secret for every delivery.
 
 use clap::Subcommand;
 use thiserror::Error;
@@ -10,12 +11,12 @@ use crate::jobs::{SECRET_OVERLAP_S, Sources, new_webhook_secret};
 use crate::store::{Actor, Store, StoreError};
 use crate::wire::AuditOrigin;
 
-/// What can be done with webhooks.
+/// The commands for webhooks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
 pub enum WebhooksCommand {
     /// Print the secret that receivers verify deliveries with
     Secret,
-    /// Make a new secret and print it; the one before it signs beside it for 24 hours
+    /// Create a new secret and print it; the previous secret signs too for 24 hours
     Rotate,
 }
 
@@ -25,8 +26,8 @@ pub enum WebhooksFault {
     /// The database could not be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    /// The system provides no random numbers.
+    #[error("the system provides no random numbers: {0}")]
     NoRandomness(#[from] getrandom::Error),
     /// The secret could not be printed.
     #[error(transparent)]
@@ -52,9 +53,10 @@ async fn work(store: &Store, command: WebhooksCommand) -> Result<(), WebhooksFau
         store.add_first_webhook_secret(&new_webhook_secret()?, &now, &actor).await?;
     } else if command == WebhooksCommand::Rotate {
         let secret = new_webhook_secret()?;
-        // A secret that signed first and was then not printed would be asked for again, and push the old ones out.
+        // If the secret were stored first and the print failed, a further rotation would push the old secrets
+        // out.
         say(&secret.0)?;
-        // Only the key of a request could be there already.
+        // Only a request with an idempotency key could have stored it before.
         let _rotated = store
             .rotate_webhook_secret(&secret, &now, &sources.timestamp_after(SECRET_OVERLAP_S), None, &actor)
             .await?;

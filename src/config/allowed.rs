@@ -1,4 +1,4 @@
-//! Receivers of webhooks that may be called although they are not public: networks and names.
+//! Receivers of webhooks that are allowed although they are not public: networks and names.
 
 use std::fmt;
 use std::net::IpAddr;
@@ -17,11 +17,11 @@ pub struct AllowedReceiver {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Kind {
-    /// Addresses that agree with these bits; those of IPv4 stand where IPv6 maps them to.
+    /// Addresses with these leading bits; IPv4 addresses are mapped to IPv6.
     Network { bits: u128, length: u32 },
     /// Exactly this name.
     Name(String),
-    /// Every name that ends in this, which begins with a dot.
+    /// Every name with this ending, which begins with a dot.
     Below(String),
 }
 
@@ -76,7 +76,7 @@ fn name(text: &str) -> Option<Kind> {
     };
     let rest = rest.strip_suffix('.').unwrap_or(rest);
     let letter = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-    // What ends in a digit is a network that is written wrongly.
+    // A text that ends in a digit is a wrongly written network.
     let last = rest.rsplit('.').next()?;
     if last.bytes().all(|byte| byte.is_ascii_digit())
         || !rest.split('.').all(|label| !label.is_empty() && label.bytes().all(letter))
@@ -87,7 +87,7 @@ fn name(text: &str) -> Option<Kind> {
 }
 
 impl AllowedReceiver {
-    /// Whether this address may be called.
+    /// Whether webhooks may be sent to this address.
     #[must_use]
     pub fn has_address(&self, address: IpAddr) -> bool {
         match self.kind {
@@ -96,7 +96,8 @@ impl AllowedReceiver {
         }
     }
 
-    /// Whether this name, lower case and without a dot at its end, may be called wherever it leads.
+    /// Whether webhooks may be sent to this name (lower case, without a dot at its end), whatever its
+    /// address.
     #[must_use]
     pub fn has_name(&self, name: &str) -> bool {
         match &self.kind {

@@ -1,21 +1,21 @@
-//! Which scope each operation needs. What is not named here needs `admin`: a new operation is closed until somebody
-//! has said who may use it.
+//! The scope that each operation needs. An operation that is not named here needs `admin`: a new operation is closed
+//! until its scope is stated here.
 
 use crate::wire::Scope;
 
-/// What an operation needs.
+/// The scope that an operation needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
-    /// Nothing: it is open, keys or not.
+    /// No scope: it is open, with or without keys.
     Nothing,
     /// A key with this scope.
     Scope(Scope),
 }
 
-/// What the operation with this method and this path template needs.
+/// The need of the operation with this method and this path template.
 pub(super) fn needed(method: &str, route: &str) -> Need {
     Need::Scope(match (method, route) {
-        // Methods that these do not have are 405 for everybody.
+        // Methods that these routes do not have get 405 from every caller.
         (_, open) if is_open(open) => return Need::Nothing,
 
         (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit" | "/v1/webhooks/secret") => Scope::Admin,
@@ -58,7 +58,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
     })
 }
 
-/// What a monitor, a container and a person without a key must be able to ask.
+/// Requests that a monitor, a container and a person without a key must be able to make.
 fn is_open(route: &str) -> bool {
     const OPEN: &[&str] =
         &["/healthz", "/readyz", "/v1/version", "/openapi.json", "/problems", "/problems/{code}", "/docs"];

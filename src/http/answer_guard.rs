@@ -1,4 +1,5 @@
-//! What every answer tells the browser that shows it: what it is, who may show it, what may run in it, who may keep it.
+//! Headers of every answer that protect it in a browser: its type, who may frame it, what may run in it, who may
+//! cache it.
 
 use axum::response::Response;
 use http::header::{
@@ -7,23 +8,23 @@ use http::header::{
 };
 use http::{HeaderName, HeaderValue};
 
-/// Nothing runs, nothing is loaded, nobody frames it.
+/// No scripts, no loading, no framing.
 const OF_DATA: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
 );
-/// The same for figures and reports, which bring their styles and their figures with them.
+/// The same for figures and reports, which contain their styles and figures.
 const OF_PAGES: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
 );
-/// The pages of the interface's description run their own scripts, and ask this service.
+/// The pages of the interface's description run their own scripts and send requests to this service.
 const OF_DOCS: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; font-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
 );
-/// A browser asks for this service over TLS alone, for a year.
+/// For a year, a browser uses only TLS for this service.
 const FOR_A_YEAR: HeaderValue = HeaderValue::from_static("max-age=31536000");
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 
-/// Puts on an answer what guards it in a browser. `route` is the pattern that the request matched.
+/// Adds the protecting headers to an answer. `route` is the pattern that the request matched.
 pub(super) fn guard_answer(response: &mut Response, route: Option<&str>, tls: bool) {
     let is_docs = route.is_some_and(|route| route.starts_with("/docs"));
     let status = response.status();
@@ -44,7 +45,7 @@ pub(super) fn guard_answer(response: &mut Response, route: Option<&str>, tls: bo
         headers.insert(STRICT_TRANSPORT_SECURITY, FOR_A_YEAR);
     }
     if !headers.contains_key(CACHE_CONTROL) {
-        // What has a tag may be kept by the one who asked, and asked for again before it is shown; nothing else is kept.
+        // A client may cache an answer with a tag, but must revalidate it before use; nothing else is cached.
         let kept = if headers.contains_key(ETAG) { "private, no-cache" } else { "no-store" };
         headers.insert(CACHE_CONTROL, HeaderValue::from_static(kept));
     }

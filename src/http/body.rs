@@ -26,7 +26,7 @@ pub(super) struct Incoming {
     pause: Duration,
 }
 
-/// Says when a form's reader is between two fields, and has what the reader leaves of the body.
+/// Knows when a form's reader is between two fields, and holds the part of the body that the reader has not read.
 #[derive(Debug)]
 pub(super) struct BetweenFields {
     left: Arc<AtomicUsize>,
@@ -34,24 +34,25 @@ pub(super) struct BetweenFields {
     chunks: Arc<Mutex<Fuse<BodyDataStream>>>,
 }
 
-/// Within a field the field's own limit holds.
+/// Within a field, the field's own limit applies.
 const UNBOUNDED: usize = usize::MAX;
 
 impl BetweenFields {
-    /// The next field is looked for.
+    /// The reader starts to look for the next field.
     pub(super) fn enter(&self) {
         self.left.store(self.header_bytes, Ordering::Relaxed);
     }
 
-    /// It is there.
+    /// The reader has found the next field.
     pub(super) fn leave(&self) {
         self.left.store(UNBOUNDED, Ordering::Relaxed);
     }
 
-    /// Reads what follows the form to the body's end: nothing, and what a compressed body has to end with.
+    /// Reads from the end of the form to the end of the body: nothing more may come, except the end of a compressed
+    /// body.
     ///
     /// # Errors
-    /// There is more, or the end is damaged or missing.
+    /// There are more bytes, or the end is damaged or missing.
     pub(super) async fn end(&self, pause: Duration) -> Result<(), Problem> {
         let mut left = self.header_bytes;
         loop {
@@ -63,7 +64,7 @@ impl BetweenFields {
                 Some(Ok(_)) => {
                     let limit = self.header_bytes;
                     let detail = format!(
-                        "more than {limit} bytes follow the form; end the body with its last boundary"
+                        "more than {limit} bytes come after the form; end the body with its last boundary"
                     );
                     return Err(Problem::new(ProblemType::MalformedRequest, detail));
                 }
@@ -71,14 +72,14 @@ impl BetweenFields {
         }
     }
 
-    /// Reads on as [`Incoming::swallow`] does, once the form's reader has given up.
+    /// Continues to read like [`Incoming::swallow`], after the form's reader has stopped.
     pub(super) async fn swallow(&self) {
         swallowed(stream::poll_fn(|context| next_of(&self.chunks, context))).await;
     }
 }
 
-/// Takes one thing after the other for a moment, as long as there are any. What a small body unpacks to is always there: others
-/// get their turn between two.
+/// Takes all items that come within a moment. The content of a small compressed body is always ready, so other tasks
+/// get their turn between two items.
 async fn swallowed<T, E>(mut rest: impl Stream<Item = Result<T, E>> + Unpin) {
     let end = Instant::now() + SWALLOW;
     while let Some(left) = end.checked_duration_since(Instant::now()) {
@@ -89,7 +90,7 @@ async fn swallowed<T, E>(mut rest: impl Stream<Item = Result<T, E>> + Unpin) {
     }
 }
 
-/// What comes next, if it comes in time.
+/// The next item, if it comes in time.
 async fn next_within<T>(next: impl Future<Output = T>, pause: Duration) -> Result<T, Problem> {
     tokio::time::timeout(pause, next).await.map_err(|_elapsed| too_slow(pause))
 }
@@ -101,29 +102,30 @@ fn next_of(
     chunks.lock().unwrap_or_else(PoisonError::into_inner).poll_next_unpin(context)
 }
 
-/// Between two fields of a form there is more than a header may have.
+/// The bytes between two fields of a form exceed the limit of a header.
 #[derive(Debug, Clone, Copy, Error)]
 #[error("the header of a field is too long")]
 struct FieldHeaderTooLong;
 
-/// A text that is gathered pays for so much at a time. Its first piece is part of what every request pays \[bytes\].
+/// A text that is collected reserves memory in steps of this size. Its first step is part of what every request
+/// reserves \[bytes\].
 const PAID_AT_ONCE: u64 = 64 << 10;
 
-/// What a text has paid that is gathered as it arrives.
+/// The memory that a text has reserved so far while it arrives.
 #[derive(Debug, Default)]
 pub(super) struct PaidAsItGrows {
-    /// Bytes of the text beyond its first piece.
+    /// Bytes of the text beyond its first step.
     bytes: u64,
 }
 
 impl PaidAsItGrows {
-    /// Pays before the text has `length` bytes.
+    /// Reserves memory before the text has `length` bytes.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// There is no memory for it.
     pub(super) fn grow_to(&mut self, length: usize) -> Result<(), MemoryFault> {
         while length as u64 > PAID_AT_ONCE + self.bytes {
-            // Twice, as the memory of a growing text is doubled and moved.
+            // Twice the length, because a growing text is doubled and moved.
             memory::keep(2 * PAID_AT_ONCE)?;
             self.bytes += PAID_AT_ONCE;
         }
@@ -131,11 +133,11 @@ impl PaidAsItGrows {
     }
 }
 
-/// How long a refused body is still swallowed, so that the client gets to read the refusal.
+/// How long the rest of a refused body is still read, so that the client gets to read the refusal.
 const SWALLOW: Duration = Duration::from_secs(1);
 
 impl Incoming {
-    /// A body of which no two chunks may be further apart than `pause_s`.
+    /// A body with at most `pause_s` between two chunks.
     pub(super) fn new(body: Body, pause_s: f64) -> Self {
         Self { body, pause: Duration::from_secs_f64(pause_s) }
     }
@@ -172,7 +174,7 @@ impl Incoming {
         if announced.is_some_and(|length| length > limit) {
             return Err(self.refuse_length(limit).await);
         }
-        // A small body comes in one chunk, which is the whole as it is.
+        // A small body comes in one chunk, which is used as it is.
         let mut first = Bytes::new();
         let mut whole = BytesMut::new();
         let mut paid = PaidAsItGrows::default();
@@ -198,26 +200,27 @@ impl Incoming {
         Ok(if whole.is_empty() { first } else { whole.freeze() })
     }
 
-    /// Refuses a body that is too long, after swallowing some of the rest.
+    /// Refuses a body that is too long, after reading some of the rest.
     pub(super) async fn refuse_length(&mut self, limit: u64) -> Problem {
         self.swallow().await;
-        Problem::new(ProblemType::BodyTooLarge, format!("the body is larger than {limit} bytes"))
+        Problem::new(ProblemType::BodyTooLarge, format!("the body is larger than the limit of {limit} bytes"))
     }
 
-    /// Reads on for a moment and drops what comes: a client that is still sending does not read the answer.
+    /// Continues to read for a moment and discards the bytes: a client that is still sending does not read the
+    /// answer.
     pub(super) async fn swallow(&mut self) {
         swallowed(stream::poll_fn(|context| Pin::new(&mut self.body).poll_frame(context))).await;
     }
 
-    /// The body for a reader that cuts it into fields and keeps what it cannot cut yet: one chunk at a time, and
-    /// between two fields about as many bytes as a header may have.
+    /// The body for a reader that cuts it into fields and keeps the bytes that it cannot cut yet: one chunk at a
+    /// time, and between two fields at most about as many bytes as a header may have.
     pub(super) fn into_form(self, header_bytes: usize) -> (Body, BetweenFields) {
         let chunks = Arc::new(Mutex::new(StreamExt::fuse(self.body.into_data_stream())));
         let left = Arc::new(AtomicUsize::new(header_bytes));
         let between = BetweenFields { left: Arc::clone(&left), header_bytes, chunks: Arc::clone(&chunks) };
         let mut rests = false;
         let stream = stream::poll_fn(move |context| {
-            // The reader would go on reading for as long as there is something to read.
+            // The reader would continue to read as long as bytes arrive.
             if std::mem::take(&mut rests) {
                 context.waker().wake_by_ref();
                 return Poll::Pending;
@@ -237,7 +240,7 @@ impl Incoming {
     }
 }
 
-/// Bytes that the header announces, where they are those of the content itself.
+/// Number of bytes that the header announces, if it counts the content itself.
 pub(super) fn content_length(headers: &HeaderMap) -> Option<u64> {
     if headers.contains_key(CONTENT_ENCODING) {
         return None;
@@ -256,17 +259,17 @@ pub(super) fn media_type(headers: &HeaderMap) -> Option<Cow<'_, str>> {
 }
 
 fn too_slow(pause: Duration) -> Problem {
-    let detail = format!("no byte of the body arrived for {} s", pause.as_secs_f64());
+    let detail = format!("no byte of the body arrived for {} s; send the request again", pause.as_secs_f64());
     Problem::new(ProblemType::RequestTimeout, detail)
 }
 
-/// The refusal of a body that does not come in whole.
+/// The refusal of a body that does not arrive completely.
 fn broken(fault: &axum::Error) -> Problem {
     tracing::debug!(error = %fault, "a body broke off");
     unreadable(fault).unwrap_or_else(|| Problem::new(ProblemType::MalformedRequest, "the body ends early"))
 }
 
-/// The refusal of a body that cannot be unpacked, where that made the fault.
+/// The refusal of a body that cannot be decompressed, if that was the cause.
 pub(super) fn unreadable(fault: &(dyn Error + 'static)) -> Option<Problem> {
     CodingFault::within(fault).map(|fault| Problem::from(*fault))
 }

@@ -1,4 +1,4 @@
-//! Who asks: the key that a request came with, what it allows, and the machines that it reaches.
+//! The caller: the key that a request came with, its scopes, and the machines that it reaches.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
@@ -14,51 +14,51 @@ use crate::jobs::HeldKey;
 use crate::store::Actor;
 use crate::wire::{AuditOrigin, Scope};
 
-/// Who asks; cheap to clone. Every request has one once it has passed the guard.
+/// The caller; cheap to clone. Every request has one after it has passed the guard.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Caller {
-    /// The key's id; none where the service has no keys and is open.
+    /// The key's id; `None` if the service has no keys and is open.
     pub key_id: Option<Arc<str>>,
-    /// What the key allows.
+    /// The scopes of the key.
     pub scopes: Arc<BTreeSet<Scope>>,
-    /// The only machines it reaches; none for all.
+    /// The only machines that the key reaches; `None` for all.
     pub machines: Option<Arc<BTreeSet<String>>>,
 }
 
 impl Caller {
-    /// Anybody, at a service without keys.
+    /// Any caller, at a service without keys.
     #[must_use]
     pub fn anybody() -> Self {
         static EVERY: LazyLock<Arc<BTreeSet<Scope>>> = LazyLock::new(|| Arc::new(Scope::ALL.into()));
         Self { key_id: None, scopes: Arc::clone(&EVERY), machines: None }
     }
 
-    /// Whoever asks for what is open at a service with keys.
+    /// A caller without a key that asks for an open operation, at a service with keys.
     #[must_use]
     pub fn nobody() -> Self {
         Self { key_id: None, scopes: Arc::default(), machines: Some(Arc::default()) }
     }
 
-    /// Who carries this key.
+    /// The caller with this key.
     #[must_use]
     pub fn with(key: &HeldKey) -> Self {
         let HeldKey { id, scopes, machines, .. } = key;
         Self { key_id: Some(Arc::clone(id)), scopes: Arc::clone(scopes), machines: machines.clone() }
     }
 
-    /// Whether the key allows this.
+    /// Whether the key has this scope.
     #[must_use]
     pub fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)
     }
 
-    /// Whether this machine is one that the key reaches, be it there or not.
+    /// Whether the key reaches this machine, whether or not the machine exists.
     #[must_use]
     pub fn reaches(&self, machine_id: &str) -> bool {
         self.machines.as_ref().is_none_or(|machines| machines.contains(machine_id))
     }
 
-    /// The same as a refusal: a machine that the key does not reach is, for it, not there.
+    /// The same as a refusal: a machine that the key does not reach does not exist for the caller.
     ///
     /// # Errors
     /// The key does not reach it.
@@ -75,16 +75,16 @@ impl FromRequestParts<AppState> for Caller {
     }
 }
 
-/// Who asks.
+/// The caller.
 ///
 /// # Errors
-/// The request did not pass the guard: a fault of ours, and nobody is let in by it.
+/// The request did not pass the guard. That is a fault of the service, and the request is refused.
 pub(super) fn caller(extensions: &Extensions) -> Result<Caller, Problem> {
     let found = extensions.get::<Caller>().cloned();
-    found.ok_or_else(|| Problem::internal(&"a request came by the guard"))
+    found.ok_or_else(|| Problem::internal(&"a request did not pass the guard"))
 }
 
-/// Who changes something, for the audit log.
+/// The author of a change, for the audit log.
 #[derive(Debug)]
 pub(super) struct By(pub(super) Actor);
 
@@ -96,7 +96,7 @@ impl FromRequestParts<AppState> for By {
     }
 }
 
-/// Who changes something, for the audit log.
+/// The author of a change, for the audit log.
 ///
 /// # Errors
 /// The request did not pass the guard.

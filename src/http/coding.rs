@@ -1,5 +1,5 @@
-//! Content codings (RFC 9110 §8.4): bodies as they were before they were compressed. All members of a gzip body and all
-//! frames of a zstd body are read, and what is no member is refused: a program of which half is missing is a program too.
+//! Content codings (RFC 9110 §8.4): decompresses bodies. All members of a gzip body and all frames of a zstd body are
+//! read, and bytes that are not a member are refused: half a program would be a valid program too.
 
 mod gzip;
 mod zstd;
@@ -21,64 +21,62 @@ use crate::jobs::memory::{self, Lease, MemoryFault};
 use gzip::Gzip;
 use zstd::Zstd;
 
-/// Most bytes that one compressed byte may stand for. Real programs reach 18 with zstd and 12 with gzip, a raster of even steps
-/// 94 and 18; a body of one line repeated reaches 1000 with gzip and 11 000 with zstd.
+/// Largest number of bytes that one compressed byte may unpack to. Real programs reach 18 with zstd and 12 with gzip;
+/// a raster of even steps reaches 94 and 18. A body of one repeated line reaches 1000 with gzip and 11 000 with zstd.
 const MAX_RATIO: u64 = 250;
-/// A body may unpack to so much whatever its ratio \[bytes\].
+/// A body may always unpack to this many bytes, whatever its ratio \[bytes\].
 const FREE_BYTES: u64 = 1 << 20;
-/// Compressed bytes that may stand for nothing, besides an eighth of what they unpack to: headers, empty members,
-/// frames to be skipped \[bytes\].
+/// Compressed bytes that may unpack to nothing, in addition to an eighth of the unpacked length: headers, empty
+/// members, skipped frames \[bytes\].
 const MAX_IDLE_BYTES: u64 = 1 << 20;
 /// Bytes unpacked at a time.
 const ROOM: usize = 32 * 1024;
 
-/// Why a body cannot be unpacked.
+/// Why a body cannot be decompressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub(super) enum CodingFault {
-    /// Bytes where a member begins, that begin none.
-    #[error(
-        "the compressed body has bytes that begin no member of its coding, at its start or after a member"
-    )]
+    /// Bytes at the place of a member that do not begin a member.
+    #[error("the compressed body has bytes that do not belong to its coding, at its start or after a member")]
     NoMember,
     /// The deflated or compressed bytes cannot be read.
     #[error("the compressed body is damaged")]
     Damaged,
-    /// A checksum or a length does not fit.
-    #[error("the compressed body is damaged: a checksum or a length does not fit what was unpacked")]
+    /// A checksum or a length is wrong.
+    #[error("the compressed body is damaged: a checksum or a length does not match the unpacked bytes")]
     WrongCheck,
-    /// The last member is not whole.
+    /// The last member is incomplete.
     #[error("the compressed body ends within a member; a part of it is missing")]
     Cut,
-    /// A frame wants more memory than the coding allows over HTTP.
+    /// A frame needs more memory than the coding allows over HTTP.
     #[error(
-        "a zstd frame needs a window of more than 8 MiB, the widest that is taken; compress without --long and --ultra"
+        "a zstd frame needs a window of more than 8 MiB, which is the limit; compress without --long and --ultra"
     )]
     WideWindow,
-    /// Too much of the compressed body stands for nothing.
+    /// Too much of the compressed body unpacks to nothing.
     #[error(
-        "{given} compressed bytes unpack to {made} only; send fewer empty members, skipped frames and header fields"
+        "{given} compressed bytes unpack to only {made} bytes; send fewer empty members, skipped frames and header fields"
     )]
     Idle {
         /// Compressed bytes.
         given: u64,
-        /// What came of them \[bytes\].
+        /// Bytes that they unpacked to.
         made: u64,
     },
-    /// It unpacks to too much.
+    /// The body unpacks to too much.
     #[error(
-        "{given} compressed bytes unpack to more than {made} bytes; a body over {FREE_BYTES} bytes may have {MAX_RATIO} \
-         times its compressed length at most; send it without compression, or in parts"
+        "{given} compressed bytes unpack to more than {made} bytes; a body over {FREE_BYTES} bytes may have at most {MAX_RATIO} \
+         times its compressed length; send it without compression, or in parts"
     )]
     Ratio {
         /// Compressed bytes.
         given: u64,
-        /// What came of them so far \[bytes\].
+        /// Bytes that they have unpacked to so far.
         made: u64,
     },
-    /// The decoder could not be made.
+    /// The decoder could not be created.
     #[error("there is no memory for a decoder; retry later")]
     NoDecoder,
-    /// The decoder's window has no room in the budget.
+    /// The budget has no memory for the decoder's window.
     #[error(transparent)]
     Memory(#[from] MemoryFault),
 }
@@ -96,7 +94,7 @@ impl From<CodingFault> for Problem {
 }
 
 impl CodingFault {
-    /// The fault that made another one, however deep it lies.
+    /// The fault that caused another one, at any depth.
     pub(super) fn within<'a>(fault: &'a (dyn Error + 'static)) -> Option<&'a Self> {
         let mut fault = Some(fault);
         while let Some(this) = fault {
@@ -109,10 +107,10 @@ impl CodingFault {
     }
 }
 
-/// A coding that is taken.
+/// A supported coding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Coding {
-    /// None.
+    /// No coding.
     Identity,
     /// gzip, also called x-gzip.
     Gzip,
@@ -120,12 +118,12 @@ pub(super) enum Coding {
     Zstd,
 }
 
-/// The one coding of a body, or none of those that are taken.
+/// The coding of a body; `None` if it is not supported.
 pub(super) fn coding(headers: &HeaderMap) -> Option<Coding> {
     let mut values = headers.get_all(CONTENT_ENCODING).iter();
     let (first, None) = (values.next()?, values.next()) else { return None };
     let given = first.to_str().ok()?.trim();
-    // Names have no case, and one has two (RFC 9110 §8.4.1).
+    // Names are case-insensitive, and one coding has two names (RFC 9110 §8.4.1).
     let known = [
         ("gzip", Coding::Gzip),
         ("x-gzip", Coding::Gzip),
@@ -138,7 +136,7 @@ pub(super) fn coding(headers: &HeaderMap) -> Option<Coding> {
 /// The codings, as the header `Accept-Encoding` of a refusal names them.
 pub(super) const TAKEN: &str = "zstd,gzip";
 
-/// The request with its body as it was before it was compressed, and without what was said of the compressed one.
+/// The request with its decompressed body, and without the headers about the compressed one.
 pub(super) fn unpacked(mut request: Request, coding: Coding) -> Result<Request, CodingFault> {
     let decoder = match coding {
         Coding::Identity => return Ok(request),
@@ -156,14 +154,14 @@ enum Decoder {
     Zstd(Zstd),
 }
 
-/// What came of one step of a decoder.
+/// The result of one step of a decoder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Step {
     /// Bytes of the input that were read.
     taken: usize,
-    /// Bytes that were made.
+    /// Bytes that were written.
     made: usize,
-    /// Whether the room was full, so that there may be more to make of what was read.
+    /// Whether the room was full, so that the bytes read so far may give more.
     full: bool,
 }
 
@@ -175,7 +173,7 @@ impl Decoder {
         }
     }
 
-    /// What it holds, its window included \[bytes\].
+    /// Memory that the decoder holds, its window included \[bytes\].
     fn bytes(&self) -> usize {
         match self {
             Self::Gzip(_) => gzip::STATE_BYTES,
@@ -183,7 +181,7 @@ impl Decoder {
         }
     }
 
-    /// Whether everything that was begun is whole.
+    /// Whether every member that was begun is complete.
     fn is_between(&self) -> bool {
         match self {
             Self::Gzip(gzip) => gzip.is_between(),
@@ -192,10 +190,10 @@ impl Decoder {
     }
 }
 
-/// A body that is unpacked as it is read. No more is unpacked than is asked for.
+/// A body that is decompressed while it is read. No more is unpacked than is requested.
 struct Unpacked {
     packed: Body,
-    /// Arrived and not read yet.
+    /// Bytes that have arrived and were not read yet.
     input: Bytes,
     state: State,
     room: Vec<u8>,
@@ -204,11 +202,11 @@ struct Unpacked {
 }
 
 enum State {
-    /// The decoder, whether it has more to make of what it has read, and what it pays.
+    /// The decoder, whether it may have more output, and the memory that it has reserved.
     Reading { decoder: Decoder, full: bool, paid: Option<Lease> },
-    /// All is told.
+    /// All bytes were given out.
     Ended,
-    /// What still arrives is thrown away.
+    /// Bytes that still arrive are discarded.
     Failed,
 }
 
@@ -219,12 +217,13 @@ impl Unpacked {
         Self { packed, input: Bytes::new(), state, room: vec![0; ROOM], given: 0, made: 0 }
     }
 
-    /// The next bytes of the content, from what has arrived.
+    /// The next bytes of the content, from the bytes that have arrived.
     fn next(&mut self) -> Result<Option<Bytes>, CodingFault> {
         let State::Reading { decoder, full, paid } = &mut self.state else { return Ok(None) };
         while *full || !self.input.is_empty() {
             let step = decoder.step(&self.input, &mut self.room)?;
-            // A window is taken when the header of its frame is read: no more than one for each thread is not paid yet.
+            // A window is allocated when the header of its frame is read: at most one window for each thread is not
+            // reserved yet.
             if let Some(paid) = paid {
                 paid.grow_to((decoder.bytes() + ROOM) as u64)?;
             }
@@ -242,7 +241,7 @@ impl Unpacked {
             if step.made > 0 {
                 return Ok(self.room.get(..step.made).map(Bytes::copy_from_slice));
             }
-            // A decoder that does nothing with what it has is broken.
+            // A decoder that neither reads nor writes is broken.
             if step.taken == 0 && !self.input.is_empty() {
                 return Err(CodingFault::Damaged);
             }
@@ -261,7 +260,7 @@ impl HttpBody for Unpacked {
     ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
         let this = self.get_mut();
         let failed = |this: &mut Self, fault: CodingFault| {
-            // Window and room are free from here on.
+            // The window and the room are free from here on.
             (this.state, this.room, this.input) = (State::Failed, Vec::new(), Bytes::new());
             Poll::Ready(Some(Err(axum::Error::new(fault))))
         };

@@ -35,10 +35,10 @@ pub(super) fn tagged(tag: &str, response: impl IntoResponse) -> Response {
     response
 }
 
-/// The calibration run whose errors the revision carries.
+/// The calibration run that the errors of the revision come from.
 const CALIBRATION: HeaderName = HeaderName::from_static("trunnion-calibration");
 
-/// A revision as a response; a header names the calibration run whose errors it carries, where it comes from one.
+/// A revision as a response; a header names the calibration run that its errors come from, if there is one.
 pub(super) fn machine_response(stored: Revision) -> Response {
     let mut response = Json(stored.document).into_response();
     if let Some(id) = stored.calibration_id.and_then(|id| HeaderValue::try_from(id).ok()) {
@@ -47,7 +47,7 @@ pub(super) fn machine_response(stored: Revision) -> Response {
     response
 }
 
-/// The response, or 304 where the client has it already.
+/// The response, or 304 if the client already has it.
 pub(super) fn unless_known<R: IntoResponse>(
     headers: &HeaderMap,
     tag: &str,
@@ -61,9 +61,9 @@ pub(super) fn unless_known<R: IntoResponse>(
     Ok(if known { tagged(tag, StatusCode::NOT_MODIFIED) } else { tagged(tag, respond()) })
 }
 
-/// What the caller believes of a machine or a tool before it is replaced or deleted: both conditions, where there are two.
+/// The conditions of a request that replaces or deletes a machine or a tool; both, if there are two.
 pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem> {
-    // Both are read before either counts: what cannot be read is said whatever stands beside it.
+    // Both are read before either is applied: an unreadable one is always reported.
     let (matching, absent) = (tags(headers, &IF_MATCH)?, tags(headers, &IF_NONE_MATCH)?);
     Ok(match (matching, absent) {
         (Some(Tags::Any), None) => Some(Expected::Any),
@@ -81,26 +81,26 @@ pub(super) fn expected(headers: &HeaderMap) -> Result<Option<Expected>, Problem>
                 }
             }))
         }
-        // To be there and not to be there: nothing is so.
+        // The resource would have to exist and not to exist: that is never true.
         (Some(Tags::Any), Some(Tags::Any)) => Some(Expected::OneOf(Vec::new())),
         (None, Some(Tags::Any)) => Some(Expected::Nothing),
         (None, Some(Tags::List(_)) | None) => None,
     })
 }
 
-/// Revision and digest of a tag, where it is one of a revision.
+/// Revision and digest of a tag, if it is a tag of a revision.
 fn ours(tag: &Tag) -> Option<(i64, String)> {
     let (revision, digest) = tag.value.strip_prefix('r')?.split_once('-')?;
     let digest = (digest.len() == DIGEST_DIGITS).then(|| digest.to_owned())?;
     Some((revision.parse().ok()?, digest))
 }
 
-/// The refusal of a belief about a machine that does not fit.
+/// The refusal if a condition about a machine is not met.
 pub(super) fn stale(reason: Stale, machine_id: &str) -> Problem {
     stale_thing(reason, "machine", machine_id)
 }
 
-/// The refusal of a belief about a tool that does not fit.
+/// The refusal if a condition about a tool is not met.
 pub(super) fn stale_tool(reason: Stale, tool_id: &str) -> Problem {
     stale_thing(reason, "tool", tool_id)
 }
@@ -109,15 +109,15 @@ fn stale_thing(stale: Stale, what: &str, id: &str) -> Problem {
     match stale {
         Stale::Unconditional => Problem::new(
             ProblemType::PreconditionRequired,
-            format!("{what} {id:?} exists; name the revision you mean by If-Match"),
+            format!("{what} {id:?} exists; send If-Match with the ETag of the revision to replace"),
         ),
         Stale::Changed => Problem::new(
             ProblemType::PreconditionFailed,
-            format!("{what} {id:?} is at another revision than the condition allows"),
+            format!("{what} {id:?} has another revision than the condition allows; read it again"),
         ),
         Stale::Missing => Problem::new(
             ProblemType::PreconditionFailed,
-            format!("{what} {id:?} does not exist, so no If-Match can fit"),
+            format!("{what} {id:?} does not exist, so If-Match cannot match"),
         ),
         Stale::KeyTaken => key_reused(),
     }

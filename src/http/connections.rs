@@ -1,5 +1,5 @@
-//! A cap on open connections: one more is closed at once, before a byte of it is read. And an end for those whose client
-//! takes nothing of what it asked for.
+//! A limit on open connections: a further one is closed at once, before a byte of it is read. A connection also ends
+//! if its client takes nothing of its answer.
 
 use std::io;
 use std::pin::Pin;
@@ -14,7 +14,7 @@ use tokio::time::Sleep;
 use crate::meter::{self, Entered};
 use crate::shares::{Held, Quota, Share, Shares, Who};
 
-/// Accepts connections up to a number.
+/// Accepts connections up to a limit.
 #[derive(Debug, Clone)]
 pub struct Cap {
     places: Shares,
@@ -22,8 +22,8 @@ pub struct Cap {
 }
 
 impl Cap {
-    /// At most `connections` at a time, of which one address may have a share; one whose client takes nothing of its answer for as
-    /// long as `pause` is closed.
+    /// At most `connections` at a time, of which one address may have a share. A connection is closed if its client
+    /// takes nothing of its answer for `pause`.
     #[must_use]
     pub fn new(connections: usize, share: Share, pause: Duration) -> Self {
         Self { places: Shares::new(Quota::Connections, connections as u64, share), pause }
@@ -33,7 +33,7 @@ impl Cap {
 /// A connection that holds its place.
 #[derive(Debug)]
 pub struct Placed {
-    /// Free again before the client can see the end.
+    /// The place becomes free before the client can see the end.
     _place: Held,
     stream: TcpStream,
     pause: Duration,
@@ -47,7 +47,7 @@ impl Placed {
         Self { stream, pause, stalled: None, _place: place, _open: meter::CONNECTIONS.enter() }
     }
 
-    /// What came of writing; a pause that is too long is a fault.
+    /// The result of a write; a pause that is too long is a fault.
     fn written(&mut self, cx: &mut Context<'_>, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
         if let Poll::Ready(written) = written {
             self.stalled = None;

@@ -1,4 +1,4 @@
-//! The machine that a request names, as it is now.
+//! The machine that a request names, at its current revision.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<
     if let Some(held) = app.machines.get(machine_id, writes) {
         return Ok(held);
     }
-    // Boxed, as it is rare: its room would be part of every request's.
+    // Boxed because it is rare: otherwise its memory would be part of every request's.
     Box::pin(read(app, machine_id, writes)).await
 }
 
-/// The machine from the database, kept for the next request if nothing is written meanwhile.
+/// The machine from the database; it is kept for the next request if nothing is written meanwhile.
 async fn read(app: &AppState, machine_id: &str, writes: u64) -> Result<Arc<MachineUsed>, Problem> {
     let found = app.store.machine(machine_id).await?.ok_or_else(|| Problem::machine_not_found(machine_id))?;
     let shelf = ToolShelf::new(app.store.tools(machine_id).await?);

@@ -1,5 +1,5 @@
-//! The header `Date` of every answer. The server below takes a clock before 1970 for impossible and ends the connection; here an
-//! answer has no `Date` then (RFC 9110 §6.6.1: a server without a clock sends none).
+//! The header `Date` of every answer. The HTTP library treats a clock before 1970 as impossible and ends the
+//! connection. Here such an answer has no `Date` (RFC 9110 §6.6.1: a server without a clock sends none).
 
 use std::cell::RefCell;
 
@@ -12,11 +12,11 @@ use jiff::fmt::rfc2822::DateTimePrinter;
 use crate::jobs::system_time;
 
 thread_local! {
-    /// The last header that was made, with its second since 1970.
+    /// The last header, with its second since 1970.
     static MADE: RefCell<(i64, Option<HeaderValue>)> = const { RefCell::new((i64::MIN, None)) };
 }
 
-/// The answer with the time now.
+/// The answer with the current time.
 pub(super) fn dated(mut response: Response) -> Response {
     if let Some(date) = header(system_time()) {
         response.headers_mut().insert(DATE, date);
@@ -24,7 +24,7 @@ pub(super) fn dated(mut response: Response) -> Response {
     response
 }
 
-/// The header of this time; none before 1970.
+/// The header for this time; `None` before 1970.
 fn header(now: Timestamp) -> Option<HeaderValue> {
     let second = now.as_second();
     MADE.with_borrow_mut(|made| {

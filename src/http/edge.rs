@@ -1,5 +1,5 @@
-//! What every request goes through on its way to a handler, and what any may run into: the deadline, a panic, an address
-//! or a method that is not there.
+//! The steps of every request on its way to a handler, and their refusals: the deadline, a panic, an address or a
+//! method that does not exist.
 
 use std::any::Any;
 use std::convert::Infallible;
@@ -31,7 +31,7 @@ use super::watch::watch;
 use crate::jobs::asked_by;
 use crate::jobs::memory::paid_by;
 
-/// Puts every route behind what its requests go through.
+/// Adds the steps of every request in front of each route.
 #[derive(Debug, Clone)]
 pub(super) struct EdgeLayer(pub(super) AppState);
 
@@ -43,8 +43,8 @@ impl Layer<Route> for EdgeLayer {
     }
 }
 
-/// A route behind the edge. One service of our own instead of a layer for each step: each of axum's copies all that lies
-/// within it, for every request.
+/// A route with the steps in front of it. It is one service instead of a layer for each step: each of axum's layers
+/// copies all inner layers for every request.
 #[derive(Debug, Clone)]
 pub(super) struct Edge {
     app: AppState,
@@ -66,12 +66,12 @@ impl Service<Request> for Edge {
     }
 }
 
-/// Every request goes through this, once, to its handler.
+/// Every request passes through this once, on the way to its handler.
 async fn pass(app: &AppState, request: Request, route: Route) -> Response {
     watch(app, request, |request| caught(within_time(app, admitted(app, request, route)))).await
 }
 
-/// The answer to a request, if it may be asked.
+/// The answer to a request, if the request is admitted.
 async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     if let Err(problem) = one_host(&request) {
         note_refusal(app, Reason::Host, None, request.method(), request.extensions());
@@ -87,7 +87,7 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     if let Some(refusal) = admit(app, &request) {
         return refusal;
     }
-    // What watches the service is answered whatever it holds.
+    // Monitoring requests are answered whatever memory they need.
     if is_watching(request.extensions()) {
         return answered(request, route).await;
     }
@@ -100,7 +100,7 @@ async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
     settled(app, account, response).await
 }
 
-/// Hands on a request whose body is what it was before it was compressed.
+/// Passes on a request with its decompressed body.
 async fn answered(request: Request, mut route: Route) -> Response {
     let request = if request.headers().contains_key(CONTENT_ENCODING) {
         match plain(request) {
@@ -116,32 +116,34 @@ async fn answered(request: Request, mut route: Route) -> Response {
     }
 }
 
-/// The request before it was compressed.
+/// The request with its decompressed body.
 fn plain(request: Request) -> Result<Request, Box<Response>> {
     if let Some(coding) = coding(request.headers()) {
         return unpacked(request, coding).map_err(|fault| Box::new(Problem::from(fault).into_response()));
     }
-    let detail = "content codings are gzip and zstd, one of them for a body";
+    let detail = "use one content coding for a body: gzip or zstd";
     let mut refusal = Problem::new(ProblemType::UnsupportedMediaType, detail).into_response();
     refusal.headers_mut().insert(ACCEPT_ENCODING, HeaderValue::from_static(TAKEN));
     Err(Box::new(refusal))
 }
 
-// What lies round an answer is put together from futures that are there: an async function would keep each twice, as what
-// it was given and as what it waits for, and every request would move as much.
+// The steps after an answer are combined from existing futures. An async function would keep each future twice, as an
+// argument and as the awaited value, and every request would move that much memory.
 
-/// Ends a request that takes too long; what it computes is told to stop.
+/// Ends a request that takes too long; its computation is stopped.
 fn within_time(app: &AppState, answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
     let limit_s = app.settings.request_timeout_s;
     tokio::time::timeout(Duration::from_secs_f64(limit_s), answered).map(move |answered| {
         answered.unwrap_or_else(|_elapsed| {
-            let detail = format!("the request took longer than {limit_s} s");
+            let detail = format!(
+                "the request took longer than the limit of {limit_s} s; split it, or post it as a job"
+            );
             Problem::new(ProblemType::TimedOut, detail).into_response()
         })
     })
 }
 
-/// Answers a panic.
+/// Turns a panic into an answer.
 fn caught(answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
     AssertUnwindSafe(answered)
         .catch_unwind()
@@ -154,12 +156,15 @@ fn panicked(cause: &(dyn Any + Send)) -> Response {
     Problem::internal(&format!("a handler panicked: {text}")).into_response()
 }
 
-/// Nothing is at this address.
+/// The address does not exist.
 pub(super) async fn not_found(request: Request) -> Problem {
     Problem::new(ProblemType::NotFound, format!("there is nothing at {}", request.uri().path()))
 }
 
 /// The resource does not have this method.
 pub(super) async fn method_not_allowed(request: Request) -> Problem {
-    Problem::new(ProblemType::MethodNotAllowed, format!("there is no {} here", request.method()))
+    Problem::new(
+        ProblemType::MethodNotAllowed,
+        format!("this address does not support the method {}", request.method()),
+    )
 }

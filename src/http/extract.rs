@@ -1,4 +1,4 @@
-//! Extractors that answer problems where axum's own would answer text.
+//! Extractors that answer with problems where axum's own extractors would answer with text.
 
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::response::{IntoResponse, Response};
@@ -37,14 +37,14 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
         let kind = media_type(&parts.headers);
         if !kind.as_deref().is_some_and(is_json) {
             let found = kind.as_deref().unwrap_or("none");
-            let detail = format!("the operation takes application/json, not {found}");
+            let detail = format!("send application/json, not {found}");
             return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
         }
         let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
         let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
         let read = if text.len() > PARSED_AT_ONCE {
             memory::keep(parsed_bytes(&text))?;
-            // Boxed, as it is rare: its room would be part of every request's.
+            // Boxed because it is rare: otherwise its memory would be part of every request's.
             Box::pin(app.compute.run(move |_stop| read_json(&text))).await?
         } else {
             read_json(&text)
@@ -53,11 +53,11 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
     }
 }
 
-/// What a document holds for each of its values, a row of numbers in a list that grows by doubling among them: measured as 8 to
-/// 30, over every operation \[bytes\].
+/// Memory that a document needs for each of its values, including a row of numbers in a list that grows by doubling:
+/// measured as 8 to 30 over every operation \[bytes\].
 const VALUE_BYTES: u64 = 24;
 
-/// What is read from a JSON text, its strings among it, at most about \[bytes\].
+/// An upper bound of the memory for the document of a JSON text, with its strings \[bytes\].
 pub(super) fn parsed_bytes(text: &[u8]) -> u64 {
     let values = memchr::memchr3_iter(b',', b'[', b'{', text).count();
     text.len() as u64 + values as u64 * VALUE_BYTES

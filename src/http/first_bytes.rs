@@ -1,6 +1,6 @@
-//! An end for connections that say nothing. Which protocol a client speaks is told by its first bytes; until then no
-//! timer of a protocol runs, and who sends no byte, or the first of HTTP/2's preface alone, would hold its place for ever.
-//! So would a client of HTTP/2 that asks for nothing, or takes nothing of its answers.
+//! Ends connections that send nothing. The first bytes of a client show which protocol it uses. Until then no timer
+//! of a protocol runs, and a client that sends no byte, or only the start of HTTP/2's preface, would hold its place
+//! for ever. So would an HTTP/2 client that sends no request, or takes nothing of its answers.
 
 use std::io;
 use std::pin::Pin;
@@ -15,22 +15,22 @@ use tokio::time::{Instant, Sleep, sleep};
 
 use super::streams::{Followed, Streams};
 
-/// What an HTTP/2 client sends first (RFC 9113 §3.4).
+/// The first bytes that an HTTP/2 client sends (RFC 9113 §3.4).
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-/// How often in the shorter of its times an HTTP/2 connection is looked at: it may stay longer by this part.
+/// How often an HTTP/2 connection is checked within the shorter of its times: it may stay longer by this part.
 const LOOKS: u32 = 8;
 
-/// How long a client is waited for.
+/// How long the service waits for a client.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience {
-    /// For the first bytes, and with HTTP/2 for anything at all when no request is under way.
+    /// For the first bytes; with HTTP/2 also for any byte while no request is open.
     pub silence: Duration,
-    /// With HTTP/2 for the client to take some of an answer.
+    /// With HTTP/2: for the client to take some of an answer.
     pub answer_pause: Duration,
 }
 
-/// Accepts what another acceptor does, waits only so long until it is known which protocol is spoken, and ends connections
-/// of HTTP/2 whose client has left them.
+/// Accepts what another acceptor accepts, waits only a limited time until the protocol is known, and ends HTTP/2
+/// connections that the client has left.
 #[derive(Debug, Clone)]
 pub struct FirstBytes<A> {
     inner: A,
@@ -38,7 +38,7 @@ pub struct FirstBytes<A> {
 }
 
 impl<A> FirstBytes<A> {
-    /// Waits as long as `patience`.
+    /// Waits as long as `patience` says.
     #[must_use]
     pub fn within(patience: Patience, inner: A) -> Self {
         Self { inner, patience }
@@ -71,7 +71,7 @@ where
     }
 }
 
-/// A connection that is listened to.
+/// A connection whose traffic is watched.
 #[derive(Debug)]
 pub struct Heard<T> {
     stream: T,
@@ -83,16 +83,17 @@ pub struct Heard<T> {
 /// The protocol, as far as it is known.
 #[derive(Debug)]
 enum Spoken {
-    /// So many bytes so far are those of the preface; when it ends.
+    /// This many bytes match the preface so far; and the time at which the wait ends.
     Unknown { matched: usize, end: Pin<Box<Sleep>> },
-    /// HTTP/1.1, which looks after itself.
+    /// HTTP/1.1, which has its own timers.
     One,
-    /// HTTP/2, and when it is looked at next.
+    /// HTTP/2, and the time of the next check.
     Two { look: Pin<Box<Sleep>> },
 }
 
 impl<T> Heard<T> {
-    /// Looks at what has arrived: the protocol is known with the first byte that is not the preface's, or with all of it.
+    /// Checks the bytes that have arrived: the protocol is known with the first byte that is not the preface's, or
+    /// with the whole preface.
     fn hear(&mut self, bytes: &[u8]) {
         let Spoken::Unknown { matched, .. } = &mut self.spoken else { return };
         let left = PREFACE.get(*matched..).unwrap_or_default();
@@ -109,7 +110,7 @@ impl<T> Heard<T> {
         self.patience.silence.min(self.patience.answer_pause) / LOOKS
     }
 
-    /// Whether the client is waited for no longer.
+    /// Whether the service stops waiting for the client.
     fn is_left(&mut self, cx: &mut Context<'_>) -> bool {
         let (pause, patience) = (self.pause_of_looks(), self.patience);
         match &mut self.spoken {

@@ -1,15 +1,16 @@
-//! The transfer coding of a body: none, or `chunked`. A proxy that reads another one would see other requests than the service.
+//! The transfer coding of a body: none, or `chunked`. A proxy that reads another coding would see other requests than
+//! the service.
 
 use axum::extract::Request;
 use http::header::TRANSFER_ENCODING;
 
 use super::problem::{Problem, ProblemType};
 
-/// Refuses a body that comes in a transfer coding other than one `chunked` (RFC 9112 §6.1). A request that has
-/// `Content-Length` as well comes here without it: the layer below drops that field, and closes the connection behind the answer.
+/// Refuses a body with a transfer coding other than a single `chunked` (RFC 9112 §6.1). If a request also has
+/// `Content-Length`, the layer below drops that field and closes the connection after the answer.
 ///
 /// # Errors
-/// What `Transfer-Encoding` says.
+/// `Transfer-Encoding` names another coding.
 pub(super) fn chunked_or_plain(request: &Request) -> Result<(), Problem> {
     let mut codings = request.headers().get_all(TRANSFER_ENCODING).iter();
     let Some(coding) = codings.next() else { return Ok(()) };

@@ -1,5 +1,5 @@
-//! Asks every request who sends it, and lets in whose key allows what is asked. A machine that a key does not reach is
-//! not there for it, and neither is anything that belongs to one.
+//! Checks who sends each request, and admits it if its key allows the operation. A machine that a key does not reach
+//! does not exist for the caller, and neither does anything that belongs to it.
 
 use std::sync::Arc;
 
@@ -21,11 +21,11 @@ use super::problem::{Problem, ProblemType};
 use super::security_log::Reason;
 use crate::jobs::{KeyRefusal, key_id_of};
 
-/// A refusal, and what is said beside it (RFC 6750 §3).
+/// A refusal, with its challenge (RFC 6750 §3).
 struct Refused {
     problem: Problem,
     challenge: Option<String>,
-    /// Why, where it is no fault of ours.
+    /// The reason, if it is not a fault of the service.
     reason: Option<Reason>,
     key_id: Option<Arc<str>>,
 }
@@ -50,7 +50,7 @@ impl Reason {
     }
 }
 
-/// Whether it listens to programs of its own computer alone.
+/// Whether the service listens only to programs on its own computer.
 fn is_local(app: &AppState) -> bool {
     app.settings.listen.ip().to_canonical().is_loopback()
 }
@@ -63,10 +63,10 @@ impl From<Problem> for Refused {
 
 const REALM: &str = "Bearer realm=\"trunnion\"";
 
-/// Lets in whom it knows, with the caller among the request's extensions.
+/// Admits a request with a valid key, and adds the caller to the request's extensions.
 ///
 /// # Errors
-/// The answer to anybody else.
+/// The answer to every other request.
 pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, Box<Response>> {
     let (mut parts, body) = request.into_parts();
     let refused = match admitted(app, &mut parts).await {
@@ -80,16 +80,16 @@ pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, B
         }
         Err(refused) => refused,
     };
-    // Boxed, as it is rare: its room would be part of every request's.
+    // Boxed because it is rare: otherwise its memory would be part of every request's.
     Err(Box::pin(refusal(app, refused, parts, body)).await)
 }
 
-/// The answer to whom it does not let in.
+/// The answer to a request that is not admitted.
 async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> Box<Response> {
     if let Some(reason) = refused.reason {
         note_refusal(app, reason, refused.key_id.as_deref(), &parts.method, &parts.extensions);
     }
-    // Whoever guesses keys is counted by address.
+    // A caller that guesses keys is counted by address.
     if let Some(response) = turned_away(app, &parts.method, &parts.extensions, None) {
         return Box::new(response);
     }
@@ -110,13 +110,13 @@ async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> 
         }
         return Ok(Caller::anybody());
     }
-    // Where there is nothing, there is nothing to guard.
+    // An address that does not exist needs no guard.
     let Some(route) = parts.extensions.get::<MatchedPath>().cloned() else { return Ok(Caller::nobody()) };
     let route = route.as_str();
     let Need::Scope(scope) = needed(parts.method.as_str(), route) else { return Ok(Caller::nobody()) };
     if ring.is_empty() {
-        // There were some: the database was put back without them, or is another.
-        let detail = "the service has lost its keys: there were some, and now no API key exists; make one with trunnion keys create, or put the database back";
+        // Keys existed before: the database was restored without them, or is another one.
+        let detail = "the service has lost its API keys: keys existed before, but none exists now; create one with trunnion keys create, or restore the database";
         let problem = Problem::new(ProblemType::Unauthenticated, detail);
         return Err(Refused::because(Reason::NoKeysMade, problem).challenging(REALM));
     }
@@ -124,7 +124,7 @@ async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> 
     let key = ring.find(text, || app.sources.clock.now()).map_err(|refusal| {
         let problem = Problem::new(ProblemType::Unauthenticated, refusal.to_string());
         let refused = Refused::because(Reason::of(&refusal), problem);
-        // The refusal of a revoked or ended key says that its secret was right.
+        // The refusal of a revoked or expired key confirms that its secret was right.
         let known = !matches!(refusal, KeyRefusal::Unknown);
         let key_id = known.then(|| key_id_of(text)).flatten().map(Into::into);
         Refused { key_id, ..refused }.challenging(&format!("{REALM}, error=\"invalid_token\""))
@@ -155,9 +155,14 @@ fn bearer(headers: &HeaderMap) -> Result<&str, Refused> {
         Refused::because(reason, Problem::new(ProblemType::Unauthenticated, detail)).challenging(REALM)
     };
     let mut values = headers.get_all(AUTHORIZATION).iter();
-    let value =
-        values.next().ok_or_else(|| refuse(Reason::NoKey, "the request has no Authorization header"))?;
-    let not_one = || refuse(Reason::UnreadableKey, "Authorization is not Bearer followed by one key");
+    let value = values.next().ok_or_else(|| {
+        refuse(
+            Reason::NoKey,
+            "the request has no Authorization header; send Authorization: Bearer with an API key",
+        )
+    })?;
+    let not_one =
+        || refuse(Reason::UnreadableKey, "the Authorization header must be Bearer followed by one key");
     if values.next().is_some() {
         return Err(not_one());
     }
@@ -165,7 +170,8 @@ fn bearer(headers: &HeaderMap) -> Result<&str, Refused> {
     if scheme.eq_ignore_ascii_case("bearer") { Ok(key.trim()) } else { Err(not_one()) }
 }
 
-/// Whether what the path names is within the key's reach. What a body names is looked at where it is read.
+/// Whether the key reaches the machine that the path names. A machine that the body names is checked where the body
+/// is read.
 async fn reaches(app: &AppState, caller: &Caller, route: &str, parts: &mut Parts) -> Result<(), Problem> {
     let of_machine = route.contains("{machine_id}");
     let of_job = route.starts_with("/v1/jobs/{id}");
@@ -182,7 +188,7 @@ async fn reaches(app: &AppState, caller: &Caller, route: &str, parts: &mut Parts
         return if within { Ok(()) } else { Err(Problem::job_not_found(named)) };
     }
     if parts.method == Method::PUT && route == "/v1/machines/{machine_id}" && !caller.reaches(named) {
-        let detail = format!("the key has a list of machines, and {named:?} is not in it");
+        let detail = format!("the key is limited to a list of machines, and {named:?} is not in it");
         return Err(Problem::new(ProblemType::MachineNotAllowed, detail));
     }
     caller.must_reach(named)

@@ -1,4 +1,4 @@
-//! The API keys as the guard sees them: in memory, and never older than the last change of theirs.
+//! The API keys as the guard sees them: in memory, and never older than their last change.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,22 +9,22 @@ use std::time::{Duration, Instant};
 use crate::jobs::{KeyRing, Sources};
 use crate::store::{KEY_MARK_TRUSTED, KeyMark, Store, StoreError};
 
-/// How long the ring is trusted without asking the database. Changes by this process and by the command line are seen
-/// at once; this is for what comes in any other way, such as a restored database.
+/// How long the keys are trusted without asking the database. Changes by this process and by the command line are
+/// seen at once. This time is for changes that come in any other way, such as a restored database.
 const TRUSTED: Duration = Duration::from_secs(1);
 
-/// How often the use of one key is written down.
+/// How often the use of one key is recorded.
 const NOTED: Duration = Duration::from_mins(5);
 
 /// The keys of one data directory.
 #[derive(Debug)]
 pub(super) struct HeldKeys {
-    /// Where another process says that it has changed them.
+    /// The file with which another process reports that it has changed the keys.
     mark: PathBuf,
     loaded: RwLock<Option<Loaded>>,
     loading: tokio::sync::Mutex<()>,
     noted: Mutex<HashMap<Arc<str>, Instant>>,
-    /// Keys were seen.
+    /// Whether keys have ever been seen.
     closed: AtomicBool,
 }
 
@@ -33,12 +33,12 @@ struct Loaded {
     ring: Arc<KeyRing>,
     mark: Option<KeyMark>,
     at: Instant,
-    /// How long after `at` the last look at the mark began \[ns\].
+    /// How long after `at` the last check of the mark began \[ns\].
     looked_ns: AtomicU64,
 }
 
 impl Loaded {
-    /// Whether nobody has said within this age that the keys have changed.
+    /// Whether no change of the keys was reported within this age.
     fn is_unchanged(&self, age: Duration, place: &Path) -> bool {
         let looked = Duration::from_nanos(self.looked_ns.load(Ordering::Relaxed));
         if age < looked + KEY_MARK_TRUSTED {
@@ -46,7 +46,7 @@ impl Loaded {
         }
         let unchanged = self.mark == KeyMark::at(place);
         if unchanged {
-            // When it began: a change that came after this look is one that the next must find.
+            // The time at which the check began: the next check must find a change that came after it.
             self.looked_ns.store(u64::try_from(age.as_nanos()).unwrap_or(0), Ordering::Relaxed);
         }
         unchanged
@@ -64,7 +64,7 @@ impl HeldKeys {
         }
     }
 
-    /// Every key as it is now.
+    /// Every key at present.
     ///
     /// # Errors
     /// The keys have changed, or were never read, and cannot be read.
@@ -74,13 +74,13 @@ impl HeldKeys {
         {
             return Ok(ring);
         }
-        // Boxed, as it is rare: its room would be part of every request's.
+        // Boxed because it is rare: otherwise its memory would be part of every request's.
         Box::pin(self.read(store)).await
     }
 
     /// Every key from the database.
     async fn read(&self, store: &Store) -> Result<Arc<KeyRing>, StoreError> {
-        // Only one request reads; the others that come meanwhile find what it has read.
+        // Only one request reads; the requests that come meanwhile use its result.
         let _reading = self.loading.lock().await;
         let known = self.unchanged();
         if let Some((ring, age)) = &known
@@ -88,13 +88,13 @@ impl HeldKeys {
         {
             return Ok(Arc::clone(ring));
         }
-        // Looked at before the database, so that a change in between is seen the next time.
+        // Checked before the database is read, so that the next check sees a change in between.
         let at = Instant::now();
         let mark = KeyMark::at(&self.mark);
         let ring = match (store.every_api_key().await, known) {
             (Ok(rows), _) => Arc::new(KeyRing::of(rows)),
             (Err(fault), Some((known, _age))) => {
-                tracing::warn!(error = %fault, "the API keys cannot be read again; those that are known go on");
+                tracing::warn!(error = %fault, "the API keys cannot be read again; the known keys stay in use");
                 known
             }
             (Err(fault), None) => return Err(fault),
@@ -107,7 +107,7 @@ impl HeldKeys {
         Ok(ring)
     }
 
-    /// What was read and how long ago, where nobody has said since that it has changed.
+    /// The keys that were read, and their age, if no change was reported since.
     fn unchanged(&self) -> Option<(Arc<KeyRing>, Duration)> {
         let loaded = self.loaded.read().unwrap_or_else(PoisonError::into_inner);
         let loaded = loaded.as_ref()?;
@@ -115,7 +115,7 @@ impl HeldKeys {
         loaded.is_unchanged(age, &self.mark).then(|| (Arc::clone(&loaded.ring), age))
     }
 
-    /// Whether this process ever saw a key: it never opens again, whatever becomes of the database.
+    /// Whether this process has ever seen a key: it never opens again, whatever happens to the database.
     pub(super) fn were_seen(&self) -> bool {
         self.closed.load(Ordering::Relaxed)
     }
@@ -125,7 +125,7 @@ impl HeldKeys {
         *self.loaded.write().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// Writes down that a key was used, now and then.
+    /// Records from time to time that a key was used.
     pub(super) fn note_use(&self, store: &Store, sources: &Sources, id: &Arc<str>) {
         {
             let mut noted = self.noted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -137,7 +137,7 @@ impl HeldKeys {
         let (store, id, at) = (store.clone(), Arc::clone(id), sources.timestamp());
         tokio::spawn(async move {
             if let Err(fault) = store.note_use_of_api_key(&id, &at).await {
-                tracing::warn!(error = %fault, key_id = %id, "the use of an API key could not be noted");
+                tracing::warn!(error = %fault, key_id = %id, "the use of an API key could not be recorded");
             }
         });
     }
@@ -155,7 +155,7 @@ mod tests {
         let ring = Arc::new(KeyRing::of(Vec::new()));
         let loaded = Loaded { ring, mark: None, at: Instant::now(), looked_ns: AtomicU64::new(0) };
         assert!(loaded.is_unchanged(KEY_MARK_TRUSTED * 2, &place));
-        // The last look was the latest that there can be before the change.
+        // The last check was as late as possible before the change.
         loaded.looked_ns.store(u64::try_from(loaded.at.elapsed().as_nanos()).unwrap(), Ordering::Relaxed);
         mark_key_change(folder.path(), "one").unwrap();
         assert!(!loaded.is_unchanged(loaded.at.elapsed(), &place));

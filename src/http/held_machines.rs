@@ -1,5 +1,5 @@
-//! Machines as handlers use them, in memory, so that a small computation does not wait for the database. A machine is
-//! only taken from here as long as nothing at all was written since it was read.
+//! Machines in memory, so that a small computation does not wait for the database. A machine is taken from here only
+//! if nothing was written since it was read.
 
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use crate::jobs::MachineUsed;
 
-/// Machines held at most.
+/// Largest number of machines held.
 const MOST: usize = 256;
 
-/// How long a machine is trusted without asking the database. What this process writes is seen at once; this is for what
-/// comes in any other way.
+/// How long a machine is trusted without asking the database. Writes of this process are seen at once; this time is
+/// for changes that come in any other way.
 const TRUSTED: Duration = Duration::from_secs(1);
 
 /// The machines that were used last.
@@ -26,14 +26,14 @@ struct Held {
 }
 
 impl HeldMachines {
-    /// The machine, if so many writes have been seen as when it was read.
+    /// The machine, if the number of writes is the same as when it was read.
     pub(super) fn get(&self, machine_id: &str, writes: u64) -> Option<Arc<MachineUsed>> {
         let held = self.0.read().unwrap_or_else(PoisonError::into_inner);
         let found = held.get(machine_id)?;
         (found.writes == writes && found.at.elapsed() < TRUSTED).then(|| Arc::clone(&found.machine))
     }
 
-    /// Keeps a machine that was read after so many writes.
+    /// Keeps a machine that was read after this number of writes.
     pub(super) fn keep(&self, machine_id: &str, writes: u64, machine: &Arc<MachineUsed>) {
         let mut held = self.0.write().unwrap_or_else(PoisonError::into_inner);
         if held.len() >= MOST && !held.contains_key(machine_id) {

@@ -1,5 +1,5 @@
-//! The name under which a request asks for the service: it has exactly one. Two would let a proxy in front of the service and the service
-//! itself mean different ones.
+//! The host name of a request: it has exactly one. With two, a proxy in front of the service and the service itself
+//! could use different ones.
 
 use axum::extract::Request;
 use http::Version;
@@ -11,8 +11,8 @@ use super::problem::{Problem, ProblemType};
 /// Refuses a request without one clear host (RFC 9112 §3.2, RFC 9113 §8.3.1).
 ///
 /// # Errors
-/// HTTP/1.1 without `Host`, `Host` twice, a `Host` that is no authority or names a user, or one that contradicts the
-/// authority in the request's target.
+/// An HTTP/1.1 request without `Host`; `Host` twice; a `Host` that is not a host with an optional port, or that names
+/// a user, or that contradicts the authority in the request's target.
 pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
     let refuse = |detail: &str| Err(Problem::new(ProblemType::MalformedRequest, detail));
     let target = request.uri().authority();
@@ -27,22 +27,22 @@ pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
     if fields.next().is_some() {
         return refuse("the request has several Host fields; send one");
     }
-    // Empty is what a target without an authority has.
+    // A target without an authority has an empty one.
     if field.is_empty() && target.is_none() {
         return Ok(());
     }
     let Ok(host) = Authority::try_from(field.as_bytes()) else {
-        return refuse("the Host field is no host with an optional port");
+        return refuse("the Host field is not a host with an optional port");
     };
     if host.as_str().contains(',') {
         return refuse("the Host field names several hosts; send one");
     }
     let behind = host.as_str().strip_prefix(host.host()).unwrap_or_default();
     if behind.len() > 1 && host.port_u16().is_none() && !host.as_str().contains('@') {
-        return refuse("the port of the Host field is no number up to 65535");
+        return refuse("the port of the Host field is not a number up to 65535");
     }
     if host.as_str().contains('@') {
-        return refuse("the Host field names a user; send the host and its port alone");
+        return refuse("the Host field names a user; send only the host and its port");
     }
     if target.is_some_and(|target| !target.as_str().eq_ignore_ascii_case(host.as_str())) {
         return refuse("the Host field and the address of the request name different hosts");

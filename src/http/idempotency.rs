@@ -8,7 +8,7 @@ use super::problem::{Problem, ProblemType};
 use crate::jobs::timestamp;
 use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
-/// Longest key taken (bytes).
+/// Longest key that is accepted (bytes).
 const MAX_KEY_BYTES: usize = 255;
 
 /// The key of a request, if it has one, before its body is known.
@@ -21,18 +21,18 @@ pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
         && text.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
     if !sound || values.next().is_some() {
         let detail =
-            format!("Idempotency-Key is not one text of 1 to {MAX_KEY_BYTES} visible ASCII characters");
+            format!("Idempotency-Key must be one text of 1 to {MAX_KEY_BYTES} visible ASCII characters");
         return Err(Problem::new(ProblemType::MalformedRequest, detail));
     }
     Ok(Some(text.to_owned()))
 }
 
-/// The key with the digest of all that makes the request: method, path, query and what its body says. Every API key has
-/// idempotency keys of its own, so that nobody is answered what another was.
+/// The key with the digest of everything that makes the request: method, path, query and content of the body. Every
+/// API key has idempotency keys of its own, so that no caller gets the answer of another.
 pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
     let mut key = key?;
     if let Some(id) = parts.extensions.get::<Caller>().and_then(|caller| caller.key_id.as_ref()) {
-        // No client can send a tab.
+        // A client cannot send a tab.
         key = format!("{id}\t{}", sha256_hex(key.as_bytes()));
     }
     let uri = &parts.uri;
@@ -47,7 +47,7 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
     })
 }
 
-/// What a request under this key was answered with before.
+/// The earlier answer to a request with this key.
 ///
 /// # Errors
 /// The key was used for another request.
@@ -59,8 +59,8 @@ pub(super) async fn answered(app: &AppState, used: Option<&KeyUse>) -> Result<Op
     }
 }
 
-/// What is missing is said at once to a request without a key. Under a key the same request may have been answered before
-/// it went missing: it is said when no answer is remembered.
+/// Reports a missing resource at once if the request has no key. With a key, the same request may have been answered
+/// before the resource was deleted; the fault is then reported only if no answer is remembered.
 pub(super) fn unless_keyed<T>(
     key: Option<&String>,
     found: Result<T, Problem>,
@@ -71,7 +71,7 @@ pub(super) fn unless_keyed<T>(
     }
 }
 
-/// The job that a request under this key has already made.
+/// The job that a request with this key has already created.
 ///
 /// # Errors
 /// The key was used for another request.
@@ -79,13 +79,13 @@ pub(super) async fn remembered(app: &AppState, used: Option<&KeyUse>) -> Result<
     match answered(app, used).await? {
         Some(Remembered::Job(job)) => Ok(Some(*job)),
         None => Ok(None),
-        // The fingerprint names method and path, so the same request never has an answer of another kind.
+        // The fingerprint contains method and path, so the same request never has an answer of another kind.
         Some(_) => Err(key_reused()),
     }
 }
 
-/// The refusal of a key that stands for something else.
+/// The refusal of a key that belongs to another request.
 pub(super) fn key_reused() -> Problem {
-    let detail = "the Idempotency-Key was first used for another request";
+    let detail = "the Idempotency-Key was first used for another request; send a new key";
     Problem::new(ProblemType::KeyReused, detail)
 }

@@ -1,17 +1,17 @@
-//! What the client will take: the Accept header with its q-values (RFC 9110 §12.5.1).
+//! Content negotiation: the Accept header with its q-values (RFC 9110 §12.5.1).
 
 use http::HeaderMap;
 use http::header::ACCEPT;
 
 use super::problem::{Problem, ProblemType};
 
-/// The best of `offers` (media types, best liked by us first) for the client.
+/// The best of `offers` (media types, our preferred one first) for the client.
 ///
 /// # Errors
-/// None of them fits.
+/// No offer fits.
 pub(super) fn choose<'a>(headers: &HeaderMap, offers: &[&'a str]) -> Result<&'a str, Problem> {
     let Some(first) = offers.first() else {
-        return Err(Problem::new(ProblemType::NotAcceptable, "there is no representation"));
+        return Err(Problem::new(ProblemType::NotAcceptable, "this resource has no representation"));
     };
     if !headers.contains_key(ACCEPT) {
         return Ok(first);
@@ -31,14 +31,17 @@ pub(super) fn choose<'a>(headers: &HeaderMap, offers: &[&'a str]) -> Result<&'a 
         }
     }
     best.map(|(offer, _)| offer).ok_or_else(|| {
-        Problem::new(ProblemType::NotAcceptable, format!("the representations are {}", offers.join(", ")))
+        Problem::new(
+            ProblemType::NotAcceptable,
+            format!("no representation fits the Accept header; accept one of {}", offers.join(", ")),
+        )
     })
 }
 
 struct Range {
     kind: String,
     subtype: String,
-    /// Thousandths.
+    /// Quality in thousandths.
     quality: u16,
 }
 

@@ -1,4 +1,4 @@
-//! Refusals of the guard and of admission, written down.
+//! Records refusals of the guard and of admission.
 
 use std::net::SocketAddr;
 
@@ -9,7 +9,7 @@ use super::AppState;
 use super::request_id::RequestId;
 use super::security_log::{Reason, SecurityEvent};
 
-/// Writes a refusal into the security log, and its reason and source into the request's log line.
+/// Writes a refusal to the security log, and its reason and source to the request's log line.
 pub(super) fn note_refusal(
     app: &AppState,
     reason: Reason,

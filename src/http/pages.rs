@@ -1,5 +1,5 @@
-//! Pages of other sites. A service without keys trusts every program on its computer, and a browser is one: a page from
-//! anywhere could have it send requests here. Such a page is told apart by what browsers say of it.
+//! Requests from pages of other sites. A service without keys trusts every program on its computer, and a browser is
+//! one of them: any page could make it send requests here. Headers of browsers show such requests.
 
 use std::net::IpAddr;
 
@@ -10,24 +10,24 @@ use http::{HeaderMap, HeaderName, Method};
 
 use super::problem::{Problem, ProblemType};
 
-/// Where a browser says from which site a request comes.
+/// Header in which a browser says from which site a request comes.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Refuses what a page of another site sends to a service without keys on a loopback address.
+/// Refuses requests that a page of another site sends to a service without keys on a loopback address.
 ///
-/// Two things are looked at. A name that somebody else gives out may lead to a loopback address (DNS rebinding), and
-/// then the page counts as of this site: so the service answers to addresses, to `localhost` and to names without a dot,
-/// which nobody can register. And a request
-/// that is no plain reading does not come from a page of another site (Fetch Metadata; of older browsers, `Origin`).
+/// There are two checks. First, a foreign name may resolve to a loopback address (DNS rebinding), and then the page
+/// would count as belonging to this site. So the service answers only to addresses, to `localhost` and to names
+/// without a dot, which nobody can register. Second, a request that is not a plain read must not come from a page of
+/// another site (Fetch Metadata; for older browsers, `Origin`).
 ///
 /// # Errors
-/// It does.
+/// The request comes from a page of another site.
 pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
     let authority = parts.uri.authority().map(Authority::as_str);
     let host = text(&parts.headers, &HOST).or(authority);
     if let Some(host) = host.filter(|host| !is_this_computer(host)) {
         let detail = format!(
-            "without an API key the service answers to addresses and to localhost, not to the name {host:?}"
+            "without API keys the service answers only to IP addresses and to localhost, not to the name {host:?}"
         );
         return Err(Problem::new(ProblemType::ForeignPage, detail));
     }
@@ -40,18 +40,18 @@ pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
         (None, None) => false,
     };
     if foreign {
-        let detail = "without an API key the service takes nothing from a page of another site";
+        let detail = "without API keys the service accepts nothing from a page of another site";
         return Err(Problem::new(ProblemType::ForeignPage, detail));
     }
     Ok(())
 }
 
-/// A header's value; empty where it is no text.
+/// A header's value; empty if it is not text.
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     headers.get(name).map(|value| value.to_str().unwrap_or_default())
 }
 
-/// Whether an authority is an address or a name that nobody else gives out (`localhost`: RFC 6761 §6.3).
+/// Whether an authority is an address or a name that belongs to this computer (`localhost`: RFC 6761 §6.3).
 fn is_this_computer(authority: &str) -> bool {
     let name = match authority.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         Some((inside, _port)) => inside,

@@ -12,16 +12,16 @@ use crate::wire::{Fault, FaultList};
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct PageQuery {
-    /// How many items.
+    /// Number of items.
     #[param(minimum = 1, maximum = 200, default = 50)]
     limit: Option<u64>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
 
-/// Most items of a page.
+/// Largest number of items on a page.
 const MAX_LIMIT: u32 = 200;
-/// Items of a page unless asked otherwise.
+/// Default number of items on a page.
 const DEFAULT_LIMIT: u32 = 50;
 
 impl PageQuery {
@@ -30,7 +30,7 @@ impl PageQuery {
         Self { limit, cursor }
     }
 
-    /// The number of items and where to begin.
+    /// The number of items, and the cursor to begin at.
     pub(super) fn read(&self) -> Result<(u32, Option<Cursor>), Problem> {
         let mut faults = FaultList::default();
         let limit = match self.limit.map(u32::try_from) {
@@ -55,7 +55,7 @@ impl PageQuery {
 pub(super) struct Listed<T> {
     /// The items.
     items: Vec<T>,
-    /// For the next page; null at the end.
+    /// Cursor of the next page; null on the last page.
     next_cursor: Option<String>,
 }
 

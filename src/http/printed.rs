@@ -1,5 +1,5 @@
-//! Answers that are printed in one go and taken slowly: small ones stay in memory, large ones wait in a file without a name, so
-//! that a client that takes nothing holds no memory.
+//! Answers that are printed at once but sent slowly. Small answers stay in memory; large ones wait in a file without
+//! a name, so that a client that reads nothing holds no memory.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -17,16 +17,16 @@ use super::AppState;
 use super::problem::Problem;
 use crate::jobs::memory::{Account, REQUEST_BYTES};
 
-/// Answers up to this length stay in memory where there is room for them \[bytes\].
+/// Answers up to this length stay in memory if there is room for them \[bytes\].
 const IN_MEMORY: usize = 1 << 20;
-/// Answers up to this length are part of what every request pays \[bytes\].
+/// Answers up to this length are covered by the memory that every request reserves \[bytes\].
 const PAID_ALREADY: u64 = 64 << 10;
-/// Answers up to this length pay nothing once they are made \[bytes\].
+/// Answers up to this length reserve no memory after they are made \[bytes\].
 const TRIFLE: u64 = 1 << 10;
 /// Bytes read from a file at a time.
 pub(super) const CHUNK: usize = 32 << 10;
 
-/// An answer being printed.
+/// An answer that is being printed.
 #[derive(Debug)]
 pub(super) struct Printed {
     directory: PathBuf,
@@ -37,7 +37,7 @@ pub(super) struct Printed {
 }
 
 impl Printed {
-    /// An empty one of as many bytes as a result may have.
+    /// An empty answer, limited to the largest length of a result.
     pub(super) fn new(app: &AppState) -> Self {
         let (directory, limit) = (spool(app), app.settings.max_result_bytes);
         Self { directory, text: Vec::new(), file: None, length: 0, limit }
@@ -70,7 +70,8 @@ impl Write for Printed {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.length += bytes.len() as u64;
         if self.length > self.limit {
-            let detail = format!("the answer has more than {} bytes, which are allowed", self.limit);
+            let detail =
+                format!("the answer is larger than the limit of {} bytes; ask for less at once", self.limit);
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, detail));
         }
         self.text.extend_from_slice(bytes);
@@ -94,7 +95,7 @@ fn of_file(mut file: File) -> io::Result<Body> {
     Ok(Body::from_stream(ReaderStream::with_capacity(tokio::fs::File::from_std(file), CHUNK)))
 }
 
-/// The answer, which pays for what it holds until the client has taken it.
+/// The answer, which reserves the memory that it holds until the client has taken it.
 pub(super) async fn settled(app: &AppState, account: Account, response: Response) -> Response {
     let length = response.body().size_hint().exact();
     match length {
@@ -103,11 +104,12 @@ pub(super) async fn settled(app: &AppState, account: Account, response: Response
         Some(length) => {
             account.keep_only(REQUEST_BYTES);
             if length > IN_MEMORY as u64 || account.keep(length).is_err() {
-                // What was done may have been stored: the answer is not refused for want of memory, it waits on the disk.
+                // The work may have been stored. So the answer is not refused if memory is missing; it waits on the
+                // disk.
                 return Box::pin(on_disk(app, account, response)).await;
             }
         }
-        // A file, or events: nothing of what was computed is in memory any more.
+        // A file, or events: the result of the computation is not in memory any more.
         None => account.keep_only(REQUEST_BYTES),
     }
     held(account, response)
@@ -119,7 +121,7 @@ fn held(account: Account, response: Response) -> Response {
 
 /// Moves an answer into a file.
 async fn on_disk(app: &AppState, account: Account, response: Response) -> Response {
-    /// Answers moved at the same time.
+    /// Number of answers that are moved at the same time.
     static MOVING: Semaphore = Semaphore::const_new(4);
     let (mut parts, body) = response.into_parts();
     let _turn = MOVING.acquire().await;
@@ -132,7 +134,7 @@ async fn on_disk(app: &AppState, account: Account, response: Response) -> Respon
     let body = match written.unwrap_or_else(|panicked| Err(io::Error::other(panicked))) {
         Ok(body) => body,
         Err(fault) => {
-            tracing::warn!(error = %fault, "an answer stays in memory: it cannot be written");
+            tracing::warn!(error = %fault, "an answer cannot be written to a file and stays in memory");
             Body::from(text)
         }
     };
@@ -146,7 +148,7 @@ fn in_file(directory: &Path, text: &Bytes) -> io::Result<Body> {
     of_file(file)
 }
 
-/// A body that pays until it is taken.
+/// A body that reserves memory until it is taken.
 struct Taken {
     body: Body,
     _account: Account,

@@ -1,4 +1,4 @@
-//! The one form in which problems leave (RFC 9457). Faults of every layer below become problems here and nowhere else.
+//! The one form in which problems are sent (RFC 9457). Faults of every layer below become problems only here.
 
 use axum::response::{IntoResponse, Response};
 use http::header::{CONTENT_TYPE, RETRY_AFTER};
@@ -25,17 +25,17 @@ pub const PROBLEM_JSON: &str = "application/problem+json";
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = Problem)]
 pub struct ProblemDocument {
-    /// Stable reference of the kind of problem; resolves to a page.
+    /// Stable reference of the kind of problem; it resolves to a page that explains it.
     #[serde(rename = "type")]
     #[schema(example = "/problems/invalid-request")]
     kind: String,
-    /// The kind in a sentence.
+    /// The kind of problem in a sentence.
     #[schema(example = "A field or parameter is wrong")]
     title: &'static str,
     /// The HTTP status.
     #[schema(example = 422)]
     status: u16,
-    /// What happened this time.
+    /// Details of this occurrence.
     detail: String,
     /// Every bad value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -67,19 +67,19 @@ struct Members {
 }
 
 impl Problem {
-    /// A problem of this kind with what happened this time.
+    /// A problem of this kind with its details.
     pub fn new(kind: ProblemType, detail: impl Into<String>) -> Self {
         let detail = detail.into();
         Self(Box::new(Members { kind, detail, errors: Vec::new(), line: None, block: None, pose: None }))
     }
 
-    /// Bad values of a request.
+    /// A problem with the bad values of a request.
     #[must_use]
     pub fn invalid(kind: ProblemType, errors: Vec<Fault>) -> Self {
         let detail = match errors.as_slice() {
             [] => kind.title().to_owned(),
             [only] => format!("{}: {}", only.pointer, only.detail),
-            many if many.len() >= FaultList::KEPT => format!("{} values are wrong, perhaps more", many.len()),
+            many if many.len() >= FaultList::KEPT => format!("at least {} values are wrong", many.len()),
             many => format!("{} values are wrong", many.len()),
         };
         let mut problem = Self::new(kind, detail);
@@ -87,65 +87,68 @@ impl Problem {
         problem
     }
 
-    /// The same problem, about this pose.
+    /// The same problem, for this pose.
     #[must_use]
     pub fn at_pose(mut self, pose: usize) -> Self {
         self.0.pose = Some(pose);
         self
     }
 
-    /// No machine with this id.
+    /// There is no machine with this id.
     #[must_use]
     pub fn machine_not_found(machine_id: &str) -> Self {
         Self::new(ProblemType::MachineNotFound, format!("there is no machine {machine_id:?}"))
     }
 
-    /// No run of the machine with this id.
+    /// The machine has no run with this id.
     #[must_use]
     pub fn calibration_not_found(machine_id: &str, id: &str) -> Self {
         let detail = format!("machine {machine_id:?} has no calibration {id:?}");
         Self::new(ProblemType::CalibrationNotFound, detail)
     }
 
-    /// No tool in the machine's table with this id.
+    /// The machine's table has no tool with this id.
     #[must_use]
     pub fn tool_not_found(machine_id: &str, tool_id: &str) -> Self {
         let detail = format!("the table of machine {machine_id:?} has no tool {tool_id:?}");
         Self::new(ProblemType::ToolNotFound, detail)
     }
 
-    /// No wear entry of the tool with this id.
+    /// The tool has no wear entry with this id.
     #[must_use]
     pub fn wear_entry_not_found(tool_id: &str, id: &str) -> Self {
         let detail = format!("tool {tool_id:?} has no wear entry {id:?}");
         Self::new(ProblemType::WearEntryNotFound, detail)
     }
 
-    /// No job with this id.
+    /// There is no job with this id.
     #[must_use]
     pub fn job_not_found(id: &str) -> Self {
         Self::new(ProblemType::JobNotFound, format!("there is no job {id:?}"))
     }
 
-    /// A fault of ours: logged here, its cause never sent.
+    /// A fault of the service: it is logged here, and its cause is never sent.
     pub fn internal(cause: &dyn std::fmt::Display) -> Self {
         tracing::error!(error = %cause, "internal fault");
-        Self::new(ProblemType::Internal, "the service has a fault; the log names it by the request id")
+        Self::new(
+            ProblemType::Internal,
+            "the service has a fault; find its cause in the log under the request id",
+        )
     }
 
-    /// Nothing can be stored now: logged here, of its cause only the kind is sent.
+    /// Nothing can be stored at present: the cause is logged here, and only its kind is sent.
     pub(super) fn storage(fault: StorageFault, cause: &dyn std::fmt::Display) -> Self {
         tracing::error!(error = %cause, "{fault}");
         Self::new(ProblemType::StorageUnavailable, fault.to_string())
     }
 
-    /// Its kind.
+    /// The kind of the problem.
     #[must_use]
     pub fn kind(&self) -> ProblemType {
         self.0.kind
     }
 
-    /// Its document.
+    /// The document of the problem.
     #[must_use]
     pub fn into_document(self) -> ProblemDocument {
         let Members { kind, detail, errors, line, block, pose } = *self.0;
@@ -161,10 +164,10 @@ impl Problem {
         }
     }
 
-    /// The document of what ended a job, as it is stored with it.
+    /// The problem document of a failed job, as it is stored with the job.
     #[must_use]
     pub fn of_job(fault: JobFault) -> serde_json::Value {
-        // Strings and whole numbers always print.
+        // Strings and whole numbers can always be printed.
         serde_json::to_value(Self::from(fault).into_document()).unwrap_or_default()
     }
 }
@@ -173,7 +176,7 @@ impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let kind = self.kind();
         let document = self.into_document();
-        // Strings and whole numbers always print.
+        // Strings and whole numbers can always be printed.
         let body = serde_json::to_vec(&document).unwrap_or_default();
         let mut response = (kind.status(), body).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
@@ -258,7 +261,7 @@ impl From<std::io::Error> for Problem {
         if let Some(storage) = StorageFault::of(&fault) {
             return Self::storage(storage, &fault);
         }
-        // Only what is limited by a setting is refused under this name; a disk's own bound is a fault of ours.
+        // This name is only for a limit that a setting gives; a limit of the disk is a fault of the service.
         if fault.kind() == std::io::ErrorKind::FileTooLarge && fault.raw_os_error().is_none() {
             return Self::new(ProblemType::ResultTooLarge, fault.to_string());
         }

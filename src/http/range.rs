@@ -1,4 +1,4 @@
-//! Parts of a download (RFC 9110 §14): one range of bytes, under the condition that the thing is still the same.
+//! Partial downloads (RFC 9110 §14): one range of bytes, if the content has not changed.
 
 use std::ops::Range;
 
@@ -8,23 +8,23 @@ use http::{HeaderMap, HeaderValue, StatusCode};
 
 use super::problem::{Problem, ProblemType};
 
-/// How much of a thing is asked for.
+/// The requested part of the content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Asked {
     /// All of it.
     Whole,
     /// These bytes.
     Part(Range<u64>),
-    /// None that it has.
+    /// Bytes beyond the end.
     Outside,
 }
 
-/// What a request asks of a thing of this length and tag. Several ranges, another unit or what cannot be read ask for
-/// all of it.
+/// The requested part of a content with this length and tag. Several ranges, another unit or an unreadable header ask
+/// for the whole content.
 pub(super) fn asked(headers: &HeaderMap, length: u64, tag: &str) -> Asked {
     let mut given = headers.get_all(RANGE).iter();
     let (Some(range), None) = (given.next(), given.next()) else { return Asked::Whole };
-    // A tag that is not ours, a weak one or a date: the client has another thing's beginning.
+    // A foreign tag, a weak tag or a date: the client has the beginning of another content.
     if let Some(condition) = headers.get(IF_RANGE)
         && condition.as_bytes() != format!("\"{tag}\"").as_bytes()
     {
@@ -39,7 +39,7 @@ fn one_range(text: &str, length: u64) -> Option<Asked> {
     if !unit.trim().eq_ignore_ascii_case("bytes") {
         return None;
     }
-    // More digits than a number has lie behind every end.
+    // A position with more digits than a number can hold is beyond every end.
     let number = |digits: &str| {
         let sound = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
         sound.then(|| digits.parse::<u64>().unwrap_or(u64::MAX))
@@ -58,7 +58,7 @@ fn one_range(text: &str, length: u64) -> Option<Asked> {
     Some(if part.is_empty() { Asked::Outside } else { Asked::Part(part) })
 }
 
-/// Says on a response what part of a thing it is; its body is that part.
+/// Adds to a response which part of the content it is; its body is that part.
 pub(super) fn dressed(asked: &Asked, length: u64, mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert(ACCEPT_RANGES, HeaderValue::from_static("bytes"));
@@ -81,7 +81,7 @@ pub(super) fn dressed(asked: &Asked, length: u64, mut response: Response) -> Res
 }
 
 fn outside(length: u64) -> Response {
-    let detail = format!("there are {length} bytes");
+    let detail = format!("the content has only {length} bytes");
     let mut response = Problem::new(ProblemType::RangeNotSatisfiable, detail).into_response();
     if let Ok(range) = HeaderValue::try_from(format!("bytes */{length}")) {
         response.headers_mut().insert(CONTENT_RANGE, range);

@@ -1,5 +1,5 @@
-//! How often one caller may ask: a bucket of requests for each, that fills at a steady rate. In the memory of one number
-//! for each caller, and never more callers than a fixed number.
+//! The rate of one caller's requests: each caller has a bucket that fills at a steady rate. It needs one number of
+//! memory for each caller, and the number of callers is limited.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 
 pub(super) use crate::shares::Who;
 
-/// Parts of the table, so that callers seldom wait for each other.
+/// Parts of the table, so that callers rarely wait for each other.
 const SHARDS: usize = 16;
 /// Callers remembered in each part.
 const PER_SHARD: usize = 4096;
-/// Pause between two looks for callers who can be forgotten.
+/// Pause between two searches for callers that can be removed.
 const SWEEP_PAUSE_NS: u64 = 100_000_000;
 
 /// The table. For each caller it holds the time at which the bucket is full again.
@@ -21,9 +21,9 @@ pub(super) struct Rates {
     shards: [Mutex<Shard>; SHARDS],
     hasher: RandomState,
     began: Instant,
-    /// Time in which one request's place comes back \[ns\].
+    /// Time in which the bucket regains one request \[ns\].
     interval_ns: u64,
-    /// How far ahead of now the full bucket may lie for one more request to be let in \[ns\].
+    /// How far ahead of now the time of the full bucket may be, so that one more request is admitted \[ns\].
     ahead_ns: u64,
 }
 
@@ -34,7 +34,7 @@ struct Shard {
 }
 
 impl Rates {
-    /// So many requests a second, and so many at once after a rest; none where the rate is zero.
+    /// This many requests per second, and this many at once after a pause; `None` if the rate is zero.
     pub(super) fn new(rate_per_s: f64, burst: u32) -> Option<Self> {
         if rate_per_s <= 0.0 {
             return None;
@@ -51,10 +51,10 @@ impl Rates {
         })
     }
 
-    /// Lets one request in.
+    /// Admits one request.
     ///
     /// # Errors
-    /// The bucket is empty; after this time there is place for one.
+    /// The bucket is empty; the time is the wait until there is room for one request.
     pub(super) fn admit(&self, who: Who) -> Result<(), Duration> {
         let now_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.admit_at(who, now_ns).map_err(Duration::from_nanos)
@@ -63,7 +63,7 @@ impl Rates {
     fn admit_at(&self, who: Who, now_ns: u64) -> Result<(), u64> {
         let place = usize::try_from(self.hasher.hash_one(&who) % SHARDS as u64).unwrap_or(0);
         let Some(shard) = self.shards.get(place) else { return Ok(()) };
-        // What is held is whole at every moment, whoever panicked with it.
+        // The held data is consistent at every moment, even after a panic.
         let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
         let who = shard.place_for(who, now_ns);
         let full_at_ns = shard.full_at_ns.get(&who).copied().unwrap_or(0).max(now_ns);
@@ -77,7 +77,7 @@ impl Rates {
 }
 
 impl Shard {
-    /// The caller, or the common place of those who come while the table is full of callers under way.
+    /// The caller's entry, or the common entry of the callers that come while the table is full of active callers.
     fn place_for(&mut self, who: Who, now_ns: u64) -> Who {
         if self.full_at_ns.len() < PER_SHARD || self.full_at_ns.contains_key(&who) {
             return who;

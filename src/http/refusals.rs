@@ -10,7 +10,7 @@ use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};
 
 use super::problem::{PROBLEM_JSON, ProblemType};
 
-/// Responses by status; kinds of one status share a response that names them all.
+/// Responses by status; several kinds with one status share a response that names them all.
 pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Response>> {
     let mut by_status: BTreeMap<String, Vec<ProblemType>> = BTreeMap::new();
     for kind in kinds {
@@ -33,17 +33,17 @@ fn response(kinds: &[ProblemType]) -> Response {
             let seconds = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0.0));
             let header = HeaderBuilder::new()
                 .schema(Some(seconds))
-                .description(Some("Seconds after which to try again"));
+                .description(Some("Seconds to wait before the next attempt"));
             response.header("Retry-After", header.build()).build()
         }
         _ => response.build(),
     }
 }
 
-/// Declares a type that stands for the refusals of one operation in its description.
+/// Declares a type for the refusals of one operation in its description.
 macro_rules! refusals {
     ($name:ident: $($kind:ident),+ $(,)?) => {
-        /// What the operation refuses.
+        /// The refusals of the operation.
         struct $name;
 
         impl utoipa::IntoResponses for $name {

@@ -1,4 +1,4 @@
-//! The whole service: every route, its description, and the edge around them.
+//! Merges the routes of the resources and puts the edge around them.
 
 use std::sync::LazyLock;
 
@@ -16,7 +16,7 @@ use super::problem::Problem;
 use super::routes::{described, document};
 use super::{AppState, edge, openapi};
 
-/// What is served besides, with ids of its own.
+/// Other pages of the service, with ids of their own.
 const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/openapi.json", "get_openapi"),
     ("GET", "/docs", "get_docs"),
@@ -24,7 +24,7 @@ const PAGES: [(&str, &str, &str); 4] = [
     ("GET", "/docs/{*rest}", "get_docs"),
 ];
 
-/// The description as text, made when it is first asked for: a start needs neither its time nor its memory.
+/// The description as text, made at the first request: a start spends neither time nor memory on it.
 static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| document().to_string().into());
 
 /// The whole service.
@@ -35,12 +35,12 @@ pub fn router(app: AppState) -> Router {
         choose(&headers, &["application/json"])?;
         Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
     };
-    // Without this the page asks a validator on the internet about its own document.
+    // Without this setting the page sends its document to a validator on the internet.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
     behind_the_edge(router.route("/openapi.json", get(served)).merge(docs), app)
 }
 
-/// These routes behind everything that a request goes through on its way to a handler.
+/// These routes, with all steps that a request passes on its way to a handler.
 pub fn behind_the_edge(router: Router<AppState>, app: AppState) -> Router {
     router
         .fallback(edge::not_found)

@@ -1,4 +1,4 @@
-//! Merges the resources' routes, with the description of the interface that they make.
+//! Merges the routes of the resources, and the description that they make.
 
 use axum::Router;
 use serde_json::Value;
@@ -11,7 +11,7 @@ use super::{
     webhooks,
 };
 
-/// Every described route, and the description as far as the routes say it: a start needs no more of it.
+/// Every described route, and the part of the description that the routes give: a start needs no more of it.
 pub(super) fn described() -> (Router<AppState>, utoipa::openapi::OpenApi) {
     OpenApiRouter::with_openapi(Base::openapi())
         .merge(machines::router())

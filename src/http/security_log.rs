@@ -1,5 +1,6 @@
-//! Who was not let in: from where, with which key, and why. A log of its own: whoever is refused could make the audit log grow
-//! without end. It is two files at most, and what repeats within a minute is one line with its count.
+//! Requests that were not admitted: from where, with which key, and why. They have a log of their own, because
+//! refused callers could make the audit log grow without limit. It has at most two files, and repetitions within a
+//! minute are one line with a count.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -16,23 +17,23 @@ use serde::Serialize;
 
 use crate::meter::Counter;
 
-/// Name of the log in the data directory; the one before it has `.1` behind its name.
+/// Name of the log in the data directory; the previous log has `.1` after its name.
 const SECURITY_LOG_NAME: &str = "security.log";
 
-/// A link in the log's place is not followed.
+/// A link in the place of the log is not followed.
 const NO_LINK: i32 = OFlags::NOFOLLOW.bits().cast_signed();
-/// Length at which the log is put aside and a new one begun \[bytes\].
+/// Length at which the log is renamed and a new one is started \[bytes\].
 const MOST_BYTES: u64 = 4 << 20;
-/// What repeats within this time is one line.
+/// Repetitions within this time become one line.
 const GATHERED: Duration = Duration::from_mins(1);
-/// How often it is looked which counts are due.
+/// How often the service checks which counts are due.
 const LOOK: Duration = Duration::from_secs(5);
-/// Kinds of refusal whose repetitions are counted at a time; all are written out when there are more.
+/// Kinds of refusal whose repetitions are counted at the same time; if there are more, all counts are written.
 const MOST_GATHERED: usize = 4096;
-/// Refusals that may wait to be written; further ones are counted alone.
+/// Refusals that may wait to be written; further ones are only counted.
 const MOST_WAITING: usize = 1024;
 
-/// Why somebody was not let in.
+/// Why a request was not admitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Reason {
@@ -40,23 +41,23 @@ pub(super) enum Reason {
     NoKey,
     /// An `Authorization` that is not `Bearer` followed by one key.
     UnreadableKey,
-    /// A key that is none of this service.
+    /// A key that this service does not know.
     UnknownKey,
     /// A key that was revoked.
     RevokedKey,
-    /// A key that has ended.
+    /// An expired key.
     EndedKey,
     /// A key without the scope.
     Scope,
     /// A key that does not reach the machine.
     Machine,
-    /// A page of another site, or a name that somebody else gives out.
+    /// A page of another site, or a name that anyone could register.
     ForeignPage,
-    /// Other than one clear host.
+    /// The request does not have exactly one clear host.
     Host,
-    /// No key exists, and the service is not meant to be open.
+    /// No key exists, and the service is not configured to be open.
     NoKeysMade,
-    /// Requests too often.
+    /// Too many requests.
     Rate,
 }
 
@@ -97,19 +98,19 @@ impl Reason {
 /// One refusal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(super) struct SecurityEvent {
-    /// When.
+    /// Time of the refusal.
     pub(super) at: String,
-    /// Why.
+    /// The reason.
     pub(super) reason: Reason,
-    /// Address of the connection; behind a proxy the proxy's.
+    /// Address of the connection; if there is a proxy, the proxy's address.
     pub(super) source: Option<IpAddr>,
-    /// Id of the key, where the request proved to have one.
+    /// Id of the key, if the request proved to have one.
     pub(super) key_id: Option<String>,
     /// Method of the request.
     pub(super) method: String,
-    /// Path template of the request; missing where there is nothing at its path.
+    /// Path template of the request; missing if no operation has its path.
     pub(super) route: Option<String>,
-    /// Our id of the request, which the log line carries too.
+    /// Our id of the request; the log line has it too.
     pub(super) request_id: String,
 }
 
@@ -118,13 +119,13 @@ pub(super) struct SecurityEvent {
 struct Line<'a> {
     #[serde(flatten)]
     event: &'a SecurityEvent,
-    /// How many of this kind the line stands for.
+    /// How many refusals the line represents.
     count: u64,
 }
 
 type Kind = (Reason, Option<IpAddr>, Option<String>, Option<String>);
 
-/// Takes refusals without making anybody wait.
+/// Takes refusals without delaying any request.
 #[derive(Debug)]
 pub(super) struct SecurityLog {
     book: SyncSender<SecurityEvent>,
@@ -133,7 +134,7 @@ pub(super) struct SecurityLog {
 }
 
 impl SecurityLog {
-    /// Writes into the data directory from now on, on a thread of its own.
+    /// Opens the log in the data directory, and writes to it on a thread of its own.
     pub(super) fn open(data_dir: &Path) -> io::Result<Self> {
         let (sender, receiver) = sync_channel(MOST_WAITING);
         let unwritten = Arc::new(Counter::new());
@@ -142,7 +143,7 @@ impl SecurityLog {
         Ok(Self { book: sender, counts: Default::default(), unwritten })
     }
 
-    /// Takes one refusal. Where too many wait it is counted and not written.
+    /// Takes one refusal. If too many are waiting, it is counted and not written.
     pub(super) fn note(&self, event: SecurityEvent) {
         let place = Reason::ALL.iter().position(|reason| *reason == event.reason);
         if let Some(count) = place.and_then(|place| self.counts.get(place)) {
@@ -153,13 +154,13 @@ impl SecurityLog {
         }
     }
 
-    /// How many were refused for each reason, and how many of all were not written.
+    /// Counts of refusals by reason, and the number of refusals that were not written.
     pub(super) fn counts(&self) -> (impl Iterator<Item = (Reason, u64)>, u64) {
         (Reason::ALL.into_iter().zip(self.counts.iter().map(Counter::get)), self.unwritten.get())
     }
 }
 
-/// The file, and what repeats.
+/// The file, and the repetitions.
 struct Book {
     path: PathBuf,
     file: Option<(File, u64)>,
@@ -208,7 +209,7 @@ impl Book {
         self.gathered.insert(kind, Gathered { last: event, since: Instant::now(), unwritten: 0 });
     }
 
-    /// Writes the counts of what is due, and forgets it.
+    /// Writes the counts that are due, and removes them.
     fn write_counts(&mut self, due: impl Fn(&Gathered) -> bool) {
         let mut gathered = std::mem::take(&mut self.gathered);
         let mut written: Vec<_> =

@@ -1,4 +1,4 @@
-//! What the handlers share.
+//! The state that the handlers share.
 
 use std::fmt;
 use std::ops::Deref;
@@ -22,11 +22,11 @@ use crate::meter::Counter;
 use crate::shares::{Quota, Share, Shares};
 use crate::store::Store;
 
-/// What the handlers share. A clone is one count: every layer of every request has one.
+/// The state that the handlers share. A clone increments one counter: every layer of every request has one.
 #[derive(Clone)]
 pub struct AppState(Arc<Shared>);
 
-/// What is shared.
+/// The shared parts.
 pub struct Shared {
     /// Machines, jobs, keys.
     pub store: Store,
@@ -38,31 +38,31 @@ pub struct Shared {
     pub sources: Sources,
     /// The settings.
     pub settings: Arc<Settings>,
-    /// What compensates programs.
+    /// The compensator of programs.
     pub compensator: Arc<dyn Compensator>,
     operations: OnceLock<Operations>,
     /// Requests whose client left before the answer.
     pub(super) abandoned: Counter,
     /// The memory that requests share.
     pub memory: Memory,
-    /// How often callers may ask, where that is limited.
+    /// The rates of the callers, if they are limited.
     pub(super) rates: Option<Rates>,
     exporter: OnceLock<Arc<dyn Exporter>>,
     /// When the service started.
     pub(super) began: Instant,
     /// Jobs that wait and run.
     pub queue: Queue,
-    /// What tells the ends of jobs.
+    /// Delivers the webhooks about ended jobs.
     pub courier: Courier,
-    /// What looks after everything stored.
+    /// Checks all stored data.
     pub keeper: Keeper,
-    /// Room for those who follow events of jobs.
+    /// Places for clients that follow the events of jobs.
     pub(super) followers: Shares,
     /// The API keys.
     pub(super) keys: HeldKeys,
-    /// Who was not let in.
+    /// Requests that were not admitted.
     pub(super) security: SecurityLog,
-    /// Machines used last.
+    /// The machines that were used last.
     pub(super) machines: HeldMachines,
     draining: AtomicBool,
 }
@@ -158,42 +158,42 @@ impl AppState {
         })))
     }
 
-    /// What one kinematics request may cost.
+    /// The largest cost of one kinematics request.
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits { max_poses: self.settings.max_poses, max_cost_s: self.settings.max_cost_s }
     }
 
-    /// From now on the spans of requests go here besides the log. Where they go already, they stay.
+    /// Exports the spans of requests from now on, in addition to the log. The first exporter stays.
     pub fn export_to(&self, exporter: Arc<dyn Exporter>) {
         self.exporter.get_or_init(|| exporter);
     }
 
-    /// Where the spans of requests go besides the log.
+    /// The exporter of request spans, in addition to the log.
     #[must_use]
     pub fn exporter(&self) -> Option<Arc<dyn Exporter>> {
         self.exporter.get().cloned()
     }
 
-    /// The operations that are served, counted from now on. They are told once.
+    /// Sets the operations that are served and counted. This happens once.
     pub(super) fn serve_operations(&self, operations: impl FnOnce() -> Operations) {
         self.operations.get_or_init(operations);
     }
 
     /// Counts and times of requests, by operation.
     pub(super) fn operations(&self) -> &Operations {
-        // None are told where routes are served without the whole service.
+        // They are missing if routes are served without the whole service.
         static NONE: LazyLock<Operations> = LazyLock::new(|| Operations::new(std::iter::empty()));
         self.operations.get().unwrap_or_else(|| &NONE)
     }
 
-    /// What programs are worked on with.
+    /// The means that work on programs needs.
     #[must_use]
     pub fn means(&self) -> Means {
         Means { compensator: Arc::clone(&self.compensator), max_cost_s: self.settings.max_cost_s }
     }
 
-    /// From now on the service is not ready.
+    /// The service is not ready from now on.
     pub fn begin_draining(&self) {
         self.draining.store(true, Ordering::SeqCst);
     }

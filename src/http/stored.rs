@@ -1,8 +1,9 @@
-//! Stored files on their way to a client. No whole answer leaves with bytes other than those of its digest.
+//! Stored files on their way to a client. No complete answer leaves with bytes that differ from its digest.
 //!
-//! A short file and one that is asked for in part are verified before the first byte is sent, and a damaged one is a problem document. A
-//! long one is hashed as it goes: its last part is held back until the digest agrees, and where it does not, the answer is broken
-//! off, which every client sees, because its length was told.
+//! A short file, and a file that is requested in part, are verified before the first byte is sent; a damaged file
+//! gives a problem document. A long file is hashed while it is sent. Its last part is held back until the digest is
+//! confirmed. If the digest is wrong, the answer breaks off. Every client notices that, because the length was
+//! announced.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -18,7 +19,7 @@ use crate::store::{
     BlobFault, Blobs, Damage, DamagedFile, FileState, SoundFile, StorageFault, StoredThing, Verifying,
 };
 
-/// Longest file that is verified before its first byte leaves \[bytes\]: it passes through memory whole.
+/// Longest file that is verified before its first byte is sent \[bytes\]: it is held in memory completely.
 const SHORT_BYTES: u64 = 1 << 20;
 /// Bytes read from a longer file at a time.
 const PART_BYTES: u64 = 256 << 10;
@@ -26,15 +27,15 @@ const PART_BYTES: u64 = 256 << 10;
 /// A stored file as the body of an answer.
 #[derive(Debug)]
 pub(super) struct StoredBody {
-    /// The bytes that are asked for.
+    /// The requested bytes.
     pub(super) body: Body,
-    /// Which these are.
+    /// Which bytes these are.
     pub(super) asked: Asked,
     /// Length of the whole file \[bytes\].
     pub(super) length: u64,
 }
 
-/// Opens a stored file and begins to send what `headers` ask of it.
+/// Opens a stored file and begins to send the part that `headers` ask for.
 pub(super) async fn stored_body(
     blobs: &Blobs,
     sha256: &str,
@@ -53,7 +54,7 @@ fn open(blobs: Blobs, sha256: &str, headers: &HeaderMap) -> Result<StoredBody, P
         Asked::Outside => return Ok(StoredBody { body: Body::empty(), asked, length }),
         Asked::Whole if length <= SHORT_BYTES => {
             let mut bytes = Vec::new();
-            // One byte more than there were is enough to see that it has grown.
+            // One byte more than expected is enough to see that the file has grown.
             file.take(length + 1).read_to_end(&mut bytes)?;
             let mut verifying = Verifying::new(sha256);
             verifying.take(&bytes);
@@ -73,12 +74,12 @@ fn open(blobs: Blobs, sha256: &str, headers: &HeaderMap) -> Result<StoredBody, P
     Ok(StoredBody { body: Body::from_stream(parts(sending)), asked, length })
 }
 
-/// How it is known that the bytes are those of the digest.
+/// How the bytes are verified against the digest.
 #[derive(Debug)]
 enum Checked {
-    /// By all that was sent.
+    /// While they are sent.
     AsItGoes(Verifying),
-    /// They were verified when the file stood like this.
+    /// They were verified when the file was in this state.
     Before { sha256: String, state: FileState },
 }
 
@@ -93,7 +94,7 @@ struct Sending {
 }
 
 impl Sending {
-    /// The next part; the last one only where everything is as it was stored. Blocks.
+    /// The next part; the last part only if everything is as it was stored. Blocks the thread.
     fn next(mut self) -> io::Result<(Bytes, Option<Self>)> {
         let mut part = Vec::new();
         (&mut self.file).take(self.left.min(PART_BYTES)).read_to_end(&mut part)?;
@@ -128,7 +129,7 @@ fn parts(sending: Sending) -> impl Stream<Item = io::Result<Bytes>> {
         let read = tokio::task::spawn_blocking(move || sending.next()).await.map_err(io::Error::other)?;
         read.map(Some).inspect_err(|fault| {
             let storage = StorageFault::of(fault).map(|storage| storage.to_string());
-            tracing::error!(error = %fault, storage, "an answer is broken off");
+            tracing::error!(error = %fault, storage, "an answer broke off");
         })
     })
 }

@@ -1,6 +1,7 @@
-//! What an HTTP/2 connection has under way, and how long its client keeps it waiting. One socket carries many requests, and
-//! bytes move on it whatever becomes of one: a stream's window stays closed for as long as its client likes. HTTP/1.1 has a timer
-//! of its own for a connection without a request, and a pause of its socket is a pause of its answer.
+//! The open requests of an HTTP/2 connection, and how long its client keeps it waiting. One socket carries many
+//! requests, and bytes move on it whatever happens to a single request: a stream's window stays closed for as long as
+//! its client wants. HTTP/1.1 has its own timer for a connection without a request, and there a pause of the socket
+//! is a pause of the answer.
 
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,7 +16,7 @@ use hyper::body::{Frame, SizeHint};
 use tokio::time::Instant;
 use tower::Service;
 
-/// Most of an answer that is handed on at a time \[bytes\]: what a client has to take within the pause.
+/// Most bytes of an answer that are handed on at a time \[bytes\]: the client must take them within the pause.
 const PART_BYTES: usize = 16 << 10;
 
 /// Requests of one connection.
@@ -26,13 +27,14 @@ pub(super) struct Streams {
 
 #[derive(Debug)]
 struct State {
-    /// Requests that are not answered to their end.
+    /// Requests whose answer is not complete.
     open: usize,
-    /// Parts of answers that were handed on and are not on the socket yet.
+    /// Parts of answers that were handed on and are not yet on the socket.
     parts: usize,
-    /// When something last came in.
+    /// Time of the last received bytes.
     heard: Instant,
-    /// When a part last reached the socket, or the first of those under way was handed on, or the last request ended.
+    /// Time when a part last reached the socket, or when the first of the present parts was handed on, or when the
+    /// last request ended.
     moved: Instant,
 }
 
@@ -42,13 +44,13 @@ impl Streams {
         Arc::new(Self { state: Mutex::new(State { open: 0, parts: 0, heard: now, moved: now }) })
     }
 
-    /// Something came in.
+    /// Bytes were received.
     pub(super) fn hear(&self) {
         self.state().heard = Instant::now();
     }
 
-    /// Whether the client has said nothing for as long as `idle` with no request under way, or taken nothing of its answers for
-    /// as long as `pause`. Answers share the line: as long as one of them moves, none is left.
+    /// Whether the client has sent nothing for `idle` without an open request, or has taken nothing of its answers
+    /// for `pause`. The answers share the line: as long as one of them moves, the client has not left.
     pub(super) fn are_left(&self, idle: Duration, pause: Duration) -> bool {
         let state = self.state();
         if state.open == 0 {
@@ -63,7 +65,7 @@ impl Streams {
     }
 }
 
-/// One request until all of its answer is on the socket, or it was given up.
+/// One request, until its whole answer is on the socket, or until it was given up.
 #[derive(Debug)]
 struct Open {
     streams: Arc<Streams>,
@@ -84,7 +86,7 @@ impl Drop for Open {
     }
 }
 
-/// A part of an answer. It goes when it was written to the socket, or with its stream.
+/// A part of an answer. It ends when it was written to the socket, or with its stream.
 #[derive(Debug)]
 struct Part {
     bytes: Bytes,
@@ -117,7 +119,7 @@ impl Drop for Part {
     }
 }
 
-/// The service of one connection, which follows its requests where they come by HTTP/2.
+/// The service of one connection; it follows the requests if they come by HTTP/2.
 #[derive(Debug, Clone)]
 pub struct Followed<S> {
     service: S,
@@ -160,7 +162,7 @@ where
 #[derive(Debug)]
 struct Answer {
     body: Body,
-    /// Of what the body gave last.
+    /// The rest of the body's last chunk.
     left: Bytes,
     open: Arc<Open>,
 }

@@ -1,5 +1,4 @@
-//! The outermost look at every request: its id, its trace, its span, its one log line, its counts; and the last look at
-//! its answer.
+//! The outermost step of every request: its id, trace, span, log line and counts; and the last check of its answer.
 
 use std::time::{Duration, Instant};
 
@@ -23,7 +22,7 @@ const LOGGED_AS: &str = "trunnion::http::observation::watch";
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
-/// Id, trace, span, log line, counts; a refusal that is not a problem document yet becomes one.
+/// Sets id, trace, span, log line and counts. A refusal that is not yet a problem document becomes one.
 pub(super) async fn watch<Answered: Future<Output = Response>>(
     app: &AppState,
     mut request: Request,
@@ -64,7 +63,7 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
     response
 }
 
-/// A request under way. What drops it before its end is a client that leaves.
+/// A running request. If it is dropped before its end, the client has left.
 struct Watched<'a> {
     app: &'a AppState,
     route: Option<&'a str>,
@@ -79,7 +78,7 @@ struct Watched<'a> {
 }
 
 impl Watched<'_> {
-    /// The span is there whatever level is logged: faults within the request need its ids.
+    /// The span exists at every log level: faults within the request need its ids.
     fn open(&mut self) {
         let Subject { machine_id, job_id } = self.subject;
         let operation = self.series.map(|series| &*series.operation);
@@ -147,7 +146,7 @@ impl Drop for Watched<'_> {
     }
 }
 
-/// One line for each request: what was refused is a warning, what is our fault an error.
+/// One line for each request: a refusal is a warning, a fault of the service is an error.
 fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: &str) {
     let elapsed_ms = elapsed.as_secs_f64() * 1e3;
     span.in_scope(|| match status {
@@ -165,8 +164,8 @@ fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: 
     });
 }
 
-/// The client's own id of the request, where it is one word of at most 128 characters. It is kept beside ours, never as ours:
-/// a client could give two requests the same, or those of somebody else.
+/// The client's own id of the request, if it is one word of at most 128 characters. It is kept beside ours and never
+/// replaces it: a client could give two requests the same id, or the id of another client.
 fn client_request_id(headers: &HeaderMap) -> Option<&str> {
     let given = headers.get(REQUEST_ID)?.to_str().ok()?;
     let sound = (1..=128).contains(&given.len()) && given.bytes().all(|byte| byte.is_ascii_graphic());

@@ -1,4 +1,4 @@
-//! API keys: what each may do, for which machines, and until when.
+//! API keys: what each key may do, for which machines, and until when.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -10,19 +10,19 @@ use utoipa::ToSchema;
 
 use super::{Fault, FaultList};
 
-/// What a key allows. None includes another.
+/// What a key allows. No scope includes another scope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
-    /// Reading everything but keys and the audit log.
+    /// Reads everything except keys and the audit log.
     Read,
-    /// Computing, and with it making and cancelling jobs.
+    /// Computes, and creates and cancels jobs.
     Compute,
-    /// Storing and deleting machines.
+    /// Stores and deletes machines.
     Machines,
-    /// Storing what was measured of machines and tools, and applying it.
+    /// Stores what was measured on machines and tools, and applies it.
     Calibrations,
-    /// Making, listing and revoking keys; reading the audit log.
+    /// Creates, lists and revokes keys; reads the audit log.
     Admin,
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for Scope {
     }
 }
 
-/// A word that is no scope.
+/// The word is not a scope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the scopes are read, compute, machines, calibrations and admin")]
 pub struct NoScope;
@@ -62,34 +62,34 @@ impl FromStr for Scope {
     }
 }
 
-/// A key to be made.
+/// An API key to create.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ApiKeyRequest {
-    /// Who or what will carry it, for people.
+    /// A name for people: who or what uses the key.
     #[schema(min_length = 1, max_length = 200, example = "MES of hall 3")]
     pub name: String,
-    /// What it allows; at least one. A scope that is named twice counts once.
+    /// The scopes of the key, at least one. A scope that is listed twice counts once.
     #[schema(value_type = Vec<Scope>, min_items = 1, example = json!(["read", "compute"]))]
     pub scopes: BTreeSet<Scope>,
-    /// The only machines it reaches; absent for all. Not with `admin`, which is over every machine. A machine that is named twice
-    /// counts once.
+    /// The only machines that the key reaches; leave it out for all machines. A key with `admin` has no such
+    /// list, because `admin` covers every machine. A machine that is listed twice counts once.
     #[serde(default)]
     #[schema(value_type = Option<Vec<String>>, required = false, min_items = 1, max_items = 1000, example = json!(["example-ac-table"]))]
     pub machines: Option<BTreeSet<String>>,
-    /// When it ends, RFC 3339; absent for never.
+    /// Time at which the key expires (RFC 3339); leave it out for a key that never expires.
     #[serde(default)]
     #[schema(required = false, format = DateTime, example = "2099-01-01T00:00:00Z")]
     pub expires_at: Option<String>,
 }
 
-/// Most characters of a key's name.
+/// Largest number of characters in a key's name.
 const MAX_NAME: usize = 200;
-/// Most machines of a key.
+/// Largest number of machines of a key.
 const MAX_MACHINES: usize = 1000;
 
 impl ApiKeyRequest {
-    /// Everything that is wrong with it but its end, which needs the time.
+    /// Checks everything except the expiry, which needs the current time.
     pub fn check(&self, faults: &mut FaultList) {
         let length = self.name.chars().count();
         if self.name.trim().is_empty() || length > MAX_NAME || self.name.chars().any(char::is_control) {
@@ -97,7 +97,9 @@ impl ApiKeyRequest {
             faults.push(|| Fault::new("/name", detail));
         }
         if self.scopes.is_empty() {
-            faults.push(|| Fault::new("/scopes", "a key without a scope allows nothing"));
+            faults.push(|| {
+                Fault::new("/scopes", "a key without a scope allows nothing; name at least one scope")
+            });
         }
         let Some(machines) = &self.machines else { return };
         if machines.is_empty() || machines.len() > MAX_MACHINES {
@@ -110,14 +112,14 @@ impl ApiKeyRequest {
         }
         for (index, machine_id) in machines.iter().enumerate() {
             if !is_slug(machine_id) {
-                let detail = format!("{machine_id:?} is no machine id");
+                let detail = format!("{machine_id:?} is not a machine id");
                 faults.push(|| Fault::new(format!("/machines/{index}"), detail));
             }
         }
     }
 }
 
-/// Whether a machine can have this id.
+/// Whether the text can be the id of a machine.
 #[must_use]
 pub fn is_slug(machine_id: &str) -> bool {
     let word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
@@ -126,38 +128,39 @@ pub fn is_slug(machine_id: &str) -> bool {
         && machine_id.bytes().next().is_some_and(word)
 }
 
-/// A key as it is listed. Its secret is stored nowhere.
+/// A key as it is listed. The service does not store its secret.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ApiKey)]
 pub struct ApiKeyDocument {
-    /// The part of the key that is no secret.
+    /// The part of the key that is not secret.
     #[schema(example = "5f1c2d4e9a07")]
     pub id: String,
-    /// Who or what carries it.
+    /// A name for people: who or what uses the key.
     #[schema(example = "MES of hall 3")]
     pub name: String,
-    /// What it allows.
+    /// The scopes of the key.
     pub scopes: BTreeSet<Scope>,
-    /// The only machines it reaches; null for all.
+    /// The only machines that the key reaches; null for all machines.
     pub machines: Option<BTreeSet<String>>,
-    /// When it was made.
+    /// Time at which the key was created.
     pub created_at: String,
-    /// When it ends; null for never.
+    /// Time at which the key expires; null for a key that never expires.
     pub expires_at: Option<String>,
-    /// When it was revoked.
+    /// Time at which the key was revoked; null for a key that is still valid.
     pub revoked_at: Option<String>,
-    /// When it was last used, to a few minutes.
+    /// Time of the last use, accurate to a few minutes.
     pub last_used_at: Option<String>,
 }
 
-/// A key just made.
+/// A key that was just created.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = NewApiKey)]
 pub struct NewApiKeyDocument {
-    /// What to send as `Authorization: Bearer …`. Shown this once: null when the same request is answered again.
+    /// Send it as `Authorization: Bearer …`. It is shown only once: null when the same request is answered
+    /// again.
     #[schema(example = "trn_5f1c2d4e9a07_…")]
     pub key: Option<String>,
-    /// The key as it will be listed.
+    /// The key as the list shows it.
     #[serde(flatten)]
     pub document: ApiKeyDocument,
 }

@@ -1,4 +1,4 @@
-//! The audit log as it is read.
+//! The audit log as clients read it.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -29,23 +29,23 @@ macro_rules! actions {
 }
 
 actions! {
-    MachineCreated = "machine-created", "A machine was stored that was not there.";
+    MachineCreated = "machine-created", "A new machine was stored.";
     MachineReplaced = "machine-replaced", "A machine got a new revision.";
-    MachineDeleted = "machine-deleted", "A machine was taken out of the list.";
-    ToolCreated = "tool-created", "A tool was stored that was not in its machine's table.";
+    MachineDeleted = "machine-deleted", "A machine was deleted.";
+    ToolCreated = "tool-created", "A new tool was stored.";
     ToolReplaced = "tool-replaced", "A tool got a new revision.";
-    ToolDeleted = "tool-deleted", "A tool was taken out of its machine's table, or its machine was deleted.";
+    ToolDeleted = "tool-deleted", "A tool was deleted, alone or together with its machine.";
     CalibrationCreated = "calibration-created", "A calibration run was stored.";
-    CalibrationApplied = "calibration-applied", "A run's errors became those of the machine.";
+    CalibrationApplied = "calibration-applied", "The errors of a calibration run were applied to the machine.";
     WearEntriesCreated = "wear-entries-created", "Measured wear was stored.";
     WearEntryWithdrawn = "wear-entry-withdrawn", "A wear entry was withdrawn.";
     JobCreated = "job-created", "A job was accepted.";
     JobCancelled = "job-cancelled", "A job was cancelled.";
-    JobRemoved = "job-removed", "A job that ended long ago was removed.";
-    DeliveryRequested = "delivery-requested", "A job's end was to be told once more.";
-    WebhookSecretCreated = "webhook-secret-created", "The first secret that signs webhooks was made.";
+    JobRemoved = "job-removed", "An old job was removed after it ended.";
+    DeliveryRequested = "delivery-requested", "A client asked for one more webhook about a job's end.";
+    WebhookSecretCreated = "webhook-secret-created", "The first secret that signs webhooks was created.";
     WebhookSecretRotated = "webhook-secret-rotated", "A new secret signs webhooks.";
-    KeyCreated = "key-created", "An API key was made.";
+    KeyCreated = "key-created", "An API key was created.";
     KeyRevoked = "key-revoked", "An API key was revoked.";
 }
 
@@ -73,44 +73,44 @@ impl AuditOrigin {
     }
 }
 
-/// One change of what is stored.
+/// One change of the stored data.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct AuditEntry {
     /// Counts up with every change; gaps mean nothing.
     #[schema(example = 42)]
     pub seq: i64,
-    /// When.
+    /// Time of the change.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub at: String,
-    /// Where it came from.
+    /// Where the change came from.
     pub origin: AuditOrigin,
-    /// The key of the request; null where the service was open, and off HTTP.
+    /// The key of the request; null if the service needs no keys, or if the change did not come by HTTP.
     #[schema(example = "5f1c2d4e9a07")]
     pub key_id: Option<String>,
     /// What was done.
     pub action: AuditAction,
-    /// Method of the request.
+    /// HTTP method of the request.
     #[schema(example = "PUT")]
     pub method: Option<String>,
     /// Path template of the request.
     #[schema(example = "/v1/machines/{machine_id}")]
     pub route: Option<String>,
-    /// `X-Request-Id` of the answer, which the log lines carry too.
+    /// `X-Request-Id` of the answer; the log lines have it too.
     pub request_id: Option<String>,
-    /// The machine that it is about.
+    /// The machine that the change concerns.
     #[schema(example = "example-ac-table")]
     pub machine_id: Option<String>,
-    /// Address of what was changed.
+    /// Address of the changed resource.
     #[schema(example = "/v1/machines/example-ac-table")]
     pub resource: String,
-    /// Revision of the machine before, or of the tool that `resource` names; null where there was none, or where the change has
-    /// no revisions.
+    /// Revision of the machine, or of the tool that `resource` names, before the change. Null if there was no
+    /// revision before, or if the changed resource has no revisions.
     #[schema(example = 3)]
     pub revision_before: Option<i64>,
-    /// Revision of the machine, or of the tool, after.
+    /// Revision of the machine or tool after the change.
     #[schema(example = 4)]
     pub revision_after: Option<i64>,
-    /// SHA-256 of this entry and of the one before it (`docs/security.md`): the entries are a chain.
+    /// SHA-256 of this entry and of the entry before it: the entries form a chain (`docs/security.md`).
     #[schema(example = "8f434346648f6b96df89dda901c5176b10a6d83961dd3c1ac88b59b2dc327aa4")]
     pub sha256: String,
 }

@@ -19,70 +19,70 @@ use crate::units::UM_PER_MM;
 /// A value with its standard uncertainty, both in the unit of its name.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Estimate {
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// Its standard uncertainty; null where the readings give none.
+    /// Standard uncertainty; null if the readings do not give it.
     pub standard_uncertainty: Option<f64>,
 }
 
-/// Estimates by name, the unit in the name.
+/// Estimates by name. The name contains the unit.
 pub type Estimates = BTreeMap<String, Estimate>;
 
 /// Where the set-up error came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SetupErrorSource {
-    /// Posted.
+    /// It was posted with the run.
     Given,
-    /// From the spindle step.
+    /// It was measured with the spindle step.
     Measured,
-    /// Not known, so held at zero.
+    /// It is not known and is held at zero.
     HeldAtZero,
 }
 
 /// The offset of the spindle ball from the spindle's line (µm).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SetupErrorAnswer {
-    /// Along X.
+    /// Offset along X.
     pub e_xs: Estimate,
-    /// Along Y.
+    /// Offset along Y.
     pub e_ys: Estimate,
-    /// Where they came from.
+    /// Where the two values came from.
     pub source: SetupErrorSource,
 }
 
-/// Eccentricities by test (µm), in the order of the tests: (x, y) of a C axis, (y, z) of an A axis, (z, x) of a B axis;
-/// null where the angles do not determine them.
+/// Eccentricities of each test (µm), in the order of the tests: (x, y) of a C axis, (y, z) of an A axis, (z,
+/// x) of a B axis. Null if the angles do not determine them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EccentricitiesDoc {
-    /// As measured.
+    /// Eccentricities as measured.
     pub before: Vec<Option<[f64; 2]>>,
-    /// As predicted when the control compensates the linear errors alone.
+    /// Predicted eccentricities if the control compensates only the linear errors.
     pub after_linear: Vec<Option<[f64; 2]>>,
-    /// As predicted when it compensates all.
+    /// Predicted eccentricities if the control compensates all errors.
     pub after_all: Vec<Option<[f64; 2]>>,
 }
 
-/// Covariance of what was identified (µm², µm·µrad, µrad²).
+/// Covariance of the identified errors (µm², µm·µrad, µrad²).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CovarianceDoc {
-    /// What the rows and columns are.
+    /// Names of the rows and columns.
     pub names: Vec<String>,
-    /// Row by row.
+    /// Matrix, row by row.
     pub matrix_um_urad: Vec<Vec<f64>>,
 }
 
-/// A combination that the run cannot see.
+/// A combination of errors that the run cannot see.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BlindDoc {
-    /// How much of each changes no reading (µm, µrad); the largest is 1.
+    /// Share of each error in a combination that changes no reading (µm, µrad); the largest share is 1.
     #[schema(example = json!({"A.e_x_um": 1.0, "e_xs_um": 1.0}))]
     pub parts_um_urad: BTreeMap<String, f64>,
-    /// The tests whose offset, the bar's zero, takes part.
+    /// Tests whose offset (the bar's zero) is part of the combination.
     pub offsets_of_tests: Vec<usize>,
-    /// In words.
+    /// The combination in words.
     pub words: String,
-    /// The run to add, in words; null where no ball-bar test would help.
+    /// The run that would separate these errors, in words; null if no ball-bar test would help.
     pub separated_by: Option<String>,
 }
 
@@ -100,109 +100,111 @@ pub struct OutlierDoc {
 /// One test as it was evaluated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TestAnswer {
-    /// The axis.
+    /// Letter of the axis.
     pub rotary_axis: String,
-    /// The bar's direction.
+    /// Direction of the bar.
     pub bar_direction: BarDirectionDoc,
-    /// How many readings; 0 where eccentricities were posted.
+    /// Number of readings; 0 if eccentricities were posted.
     pub readings: usize,
-    /// The fitted offset; null where none was.
+    /// Fitted offset; null if no offset was fitted.
     pub offset_um: Option<f64>,
     /// Root of the mean square of the residuals.
     pub residual_rms_um: f64,
 }
 
-/// Something to ask about.
+/// Something that a metrologist should check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct RunWarningDoc {
-    /// The kind, for programs.
+    /// A stable word for the kind of warning.
     #[schema(example = "single-sweep")]
     pub kind: String,
     /// Index of the test, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<usize>,
-    /// In words.
+    /// The warning in words.
     pub detail: String,
 }
 
-/// What only a ball-bar run has.
+/// The results that only a ball-bar run has.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BallBarAnswer {
-    /// The spindle ball's offset.
+    /// Offset of the spindle ball.
     pub setup_error_um: SetupErrorAnswer,
-    /// Before and after compensation.
+    /// Eccentricities before and after compensation.
     pub eccentricities_um: EccentricitiesDoc,
-    /// By test.
+    /// Results of each test.
     pub tests: Vec<TestAnswer>,
-    /// What was left out as too far from all others; the first thousand.
+    /// Readings that were left out because they are too far from all others; the first thousand.
     pub outliers: Vec<OutlierDoc>,
 }
 
-/// What a run says about a machine; the same for ever.
+/// The result of a calibration run. It never changes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Calibration)]
 pub struct CalibrationDocument {
-    /// The run.
+    /// Id of the run.
     #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub id: String,
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// Its revision when it was measured.
+    /// Revision of the machine when it was measured.
     pub machine_revision: i64,
     /// How it was measured.
     pub kind: CalibrationKind,
-    /// When it was measured.
+    /// Time of the measurement.
     #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
-    /// When it was stored.
+    /// Time at which the run was stored.
     #[schema(example = "2025-03-14T09:41:07.123Z")]
     pub created_at: String,
-    /// With what.
+    /// Instrument that measured.
     pub instrument: Option<String>,
-    /// By whom.
+    /// Person who measured.
     pub operator: Option<String>,
-    /// Of the machine.
+    /// Temperature of the machine.
     pub temperature_c: Option<f64>,
     /// The operator's note.
     pub note: Option<String>,
     /// SHA-256 of the stored run.
     pub run_sha256: String,
-    /// The build that evaluated it.
+    /// Build of the service that evaluated the run.
     pub software_version: String,
-    /// The location errors by axis, cascaded as in the profile: what `apply` writes there.
+    /// Location errors by axis, cascaded as in the profile: `apply` writes these values there.
     #[schema(example = json!({"A": {"e_y_um": {"value": -21.0, "standard_uncertainty": 0.1}}}))]
     #[schema(value_type = BTreeMap<String, BTreeMap<String, Estimate>>)]
     pub errors: BTreeMap<String, Estimates>,
-    /// The same against the machine's frame, with the symbols of ISO 230-7.
+    /// The same errors against the machine's frame, with the symbols of ISO 230-7.
     #[schema(example = json!({"E_Y0A_um": {"value": -21.0, "standard_uncertainty": 0.1}}))]
     #[schema(value_type = BTreeMap<String, Estimate>)]
     pub iso_230: Estimates,
-    /// Components that place no line of this machine beyond those above; they stay zero.
+    /// Components that change no line of this machine beyond the errors above; they stay zero.
     pub redundant: Vec<String>,
-    /// What the run does not determine, whether cascaded, against the machine's frame, or of the set-up: the value
-    /// carries whatever it cannot be told from.
+    /// Errors that the run does not determine: cascaded, against the machine's frame, or of the set-up. The
+    /// value of such an error contains all errors that it cannot be separated from.
     pub unidentifiable: Vec<String>,
-    /// What cannot be told from what.
+    /// Combinations of errors that the run cannot separate.
     pub blind: Vec<BlindDoc>,
-    /// How many of `unknowns` the readings determine; offsets not counted.
+    /// How many of `unknowns` the readings determine; offsets are not counted.
     pub rank: usize,
-    /// The location errors sought, and the two set-up errors where they were not given.
+    /// Number of unknowns: the location errors, and the two set-up errors if they were not given.
     pub unknowns: usize,
-    /// Largest singular value over the smallest, columns at unit length; null where spheres were probed.
+    /// Largest singular value divided by the smallest, with columns of unit length; null if spheres were
+    /// probed.
     pub condition_number: Option<f64>,
-    /// Observations less what was fitted to them; of spheres without angles, of planes and circles each.
+    /// Number of observations minus the number of fitted values. For spheres without angles: of the planes
+    /// and circles, each.
     pub degrees_of_freedom: usize,
     /// Root of the mean square of the residuals.
     pub residual_rms_um: f64,
-    /// Null where nothing is left over to judge by.
+    /// Covariance of the identified errors; null if no degree of freedom is left to estimate it.
     pub covariance: Option<CovarianceDoc>,
-    /// What only a ball-bar run has.
+    /// Results that only a ball-bar run has.
     #[serde(flatten)]
     pub ball_bar: Option<BallBarAnswer>,
-    /// The axes found, where spheres were probed.
+    /// The axes found, if spheres were probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<Vec<SphereAxisAnswer>>,
-    /// What a metrologist would ask about.
+    /// Points that a metrologist should check.
     pub warnings: Vec<RunWarningDoc>,
 }
 
@@ -226,7 +228,7 @@ pub(super) fn parameter_name(machine: &Machine, parameter: ErrorParameter) -> St
     format!("{letter}.{}", component_name(parameter.component))
 }
 
-/// The name of anything sought.
+/// The name of any unknown.
 #[must_use]
 pub(super) fn unknown_name(machine: &Machine, unknown: Unknown) -> String {
     match unknown {
@@ -236,23 +238,23 @@ pub(super) fn unknown_name(machine: &Machine, unknown: Unknown) -> String {
     }
 }
 
-/// Most outliers listed in a document: a page of a list holds two hundred documents.
+/// Most outliers in one document: a page of a list holds up to two hundred documents.
 const MOST_OUTLIERS: usize = 1000;
 
-/// Everything of a document that does not come from the evaluation.
+/// The part of a document that does not come from the evaluation.
 #[derive(Debug, Clone)]
 pub struct CalibrationHead<'a> {
-    /// New.
+    /// A new id.
     pub id: String,
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: &'a str,
-    /// Its revision.
+    /// Revision of the machine.
     pub machine_revision: i64,
-    /// Normalised.
+    /// Time of the measurement, normalised.
     pub measured_at: String,
-    /// Now.
+    /// The current time.
     pub created_at: String,
-    /// Of the stored run.
+    /// SHA-256 of the stored run.
     pub run_sha256: String,
 }
 
@@ -319,7 +321,7 @@ impl CalibrationDocument {
         document
     }
 
-    /// A document with nothing found yet.
+    /// A document without results.
     pub(super) fn empty(head: CalibrationHead<'_>, request: &CalibrationRequest, machine: &Machine) -> Self {
         let placing = placing_parameters(machine);
         Self {
@@ -377,7 +379,7 @@ impl CalibrationDocument {
 }
 
 impl CovarianceDoc {
-    /// Of these unknowns, from the core's units.
+    /// The covariance of these unknowns, converted from the core's units.
     pub(super) fn of(machine: &Machine, unknowns: &[Unknown], matrix: &DMatrix<f64>) -> Self {
         let units: Vec<f64> = unknowns.iter().map(Unknown::told_per_unit).collect();
         let row = |row: usize| -> Vec<f64> {
@@ -433,7 +435,7 @@ impl RunWarningDoc {
     }
 }
 
-/// Everything with a part in what the run cannot see.
+/// All unknowns that are part of a combination that the run cannot see.
 fn unidentifiable(machine: &Machine, found: &Identified) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let in_blind = found.blind.iter().flat_map(|blind| blind.parts.iter().map(|(unknown, _)| *unknown));
@@ -457,7 +459,7 @@ fn tests(request: &CalibrationRequest, found: &Identified) -> Vec<TestAnswer> {
     posted
         .map(|(index, test)| {
             let residuals = found.residuals_mm.get(index).map_or(&[] as &[f64], Vec::as_slice);
-            // In the order of the readings, of which there may be very many.
+            // In the order of the readings; there may be very many.
             let out: Vec<usize> =
                 found.outliers.iter().filter(|out| out.test == index).map(|out| out.reading).collect();
             let kept =

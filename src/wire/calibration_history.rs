@@ -1,4 +1,5 @@
-//! Runs over time: how an error went, what changed between two runs, and what applying one would change.
+//! Runs over time: the trend of an error, the changes between two runs, and the changes that applying a run
+//! would make.
 
 use std::collections::BTreeMap;
 
@@ -11,37 +12,37 @@ use super::{CalibrationDocument, Estimate, Estimates, Fault, LocationErrorDoc, M
 /// One run of a trend.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct TrendPoint {
-    /// The run.
+    /// Id of the run.
     #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub calibration_id: String,
-    /// When it was measured.
+    /// Time of the measurement.
     #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
-    /// The machine's revision then.
+    /// Revision of the machine at that time.
     pub machine_revision: i64,
-    /// The error, in the unit of the trend.
+    /// Value of the error, in the unit of the trend.
     pub value: f64,
-    /// Its standard uncertainty; null where the run gives none.
+    /// Standard uncertainty; null if the run does not give it.
     pub standard_uncertainty: Option<f64>,
-    /// Whether the run determines it.
+    /// Whether the run determines the error.
     pub identifiable: bool,
 }
 
-/// How an error went, oldest first.
+/// The trend of one error, oldest run first.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Trend {
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// The axis.
+    /// Letter of the axis.
     #[schema(example = "A")]
     pub axis: String,
-    /// The error.
+    /// Name of the error.
     #[schema(example = "e_y")]
     pub error: String,
-    /// Unit of values and uncertainties: `um` or `urad`.
+    /// Unit of the values and uncertainties: `um` or `urad`.
     #[schema(example = "um")]
     pub unit: String,
-    /// The runs.
+    /// The runs of the trend.
     pub points: Vec<TrendPoint>,
 }
 
@@ -50,29 +51,31 @@ pub struct Trend {
 pub struct Difference {
     /// This run's value minus the other's.
     pub difference: f64,
-    /// Of the difference, the runs taken as independent; null where one of them has none.
+    /// Standard uncertainty of the difference; the runs count as independent. Null if one of the runs has
+    /// none.
     pub standard_uncertainty: Option<f64>,
-    /// Whether it is more than twice its standard uncertainty (about one in twenty by chance); null without one, and
-    /// where one of the runs does not determine the error: what it could not be told from may have changed instead.
+    /// Whether the difference is more than twice its standard uncertainty; about one in twenty is so by
+    /// chance. Null without a standard uncertainty. Also null if one of the runs does not determine the
+    /// error: an error that cannot be separated from it may have changed instead.
     pub significant: Option<bool>,
 }
 
 /// How two runs differ.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct CalibrationDifference {
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// This run.
+    /// Id of this run.
     pub id: String,
-    /// The run that is subtracted.
+    /// Id of the run that is subtracted.
     pub from: String,
-    /// Cascaded errors by axis that both runs have.
+    /// Cascaded errors by axis, where both runs have the axis.
     pub errors: BTreeMap<String, BTreeMap<String, Difference>>,
     /// Errors against the machine's frame that both runs have.
     pub iso_230: BTreeMap<String, Difference>,
 }
 
-/// How many standard uncertainties are significant: the usual coverage factor.
+/// A difference above this many standard uncertainties is significant: the usual coverage factor.
 const SIGNIFICANT: f64 = 2.0;
 
 impl Difference {
@@ -91,7 +94,7 @@ impl CalibrationDifference {
     #[must_use]
     pub fn of(here: &CalibrationDocument, there: &CalibrationDocument) -> Self {
         let open = |name: &String| here.unidentifiable.contains(name) || there.unidentifiable.contains(name);
-        // `prefix` stands before the name where a document lists what it does not determine.
+        // `prefix` comes before the name where a document lists the errors that it does not determine.
         let differences =
             |prefix: &str, here: &Estimates, there: &Estimates| -> BTreeMap<String, Difference> {
                 here.iter()
@@ -118,12 +121,12 @@ impl CalibrationDifference {
     }
 }
 
-/// Whether a large change is meant.
+/// Confirms a large change.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ApplyRequest {
-    /// Apply even where a value changes by more than 0.2 mm or 1000 µrad, where the run leaves errors open, or where
-    /// the squareness it was evaluated with has changed since.
+    /// Apply the run even if a value changes by more than 0.2 mm or 1000 µrad, if the run leaves errors
+    /// undetermined, or if the squareness that it was evaluated with has changed since.
     pub confirm: bool,
 }
 
@@ -132,31 +135,33 @@ const CONFIRM_ABOVE_UM: f64 = 200.0;
 /// Largest change of a rotation that needs no confirmation (µrad).
 const CONFIRM_ABOVE_URAD: f64 = 1000.0;
 
-/// A profile with a calibration's errors.
+/// A profile with the errors of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AppliedProfile {
     /// The profile.
     pub profile: MachineProfile,
-    /// What is to be confirmed.
+    /// The changes that need a confirmation.
     pub to_confirm: Vec<Fault>,
 }
 
-/// Why the errors of a run mean nothing on the current profile.
+/// Why the errors of a run have no meaning on the current profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherAxes {
-    /// The nominal rotary axes are not those that were measured.
+    /// The nominal rotary axes are not the measured ones.
     Nominal,
-    /// The run measured an axis without the one that carries it, whose location error has changed since.
+    /// The run measured an axis but not the axis that carries it, and the location error of the carrier has
+    /// changed since.
     Carrier,
 }
 
 impl CalibrationDocument {
-    /// `current` with the location errors of this run: an axis that the run measured gets all six components, those not
-    /// identified being zero; the others keep theirs.
+    /// `current` with the location errors of this run. An axis that the run measured gets all six components;
+    /// components that were not identified are zero. The other axes keep their errors.
     ///
     /// # Errors
-    /// The nominal axes of `measured`, the profile at the time of the run, are not those of `current`, or an axis that
-    /// carries one measured without it has another location error: cascaded values count from it.
+    /// The nominal axes of `measured`, the profile at the time of the run, differ from those of `current`. Or
+    /// an axis was measured without the axis that carries it, and the carrier now has another location error:
+    /// cascaded values count from it.
     pub fn apply_to(
         &self,
         current: &MachineProfile,
@@ -210,13 +215,14 @@ impl CalibrationDocument {
         if squareness_counts && current.kinematics.squareness_urad != measured.kinematics.squareness_urad {
             to_confirm.push(Fault::new(
                 "/kinematics/squareness_urad",
-                "is not what it was when the run was evaluated: the run's errors hold for the squareness of then",
+                "has changed since the run was evaluated: the run's errors are valid for the squareness of that time",
             ));
         }
         for blind in &self.blind {
-            // What only the set-up error hides is the usual case: the difference is what the control needs.
+            // A combination hidden only by the set-up error is the usual case: the control needs only the
+            // difference.
             if !blind.parts_um_urad.keys().any(|name| name.starts_with("e_xs") || name.starts_with("e_ys")) {
-                to_confirm.push(Fault::new("", format!("the run leaves this open: {}", blind.words)));
+                to_confirm.push(Fault::new("", format!("the run does not determine this: {}", blind.words)));
             }
         }
         Ok(AppliedProfile { profile, to_confirm })
@@ -227,7 +233,7 @@ fn components(error: &LocationErrorDoc) -> [f64; 6] {
     [error.e_x_um, error.e_y_um, error.e_z_um, error.e_a_urad, error.e_b_urad, error.e_c_urad]
 }
 
-/// Unit of an error by its name, cascaded or against the machine's frame; `None` where there is no such error.
+/// Unit of an error by its name, cascaded or against the machine's frame; `None` if there is no such error.
 #[must_use]
 pub fn trend_unit(axis: &str, error: &str) -> Option<&'static str> {
     let of_letter = |letter: &str| match letter {
@@ -249,7 +255,7 @@ pub fn trend_unit(axis: &str, error: &str) -> Option<&'static str> {
 /// The runs of a trend as a table.
 ///
 /// # Errors
-/// The table cannot be written, which memory never refuses.
+/// The table cannot be written; this does not happen in memory.
 pub fn trend_table(trend: &Trend) -> Result<Vec<u8>, csv::Error> {
     let Trend { error, unit, points, .. } = trend;
     let mut table = csv::Writer::from_writer(Vec::new());

@@ -1,4 +1,4 @@
-//! A posted calibration run in the core's terms, and the place of everything that is wrong with it.
+//! A posted calibration run in the core's terms, and the location of every fault in it.
 
 use super::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, Fault, FaultList, SetupErrorDoc,
@@ -12,14 +12,14 @@ use crate::geometry::Vec3;
 use crate::machine::Machine;
 use crate::units::{Angle, Length};
 
-/// Temperatures taken for real (°C).
+/// Temperatures that are accepted (°C).
 const TEMPERATURE_RANGE_C: [f64; 2] = [-50.0, 100.0];
 /// Longest name of a person or an instrument, and longest note (characters).
 const MAX_NAME: usize = 200;
 const MAX_NOTE: usize = 2000;
 
 impl BarDirectionDoc {
-    /// In the core's terms.
+    /// The direction in the core's terms.
     #[must_use]
     pub const fn to_core(self) -> BarDirection {
         match self {
@@ -29,7 +29,7 @@ impl BarDirectionDoc {
         }
     }
 
-    /// As it stands in documents.
+    /// The word in documents.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         self.to_core().as_str()
@@ -37,7 +37,8 @@ impl BarDirectionDoc {
 }
 
 impl CalibrationRequest {
-    /// Checks what every kind has: names, note, temperature; and that nothing belongs to another kind.
+    /// Checks the members that every kind has (names, note, temperature), and that no member belongs to
+    /// another kind.
     pub fn check(&self, faults: &mut FaultList) {
         let texts = [
             ("/instrument", &self.instrument, MAX_NAME),
@@ -69,12 +70,14 @@ impl CalibrationRequest {
         for (name, is_there) in foreign {
             if *is_there {
                 let kind = self.kind.as_str();
-                faults.push(|| Fault::new(format!("/{name}"), format!("a {kind} run has no {name}")));
+                faults.push(|| {
+                    Fault::new(format!("/{name}"), format!("a {kind} run has no {name}; remove this member"))
+                });
             }
         }
     }
 
-    /// The run of a ball bar in the core's terms; the place of everything that is wrong goes to `faults`.
+    /// The run of a ball bar in the core's terms; `faults` gets every fault with its location.
     pub fn to_ballbar(&self, machine: &Machine, faults: &mut FaultList) -> Option<BallBarRun> {
         let missing = |name: &str| Fault::new(format!("/{name}"), format!("missing field `{name}`"));
         if self.bar_length_mm.is_none() {
@@ -84,7 +87,7 @@ impl CalibrationRequest {
             faults.push(|| missing("tests"));
             return None;
         };
-        // Before anything is made of them.
+        // Checked before anything is built from the tests.
         if tests.len() > BallBarRun::MAX_TESTS {
             let fault = RunFault::TestCount { tests: tests.len(), max: BallBarRun::MAX_TESTS };
             faults.push(|| Fault::new("/tests", fault.to_string()));
@@ -92,7 +95,7 @@ impl CalibrationRequest {
         }
         let weighted = tests.iter().filter(|test| test.reading_uncertainty_um.is_some()).count();
         if weighted > 0 && weighted < tests.len() {
-            let detail = "reading_uncertainty_um is given for some tests only; its ratios are their weights";
+            let detail = "reading_uncertainty_um is given for some tests only, but it sets their weights; give it for all tests or for none";
             faults.push(|| Fault::new("/tests", detail));
         }
         let core: Vec<Option<BallBarTest>> =
@@ -104,12 +107,12 @@ impl CalibrationRequest {
             offset_per_test: self.offset_per_test.unwrap_or(true),
             instrument_uncertainty_mm: self.instrument_uncertainty_um.map(|um| Length::from_um(um).mm()),
             setup_error: setup_error.clone().unwrap_or(SetupError::Unknown),
-            // Those that can be looked at.
+            // Only the tests that can be checked.
             tests: core.iter().flatten().cloned().collect(),
         };
         let places: Vec<usize> =
             core.iter().enumerate().filter(|(_, test)| test.is_some()).map(|(index, _)| index).collect();
-        // That there are none left is said already where there were some.
+        // If there were tests, the reason why none is left has already been reported.
         if (!places.is_empty() || tests.is_empty())
             && let Err(found) = run.check(machine)
         {
@@ -151,7 +154,7 @@ impl SetupErrorDoc {
                         Fault::new(
                             "/setup_error_um",
                             format!(
-                                "{angles} spindle angles and {changes} readings: as many of each, {MAX_SPINDLE_ANGLES} at most"
+                                "{angles} spindle angles and {changes} readings: give as many of each, at most {MAX_SPINDLE_ANGLES}"
                             ),
                         )
                     });
@@ -221,7 +224,7 @@ impl BallBarTestDoc {
 }
 
 impl CalibrationRequest {
-    /// The probed spheres in the core's terms; the place of everything that is wrong goes to `faults`.
+    /// The probed spheres in the core's terms; `faults` gets every fault with its location.
     pub fn to_spheres(&self, machine: &Machine, faults: &mut FaultList) -> Option<Vec<AxisCenters>> {
         let Some(axes) = &self.axes else {
             faults.push(|| Fault::new("/axes", "missing field `axes`"));
@@ -250,7 +253,8 @@ impl CalibrationRequest {
     }
 }
 
-/// Axes of a run of spheres that are looked at: one more than any machine has, so that too many are seen.
+/// How many axes of a sphere run are checked: one more than any machine has, so that an extra axis is
+/// noticed.
 const MAX_SPHERE_AXES: usize = 3;
 
 fn axis_index(machine: &Machine, letter: &str) -> Option<usize> {
@@ -262,7 +266,7 @@ fn no_such_axis(machine: &Machine, letter: &str) -> String {
     format!("the machine's rotary axes are {first} and {second}, not {letter:?}")
 }
 
-/// A fault of probed spheres with its place in the document.
+/// A fault of probed spheres, with its location in the document.
 #[must_use]
 pub fn sphere_fault(fault: &SphereRunFault) -> Fault {
     let pointer = match *fault {
@@ -284,7 +288,8 @@ pub fn sphere_fault(fault: &SphereRunFault) -> Fault {
     Fault::new(pointer, fault.to_string())
 }
 
-/// A fault of the core with its place in the document; `places` are the documents' tests that the core saw.
+/// A fault of the core, with its location in the document; `places` are the indices of the tests that the
+/// core saw.
 fn located(fault: &RunFault, places: &[usize]) -> Fault {
     let of_test =
         |test: usize, rest: String| format!("/tests/{}{rest}", places.get(test).copied().unwrap_or(test));
@@ -318,7 +323,7 @@ fn located(fault: &RunFault, places: &[usize]) -> Fault {
     Fault::new(pointer, fault.to_string())
 }
 
-/// A fault of the fit itself.
+/// A fault of the fit.
 #[must_use]
 pub fn fit_fault(fault: &RunFault) -> Fault {
     located(fault, &[])

@@ -1,11 +1,11 @@
-//! What a run cannot tell apart, and what to ask about it, in words a metrologist uses.
+//! The errors that a run cannot separate, and the points to check, in a metrologist's words.
 
 use super::calibration_answer::unknown_name;
 use crate::calibration::{Blind, FurtherRun, RunWarning, Unknown};
 use crate::machine::Machine;
 use crate::units::UM_PER_MM;
 
-/// A number as a person writes it.
+/// A number in a form that people read.
 fn short(value: f64) -> String {
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -35,7 +35,7 @@ fn unit(unknown: Unknown) -> &'static str {
     }
 }
 
-/// What cannot be told from what.
+/// The errors that cannot be separated, in words.
 pub(super) fn blind_words(machine: &Machine, blind: &Blind) -> String {
     let spoken: Vec<String> = blind.parts.iter().map(|(unknown, _)| spoken(machine, *unknown)).collect();
     let amounts: Vec<String> = blind
@@ -54,10 +54,10 @@ pub(super) fn blind_words(machine: &Machine, blind: &Blind) -> String {
     match (spoken.as_slice(), blind.offsets.as_slice()) {
         ([only], []) => format!("{only} changes no reading of this run"),
         ([only], _) => format!(
-            "{only} cannot be told from the bar's gauge length (its zero): it changes no reading{zero}"
+            "{only} cannot be separated from the bar's gauge length (its zero): it changes no reading{zero}"
         ),
         ([first, rest @ ..], _) => format!(
-            "{first} cannot be told from {}: {} together change no reading{zero}",
+            "{first} cannot be separated from {}: {} together change no reading{zero}",
             rest.join(" and "),
             amounts.join(" and ")
         ),
@@ -65,7 +65,7 @@ pub(super) fn blind_words(machine: &Machine, blind: &Blind) -> String {
     }
 }
 
-/// The run to add.
+/// The run to add, in words.
 pub(super) fn further_words(machine: &Machine, run: FurtherRun) -> String {
     match run {
         FurtherRun::SpindleStep => {
@@ -95,7 +95,8 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         RunWarning::SingleSweep { test } => (
             "single-sweep",
             Some(test),
-            "the axis turned one way only: play and friction are not seen; add the sweep back".to_owned(),
+            "the axis turned in one direction only, so play and friction are not visible; add the sweep back"
+                .to_owned(),
         ),
         RunWarning::DuplicateAngle { test, reading, angle_deg } => {
             let detail =
@@ -104,7 +105,7 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         }
         RunWarning::SmallArc { test, arc_deg } => {
             let detail = format!(
-                "the readings cover {}° only: offset, sine and cosine are hard to tell apart",
+                "the readings cover only {}°: offset, sine and cosine are hard to separate",
                 short(arc_deg)
             );
             ("small-arc", Some(test), detail)
@@ -123,7 +124,7 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         }
         RunWarning::SuspiciouslyLarge { largest_mm } => {
             let detail = format!(
-                "a reading of {} µm is more than a ball bar measures (about 1000 µm either way)",
+                "a reading of {} µm is more than a ball bar measures (about ±1000 µm)",
                 short(largest_mm * UM_PER_MM)
             );
             ("suspiciously-large", None, detail)
@@ -131,11 +132,11 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         RunWarning::NoToolLength { test } => (
             "no-tool-length",
             Some(test),
-            "the axis is on the head and tool_length_mm is 0: the ball was taken to stand at the gauge point"
+            "the axis is on the head and tool_length_mm is 0: the ball was assumed to be at the gauge point"
                 .to_owned(),
         ),
         RunWarning::OutliersLeftOut { test, readings } => {
-            let detail = format!("{readings} readings stand far from all others and were left out");
+            let detail = format!("{readings} readings are far from all others and were left out");
             ("outliers-left-out", Some(test), detail)
         }
         RunWarning::ManyOutliers { test, left_out, readings } => {
@@ -146,7 +147,7 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         }
         RunWarning::IllConditioned { condition_number } => {
             let detail = format!(
-                "the tests hardly tell some errors apart (condition number {}): look at the standard uncertainties",
+                "the tests hardly separate some errors (condition number {}): look at the standard uncertainties",
                 short(condition_number)
             );
             ("ill-conditioned", None, detail)

@@ -1,5 +1,5 @@
-//! The address that is told of a job's end, taken apart once and strictly: what one reader takes for a name and another
-//! for an address never gets in.
+//! The address that gets the message about a job's end. It is parsed once, strictly: a text that one reader
+//! takes for a name and another for an address is refused.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::str::FromStr;
@@ -22,18 +22,18 @@ pub enum Host {
     Address(IpAddr),
 }
 
-/// An address that can be called.
+/// A valid address for webhooks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CallbackUrl {
-    /// Whether TLS is spoken.
+    /// Whether the connection uses TLS.
     pub is_https: bool,
-    /// Who is called.
+    /// Host to call.
     pub host: Host,
-    /// On which port.
+    /// Port to call.
     pub port: u16,
     /// Host and port as they were written.
     pub authority: String,
-    /// What is asked for there; begins with a slash.
+    /// Path and query; begins with a slash.
     pub path_and_query: String,
 }
 
@@ -41,30 +41,30 @@ pub struct CallbackUrl {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum CallbackFault {
     /// No scheme.
-    #[error("not an absolute address")]
+    #[error("not an absolute address; begin it with https://")]
     Relative,
-    /// A scheme that is not spoken.
-    #[error("only http and https addresses are called")]
+    /// The scheme is not supported.
+    #[error("only http and https addresses can be called")]
     Scheme,
     /// Too long.
     #[error("longer than {MAX_URL} bytes")]
     Length,
     /// A fragment.
-    #[error("an address that is called has no fragment")]
+    #[error("an address with a fragment (#…) cannot be called; remove the fragment")]
     Fragment,
     /// A user name or a password.
-    #[error("an address with a user name or a password is not taken")]
+    #[error("an address with a user name or a password is not accepted; remove them")]
     User,
-    /// A character that an address does not have.
-    #[error("not an address: characters outside ASCII and the like are percent-encoded")]
+    /// A character that an address must not have.
+    #[error("not an address: percent-encode characters outside ASCII, spaces and similar characters")]
     Characters,
     /// No host.
-    #[error("the host is neither a name nor an address, or there is none")]
+    #[error("the host is missing, or it is neither a name nor an IP address")]
     Host,
-    /// A number that some readers take for an address.
+    /// A number that some readers take for an IP address.
     #[error("an IPv4 address is written as four decimal numbers without leading zeros")]
     Number,
-    /// No port that can be called.
+    /// The port is not valid.
     #[error("a port is a number between 1 and 65535")]
     Port,
 }
@@ -140,7 +140,8 @@ fn named(text: &str) -> Result<Host, CallbackFault> {
     if name.len() > MAX_NAME || !name.split('.').all(is_label) {
         return Err(CallbackFault::Host);
     }
-    // What ends in a number is an address to many readers, in one of many forms (0x7f.1, 017700000001, 2130706433).
+    // Many readers take a name that ends in a number for an address, in one of many forms (0x7f.1,
+    // 017700000001, 2130706433).
     let last = name.rsplit('.').next().unwrap_or_default();
     let hexadecimal = last.strip_prefix("0x").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_hexdigit()));
     if hexadecimal || last.bytes().all(|byte| byte.is_ascii_digit()) {

@@ -14,16 +14,16 @@ use crate::{motion, process, program};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contact {
-    /// The first available of program, normals and surface, else the tip.
+    /// The first available of program, normals and surface; else the tip.
     #[default]
     Auto,
     /// U V W words of the program.
     Program,
     /// Contact normals nx ny nz.
     Normals,
-    /// A surface.
+    /// The surface of the part.
     Surface,
-    /// Assumed from the feed, where rotary axes turn.
+    /// Assumed from the feed direction, where rotary axes turn.
     FeedPlane,
     /// The tool tip itself.
     Tip,
@@ -40,7 +40,7 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// In the core's terms.
+    /// The value in the core's terms.
     #[must_use]
     pub const fn to_core(self) -> motion::Interpolation {
         match self {
@@ -54,12 +54,14 @@ impl Interpolation {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Correction {
-    /// Back onto the line, at the same share of it: no residual, and the contact keeps its speed.
+    /// Back onto the line, at the same share of it: no deviation is left, and the contact keeps its speed.
     #[default]
     Even,
-    /// Back onto the line by the shortest way: no residual, but the contact's speed runs wild.
+    /// Back onto the line by the shortest way: no deviation is left, but the speed of the contact varies
+    /// strongly.
     Foot,
-    /// As first published: the tip moves away from its own foot on the line. Leaves a residual; for comparison.
+    /// As first published: the tip moves away from its own foot on the line. A deviation is left; use it only
+    /// for comparison.
     Seed,
 }
 
@@ -70,7 +72,7 @@ pub enum Output {
     /// As few as the tolerance allows.
     #[default]
     Minimal,
-    /// One at every interpolation period of a block over tolerance; needs a feed.
+    /// One block at every interpolation period of a block over tolerance; needs a feed.
     Interpolated,
 }
 
@@ -78,7 +80,7 @@ pub enum Output {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Dialect {
-    /// Found from the text.
+    /// The service finds it from the text.
     #[default]
     Auto,
     /// ISO G-code.
@@ -118,7 +120,7 @@ impl From<program::Dialect> for Dialect {
 }
 
 impl Dialect {
-    /// In the core's terms; none is found from the text.
+    /// The dialect in the core's terms; `None` if it is to be found from the text.
     #[must_use]
     pub fn to_core(self) -> Option<program::Dialect> {
         match self {
@@ -134,34 +136,37 @@ impl Dialect {
 }
 
 program_parameters! {
-/// What the compensation of the CC path needs to know.
+/// Parameters of the compensation of the CC path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CcParameters {
-    /// Cutter radius R; that of the machine's tool table when absent. Only `contact=tip` can do without either.
+    /// Cutter radius R. If it is absent, the machine's tool table gives it. Only `contact=tip` needs no
+    /// radius.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub tool_radius_mm: Option<f64>,
-    /// Corner radius r; as the cutter radius (a ball) when absent.
+    /// Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
-    /// Largest distance of the CC path from its line.
+    /// Largest allowed distance of the CC path from its line.
     #[serde(default = "CcParameters::default_tolerance_um")]
     #[schema(default = 10.0)]
     pub tolerance_um: f64,
     /// Where the cutter contact comes from.
     #[serde(default)]
     pub contact: Contact,
-    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
+    /// 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
+    /// (`feed-plane`).
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
@@ -171,23 +176,25 @@ pub struct CcParameters {
     /// Which blocks the answer has.
     #[serde(default)]
     pub output: Output,
-    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
-    /// when absent, and where that is not stated ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
+    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
-    /// Whether a program that leaves changed says so in a comment.
+    /// Whether a changed program gets a comment that says so.
     #[serde(default)]
     #[schema(default = "comment")]
     pub stamp: StampForm,
-    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
+    /// Apply the steps `cc` and `singularity` again to a program that already has their stamp. Steps that
+    /// move ends are never repeated.
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// What is done about singular regions, before everything else.
+    /// Treatment of singular regions, before all other steps.
     #[serde(default)]
     pub singularity: SingularityAction,
-    /// How they are found and treated, one parameter for each: `singular_regions.axis_tolerance_deg`.
+    /// How singular regions are found and treated; as query parameters one for each, such as
+    /// `singular_regions.axis_tolerance_deg`.
     #[serde(default)]
     pub singular_regions: SingularRegions,
 }
@@ -225,25 +232,25 @@ impl Default for CcParameters {
 }
 
 impl CcParameters {
-    /// The tolerance where none is stated (µm).
+    /// Tolerance if none is stated (µm).
     #[must_use]
     pub const fn default_tolerance_um() -> f64 {
         10.0
     }
 
-    /// The angle by which passes are told apart where none is stated (deg).
+    /// Angle that separates two passes if none is stated (deg).
     #[must_use]
     pub const fn default_pass_break_deg() -> f64 {
         process::CcParameters::PASS_BREAK_DEG
     }
 
-    /// Smallest and largest angle by which passes are told apart (deg).
+    /// Smallest and largest angle that may separate two passes (deg).
     pub const PASS_BREAK_RANGE_DEG: [f64; 2] = [0.1, 180.0];
     /// Smallest and largest tolerance (µm).
     pub const TOLERANCE_RANGE_UM: [f64; 2] = [0.01, 10_000.0];
-    /// Largest feed taken for real [mm/min].
+    /// Largest feed that is accepted [mm/min].
     pub const MAX_FEED_MM_PER_MIN: f64 = 1e6;
-    /// Largest offset or tool length taken for real (mm).
+    /// Largest offset or tool length that is accepted (mm).
     pub const MAX_OFFSET_MM: f64 = 1e5;
 
     /// How an uploaded surface is read.
@@ -256,8 +263,8 @@ impl CcParameters {
         }
     }
 
-    /// The tool, if one is stated; `has_part` says whether the part's surface came with the program. Whether it has to be shows
-    /// with the machine's tool table and the program.
+    /// The tool, if the parameters state one. `has_part` says whether the surface of the part came with the
+    /// program. Whether a tool is needed depends on the machine's tool table and on the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -277,7 +284,7 @@ impl CcParameters {
     fn tool(&self, faults: &mut FaultList) -> Option<Tool> {
         let Some(radius_mm) = self.tool_radius_mm else {
             if self.corner_radius_mm.is_some() {
-                let detail = "missing: a corner radius needs the radius that it belongs to";
+                let detail = "missing: a corner radius needs the tool radius too";
                 faults.push(|| Fault::new("/tool_radius_mm", detail));
             }
             return None;
@@ -297,13 +304,13 @@ impl CcParameters {
     }
 }
 
-/// Collects a bad angle by which passes are told apart.
+/// Reports an angle between passes that is out of range.
 pub(super) fn check_pass_break(pointer: &str, pass_break_deg: f64, faults: &mut FaultList) {
     let [min, max] = CcParameters::PASS_BREAK_RANGE_DEG;
     faults.check_range(|| format!("{pointer}/pass_break_deg"), pass_break_deg, min, max);
 }
 
-/// Collects a bad limit of written feeds.
+/// Reports a feed limit that is out of range.
 pub(super) fn check_max_feed(max_feed_mm_per_min: Option<f64>, faults: &mut FaultList) {
     if let Some(feed) = max_feed_mm_per_min {
         let max = CcParameters::MAX_FEED_MM_PER_MIN;
@@ -320,13 +327,13 @@ pub struct DeviationSummary {
     pub rms_um: f64,
     /// Largest distance on the side of too much material.
     pub max_excess_um: f64,
-    /// Largest distance on the side of too little material.
+    /// Largest distance on the side of too little material (gouge).
     pub max_gouge_um: f64,
-    /// Line of the upload with the largest distance; null where nothing was checked.
+    /// Line of the upload with the largest distance; null if no motion was checked.
     pub worst_line: Option<u64>,
 }
 
-/// Deviation along the path, down-sampled; all of one length.
+/// Deviation along the path, down-sampled; all arrays have the same length.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct DeviationSeries {
     /// Path length up to the sample.
@@ -339,29 +346,29 @@ pub struct DeviationSeries {
     pub after_um: Vec<f64>,
 }
 
-/// Something the caller should know.
+/// Something that the caller should know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Warning {
     /// A stable word for the kind of warning.
     #[schema(example = "contact_off_tool")]
     pub kind: String,
-    /// What it means.
+    /// The warning in words.
     pub detail: String,
-    /// How many motions or points it stands for.
+    /// Number of motions or points that it concerns.
     pub count: u64,
-    /// First line of the upload it stands for, 1-based.
+    /// First line of the upload that it concerns, 1-based.
     pub line: Option<u64>,
-    /// Line with the largest distance, where a distance belongs to the warning.
+    /// Line with the largest distance, if the warning has a distance.
     pub worst_line: Option<u64>,
-    /// Largest distance, where one belongs to the warning.
+    /// Largest distance, if the warning has one.
     pub max_distance_um: Option<f64>,
-    /// Shortest time, where one belongs to the warning.
+    /// Shortest time, if the warning has one.
     #[serde(default)]
     pub min_time_ms: Option<f64>,
 }
 
 impl Warning {
-    /// One of the program as a whole.
+    /// A warning about the whole program.
     #[must_use]
     pub fn plain(kind: &str, detail: &str) -> Self {
         Self {
@@ -394,10 +401,10 @@ impl From<&process::Warning> for Warning {
 /// Milliseconds in a second.
 const MS_PER_S: f64 = 1000.0;
 
-/// What a result was computed from.
+/// The data that a result was computed from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Provenance {
-    /// Revision of the machine it was computed on.
+    /// Revision of the machine that was used.
     pub machine_revision: i64,
     /// Version of the service.
     pub software_version: String,
@@ -405,7 +412,7 @@ pub struct Provenance {
     pub input_sha256: String,
     /// SHA-256 of the answer.
     pub output_sha256: String,
-    /// The steps that changed the program; null where an older version did not say so.
+    /// The steps that changed the program; null if an older version of the service did not record them.
     #[serde(default)]
     #[schema(example = json!(["cc"]))]
     pub steps: Option<Vec<StepName>>,
@@ -417,7 +424,7 @@ pub struct Provenance {
 pub enum StepName {
     /// Ends of motions were moved for a worn cutter.
     Wear,
-    /// They were moved for the machine as it is.
+    /// Ends of motions were moved for the location errors of the machine.
     LocationErrors,
     /// The cutter-contact path between the ends was corrected.
     Cc,
@@ -445,53 +452,53 @@ impl StepName {
 /// What the compensation found and did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CcFindings {
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
-    /// Where the cutter contact came from.
+    /// Source of the cutter contact.
     pub contact: Contact,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks_in: u64,
-    /// Blocks of the answer.
+    /// Number of blocks in the answer.
     pub blocks_out: u64,
-    /// Blocks that are new.
+    /// Number of inserted blocks.
     pub blocks_inserted: u64,
-    /// Blocks that only got the source's F word back, behind divided ones.
+    /// Number of blocks that only got the source's F word back, after divided blocks.
     #[serde(default)]
     pub feeds_restored: u64,
-    /// Motions whose deviation was found.
+    /// Number of motions whose deviation was computed.
     pub motions_checked: u64,
-    /// Those of them that exceeded the tolerance.
+    /// Number of checked motions that exceeded the tolerance.
     pub motions_over_tolerance: u64,
-    /// Those that still do: a warning says why.
+    /// Number of motions that still exceed the tolerance; a warning gives the reason.
     #[serde(default)]
     pub motions_left_over: u64,
-    /// The upload's deviation.
+    /// Deviation of the upload.
     pub before: DeviationSummary,
-    /// The answer's deviation, from its own text.
+    /// Deviation of the answer, computed from its own text.
     pub after: DeviationSummary,
-    /// Chords of the checked motions, summed.
+    /// Sum of the chords of the checked motions.
     pub cc_path_length_mm: f64,
-    /// Singular regions; null where they could not be looked for.
+    /// Singular regions; null if it was not possible to look for them.
     #[serde(default)]
     pub singularity: Option<SingularityFindings>,
     /// Deviation along the path.
     pub series: DeviationSeries,
-    /// What the caller should know.
+    /// Warnings to the caller.
     pub warnings: Vec<Warning>,
 }
 
 /// The report of a compensation of the CC path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CcReport {
-    /// What it was computed from.
+    /// The data that the result was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// What was found and done.
+    /// Results.
     #[serde(flatten)]
     pub findings: CcFindings,
 }

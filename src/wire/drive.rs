@@ -61,7 +61,7 @@ pub struct Resonance {
     pub damping_ratio: f64,
 }
 
-/// What stands between motor and load.
+/// The transmission between motor and load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transmission {
@@ -98,14 +98,14 @@ pub struct Drive {
     pub back_emf_v_s_per_rad: f64,
     /// Inertia on the motor shaft (kg m²).
     pub inertia_kg_m2: f64,
-    /// Load inertia on the motor shaft, where it is modelled apart (kg m²).
+    /// Load inertia on the motor shaft, if it is modelled separately (kg m²).
     #[serde(default)]
     pub load_inertia_kg_m2: Option<f64>,
     /// Viscous damping (Nm s/rad).
     pub damping_nm_s_per_rad: f64,
-    /// What stands between motor and load.
+    /// The transmission between motor and load.
     pub transmission: Transmission,
-    /// Constant torque of the load, which sets in at t = 0 (Nm).
+    /// Constant load torque; it acts from t = 0 on (Nm).
     #[serde(default, skip_serializing_if = "is_zero")]
     pub load_torque_nm: f64,
     /// Where the position is measured.
@@ -125,7 +125,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Drives {
-    /// The drives for a simulation; faults join `faults` under `pointer`.
+    /// The drives for a simulation; faults are added to `faults` under `pointer`.
     pub fn to_core(&self, pointer: &str, faults: &mut FaultList) -> DriveSet {
         let mut set = DriveSet::default();
         for (letter, drive) in self.iter() {
@@ -151,8 +151,9 @@ impl Drives {
 }
 
 impl Drive {
-    /// The drive of `axis` for a simulation; faults join `faults` under `pointer`. A profile may hold a drive that
-    /// cannot be simulated yet (a load inertia without the resonance it needs): this counts only `as_simulated`.
+    /// The drive of `axis` for a simulation; faults are added to `faults` under `pointer`. A profile may hold
+    /// a drive that cannot be simulated yet (a load inertia without its resonance). That is a fault only if
+    /// `as_simulated`.
     pub(super) fn to_core(
         self,
         axis: AxisLetter,
@@ -161,7 +162,7 @@ impl Drive {
         faults: &mut FaultList,
     ) -> Option<servo::Drive> {
         let ratio = self.transmission.to_core(axis, &format!("{pointer}/transmission"), faults);
-        // The other constants are looked at whatever the transmission is.
+        // The other constants are checked even if the transmission is wrong.
         let output_per_motor_rad = ratio.unwrap_or(1.0);
         let drive = servo::Drive {
             position_gain_per_s: self.position_gain_per_s,
@@ -173,7 +174,7 @@ impl Drive {
             torque_constant_nm_per_a: self.torque_constant_nm_per_a,
             back_emf_v_s_per_rad: self.back_emf_v_s_per_rad,
             inertia_kg_m2: self.inertia_kg_m2,
-            // none and nothing are the same load
+            // A torque of zero means the same as no torque.
             load_inertia_kg_m2: self.load_inertia_kg_m2.filter(|inertia| *inertia != 0.0),
             damping_nm_s_per_rad: self.damping_nm_s_per_rad,
             load_torque_nm: self.load_torque_nm,
@@ -238,7 +239,7 @@ impl Drive {
     }
 }
 
-/// Leads and gear ratios that are taken for real.
+/// Leads and gear ratios that are accepted.
 const RATIO_RANGE: [f64; 2] = [1e-6, 1e6];
 
 impl Transmission {

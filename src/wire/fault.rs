@@ -1,12 +1,12 @@
-//! One bad value in a request, and where it stands.
+//! One bad value in a request, and its location.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// One bad value and where it stands.
+/// One bad value and its location.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Fault {
-    /// JSON pointer into the body; for a query parameter the pointer its dotted name stands for.
+    /// JSON pointer into the body. For a query parameter: the pointer that its dotted name represents.
     #[schema(example = "/kinematics/rotary_axes/0/direction")]
     pub pointer: String,
     /// What is wrong with it.
@@ -21,24 +21,25 @@ impl Fault {
     }
 }
 
-/// Faults as they are found; keeps the first hundred.
+/// Collects faults; keeps the first hundred.
 #[derive(Debug, Default)]
 pub struct FaultList {
     faults: Vec<Fault>,
 }
 
 impl FaultList {
-    /// How many faults are kept: a document of a million bad numbers does not get a million lines in answer.
+    /// How many faults are kept: the answer to a document with a million bad numbers must not have a million
+    /// lines.
     pub const KEPT: usize = 100;
 
-    /// Keeps a fault. The pointer is only built when there is room.
+    /// Adds a fault. The pointer is only built if there is room.
     pub fn push(&mut self, fault: impl FnOnce() -> Fault) {
         if self.faults.len() < Self::KEPT {
             self.faults.push(fault());
         }
     }
 
-    /// Keeps a fault when `value` is not between `min` and `max`, ends included.
+    /// Adds a fault if `value` is not between `min` and `max`, ends included.
     pub fn check_range(&mut self, pointer: impl FnOnce() -> String, value: f64, min: f64, max: f64) {
         // NaN is in no range.
         if !(min..=max).contains(&value) {
@@ -47,13 +48,13 @@ impl FaultList {
         }
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there is no fault.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.faults.is_empty()
     }
 
-    /// What was checked, unless something is wrong with it or with what is in this list.
+    /// The checked value, unless `checked` or this list has faults.
     ///
     /// # Errors
     /// Both faults, those of `checked` first.
@@ -66,7 +67,7 @@ impl FaultList {
         }
     }
 
-    /// Nothing wrong, or everything that is.
+    /// Ok if there is no fault; otherwise all faults that were kept.
     ///
     /// # Errors
     /// The faults kept.
@@ -75,7 +76,7 @@ impl FaultList {
     }
 }
 
-/// A number as a person would write it: with an exponent where it has very many digits.
+/// A number in a form that people read: with an exponent if it has very many digits.
 fn legible(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-6..1e9).contains(&size) { value.to_string() } else { format!("{value:e}") }

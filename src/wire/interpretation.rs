@@ -1,4 +1,4 @@
-//! What is understood of a program, motion by motion: parameters, and the rows of the answer.
+//! The motions that the service understands in a program: parameters, and the rows of the answer.
 
 use std::io::Write;
 
@@ -12,7 +12,7 @@ use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{InterpretedKind, InterpretedMotion};
 
 program_parameters! {
-/// What the interpretation of a program needs to know.
+/// Parameters of the interpretation of a program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InterpretationParameters {}
@@ -23,9 +23,9 @@ pub struct InterpretationParameters {}
 #[serde(rename_all = "snake_case")]
 #[schema(as = MotionKind)]
 pub enum MotionKindDoc {
-    /// At the speed of the axes.
+    /// Rapid motion at the speed of the axes.
     Rapid,
-    /// Straight.
+    /// Straight line.
     Linear,
     /// An arc or a helix.
     Arc,
@@ -35,7 +35,7 @@ pub enum MotionKindDoc {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointsInOrder {
     letters: [char; 5],
-    /// The words, in that order.
+    /// The words, in this order.
     pub words: [Option<f64>; 5],
 }
 
@@ -45,72 +45,75 @@ impl Serialize for JointsInOrder {
     }
 }
 
-/// A motion as it is understood. What is not known is null. Units are millimetres and degrees, whatever the program's.
+/// A motion as the service understands it. Values that are not known are null. Units are millimetres and
+/// degrees, whatever the unit of the program.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = InterpretedMotion)]
 pub struct InterpretedMotionDoc {
     /// Line of the upload, 1-based.
     pub line: u64,
-    /// The file that the line stands in; null in the main program.
+    /// The file that contains the line; null for the main program.
     pub file: Option<String>,
-    /// What kind of motion.
+    /// Kind of the motion.
     pub kind: MotionKindDoc,
-    /// The words at its end by letter, absolute, as the control counts them. Under tool centre point control X Y Z are the tip's.
+    /// The words at the end of the motion by letter, absolute, as the control counts them. Under tool centre
+    /// point control X Y Z belong to the tip.
     #[schema(value_type = BTreeMap<String, Option<f64>>, example = json!({"X": 10.0, "Y": 0.0, "Z": 5.0, "A": 10.0, "C": 20.0}))]
     pub joints: JointsInOrder,
-    /// The tip at its end in W; null where an offset or a rotary position is not known.
+    /// Tip position at the end of the motion in W; null if an offset or a rotary position is not known.
     pub tip_mm: Option<[f64; 3]>,
-    /// The tool axis at its end in W, from the tip to the spindle.
+    /// Tool axis at the end of the motion in W, from the tip to the spindle.
     pub axis: Option<[f64; 3]>,
-    /// The speed that F asks of the tip; null of a rapid, and where F counts by turns of the spindle.
+    /// The tip's speed that F asks for; null for a rapid, and if F is per turn of the spindle.
     pub feed_mm_per_min: Option<f64>,
-    /// Number of the tool in the spindle, also where the program calls it by its name and the machine's tool table knows the number.
+    /// Number of the tool in the spindle. If the program calls the tool by name, the machine's tool table
+    /// gives the number.
     pub tool_number: Option<u32>,
-    /// Name of the tool, where the program calls it by one.
+    /// Name of the tool, if the program calls it by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool_name: Option<String>,
-    /// The work offset in force, as the program names it.
+    /// The work offset in force, by the name in the program.
     #[schema(example = "G54")]
     pub work_offset: Option<String>,
-    /// Of an arc: its centre in W, at the height where it starts.
+    /// For an arc: its centre in W, at the height of the start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_mm: Option<[f64; 3]>,
-    /// Of an arc: the direction in W about which it runs counter-clockwise.
+    /// For an arc: the direction in W about which it runs counter-clockwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
-    /// Of an arc: how many turns it runs.
+    /// For an arc: the number of turns.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.25)]
     pub turns: Option<f64>,
 }
 
-/// A motion that is not understood, and is left alone by every compensation.
+/// A motion that the service does not understand; every compensation leaves it unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = MotionLeftAlone)]
 pub struct LeftAloneDoc {
     /// Line of the upload, 1-based.
     pub line: u64,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// What is understood of a program.
+/// The result of the interpretation of a program.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Interpretation)]
 pub struct InterpretationAnswer {
-    /// The motions that are understood, in the order in which they are run.
+    /// The motions that the service understands, in the order of execution.
     pub motions: Vec<InterpretedMotionDoc>,
-    /// Those that are not.
+    /// The motions that the service does not understand.
     pub left_alone: Vec<LeftAloneDoc>,
-    /// The rest.
+    /// Values for the whole program.
     #[serde(flatten)]
     pub end: InterpretationEnd,
 }
 
-/// What is known once the whole program was read.
+/// Values that are known after the whole program was read.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct InterpretationEnd {
-    /// What the caller should know.
+    /// Warnings to the caller.
     pub warnings: Vec<Warning>,
     /// Revision of the machine.
     pub machine_revision: i64,
@@ -118,16 +121,16 @@ pub struct InterpretationEnd {
     pub software_version: String,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks: u64,
-    /// What the answer rests on beside the parameters.
+    /// Inputs that were resolved beside the parameters.
     pub resolved: ResolvedInputs,
 }
 
 impl InterpretedMotionDoc {
-    /// A motion on this machine; `number_of` says by what number the tool table knows a tool.
+    /// A motion on this machine; `number_of` gives the number that a tool has in the tool table.
     #[must_use]
     pub fn of(
         motion: &InterpretedMotion,
@@ -171,10 +174,10 @@ pub struct InterpretationTable<W: Write> {
 }
 
 impl<W: Write> InterpretationTable<W> {
-    /// A table with its head, for this machine's letters.
+    /// A table with its header, for this machine's letters.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The header cannot be written.
     pub fn new(out: W, machine: &Machine) -> Result<Self, csv::Error> {
         let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char().to_string());
         let mut rows = csv::Writer::from_writer(out);
@@ -200,10 +203,10 @@ impl<W: Write> InterpretationTable<W> {
         Ok(Self { rows })
     }
 
-    /// One motion.
+    /// Writes one motion.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The row cannot be written.
     pub fn add(&mut self, motion: &InterpretedMotionDoc) -> Result<(), csv::Error> {
         fn three(values: Option<[f64; 3]>) -> [Option<f64>; 3] {
             values.map_or([None; 3], |values| values.map(Some))
@@ -221,10 +224,10 @@ impl<W: Write> InterpretationTable<W> {
         ))
     }
 
-    /// The writer, with the last row.
+    /// The writer, after the last row.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The rows cannot be written.
     pub fn into_inner(self) -> std::io::Result<W> {
         self.rows.into_inner().map_err(csv::IntoInnerError::into_error)
     }

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{CallbackUrl, Fault, FaultList};
 
-/// What a job computes.
+/// The computation of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum JobOperation {
@@ -17,7 +17,7 @@ pub enum JobOperation {
     WearCompensation,
     /// Virtual cutting of the part's surface.
     Verification,
-    /// Compensation in one pass.
+    /// Compensation with several steps in one pass.
     Compensation,
     /// Posting of cutter location data to the machine.
     Posting,
@@ -38,24 +38,24 @@ impl JobOperation {
     }
 }
 
-/// Where a job stands.
+/// State of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
-    /// Waits for its turn.
+    /// The job waits for its turn.
     Queued,
-    /// Is being computed.
+    /// The job is being computed.
     Running,
-    /// Done; program and report are there.
+    /// The job is done; program and report are ready.
     Succeeded,
-    /// Refused; the problem says why.
+    /// The job failed; `problem` gives the reason.
     Failed,
-    /// Cancelled by the client.
+    /// The client cancelled the job.
     Cancelled,
 }
 
 impl JobState {
-    /// Whether it never changes again.
+    /// Whether this state is final.
     #[must_use]
     pub const fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
@@ -74,7 +74,7 @@ impl JobState {
     }
 }
 
-/// A job: what was asked, of which machine, of which bytes, and what came of it.
+/// A job: the operation, the machine, the uploaded bytes and the result.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Job)]
 pub struct JobDocument {
@@ -84,76 +84,76 @@ pub struct JobDocument {
     /// The machine.
     #[schema(example = "example-ac-table")]
     pub machine_id: String,
-    /// Revision of the machine it was computed on.
+    /// Revision of the machine that was used.
     pub machine_revision: i64,
-    /// What was computed.
+    /// The operation that was computed.
     pub operation: JobOperation,
-    /// With which parameters, defaults filled in.
+    /// Parameters of the operation, with defaults filled in.
     #[schema(value_type = Object)]
     pub parameters: serde_json::Value,
-    /// Where it stands.
+    /// State of the job.
     pub state: JobState,
-    /// Done share, 0 to 1.
+    /// Completed share, 0 to 1.
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub progress: f64,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// SHA-256 of the part's surface, where one was uploaded.
+    /// SHA-256 of the part's surface, if one was uploaded.
     pub surface_sha256: Option<String>,
-    /// SHA-256 of the resulting program, or of a verification's table of residuals.
+    /// SHA-256 of the resulting program, or of the table of residuals of a verification.
     pub output_sha256: Option<String>,
-    /// SHA-256 of the table of changes, where the operation makes one.
+    /// SHA-256 of the table of changes, if the operation makes one.
     pub changes_sha256: Option<String>,
     /// The client's own id.
     pub external_id: Option<String>,
-    /// Who is told of its end.
+    /// Address that gets a webhook when the job ends.
     #[schema(example = "https://mes.example.com/trunnion")]
     pub callback_url: Option<String>,
-    /// Computations begun; an orderly stop of the service takes back the one under way.
+    /// Number of computations that were started; an orderly stop of the service does not count.
     pub attempts: i64,
-    /// Why it failed: a problem document.
+    /// A problem document with the reason why the job failed.
     #[schema(value_type = Option<Object>)]
     pub problem: Option<serde_json::Value>,
     /// Version of the service.
     pub software_version: String,
-    /// When it was asked for.
+    /// Time at which the job was accepted.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub created_at: String,
-    /// When its computation began.
+    /// Time at which the computation started.
     pub started_at: Option<String>,
-    /// When it ended.
+    /// Time at which the job ended.
     pub finished_at: Option<String>,
 }
 
-/// A job as it is asked for; `P` are the parameters of its operation.
+/// Request for a job; `P` is the type of the operation's parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JobRequest<P> {
-    /// The machine; its current revision is used.
+    /// Id of the machine; its current revision is used.
     pub machine_id: String,
-    /// What is to be computed.
+    /// The operation to compute.
     pub operation: JobOperation,
-    /// The same as of the operation's own endpoint.
+    /// Parameters, the same as at the operation's own endpoint.
     pub parameters: P,
     /// The client's own id, 1 to 200 characters.
     #[serde(default)]
     pub external_id: Option<String>,
-    /// Who is told of the job's end, an `http` or `https` address.
+    /// Address that gets a webhook when the job ends; an `http` or `https` address.
     #[serde(default)]
     pub callback_url: Option<String>,
 }
 
-/// Longest id of the client's own \[characters\].
+/// Longest client id of a job \[characters\].
 const MAX_EXTERNAL_ID: usize = 200;
 
 impl<P> JobRequest<P> {
-    /// Finds what is wrong outside the parameters.
+    /// Reports the faults outside the parameters.
     pub fn check(&self, faults: &mut FaultList) {
         if let Some(id) = &self.external_id
             && (!(1..=MAX_EXTERNAL_ID).contains(&id.chars().count()) || id.chars().any(char::is_control))
         {
             let detail =
-                format!("not a text of 1 to {MAX_EXTERNAL_ID} characters without control characters");
+                format!("external_id must have 1 to {MAX_EXTERNAL_ID} characters and no control characters");
             faults.push(|| Fault::new("/external_id", detail));
         }
         if let Some(Err(fault)) = self.callback_url.as_deref().map(str::parse::<CallbackUrl>) {

@@ -9,30 +9,30 @@ use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Setup, ToolPose};
 use crate::machine::{Machine, RotaryLetter};
 
-/// Largest coordinate or linear word taken for real (mm).
+/// Largest coordinate or linear word that is accepted (mm).
 const MAX_COORDINATE_MM: f64 = 1e6;
 /// Largest component of a tool axis before it is normalised.
 const MAX_AXIS_COMPONENT: f64 = 1e6;
-/// A tool axis shorter than this is a zero vector.
+/// A tool axis shorter than this counts as a zero vector.
 const MIN_AXIS_LENGTH: f64 = 1e-9;
-/// Largest rotary word taken for real (deg).
+/// Largest rotary word that is accepted (deg).
 const MAX_ROTARY_DEG: f64 = Machine::MAX_TRAVEL_DEG;
 
 /// A tool pose in the workpiece: tip in mm, tool axis from the tip into the spindle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
-    /// Tip.
+    /// X of the tip.
     pub x: f64,
-    /// Tip.
+    /// Y of the tip.
     pub y: f64,
-    /// Tip.
+    /// Z of the tip.
     pub z: f64,
-    /// Tool axis.
+    /// X component of the tool axis.
     pub i: f64,
-    /// Tool axis.
+    /// Y component of the tool axis.
     pub j: f64,
-    /// Tool axis.
+    /// Z component of the tool axis.
     pub k: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct RotaryWords {
     pub c: Option<f64>,
 }
 
-/// Axis words: mm for X Y Z, degrees for the machine's two of A B C.
+/// Axis words: mm for X Y Z, degrees for the two rotary axes of the machine (out of A B C).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[expect(non_snake_case, reason = "NC words go by their letters")]
@@ -71,8 +71,8 @@ pub struct JointWords {
     /// C word, on a machine that has C.
     #[serde(default)]
     pub C: Option<f64>,
-    /// How well the rotary axes can turn the tool here: 1 at best, 0 at the pole and at the reach limit. Given by
-    /// the service, ignored when sent back.
+    /// How well the rotary axes can turn the tool at this pose: 1 is best, 0 is at the pole or at the reach
+    /// limit. The service returns it and ignores it in a request.
     #[serde(default)]
     pub conditioning: Option<f64>,
 }
@@ -93,29 +93,30 @@ impl Serialize for JointWords {
     }
 }
 
-/// Which solutions are wanted.
+/// Which solutions the answer contains.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Selection {
-    /// One for each pose, so that the whole path has the fewest rewinds, then the least rotary travel.
+    /// One solution for each pose, so that the whole path has the fewest rewinds and then the least rotary
+    /// travel.
     #[default]
     Path,
-    /// Every one, for every pose by itself.
+    /// Every solution, for each pose separately.
     All,
 }
 
-/// Whether measured errors count.
+/// Whether measured errors are applied.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LocationErrors {
-    /// Location errors and squareness count.
+    /// Location errors and squareness are applied.
     #[default]
     Apply,
-    /// The machine is taken as nominal.
+    /// The machine is treated as nominal.
     Ignore,
 }
 
-/// The options of both directions; as query parameters where the body is CSV.
+/// Options of both directions; query parameters if the body is CSV.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema, IntoParams)]
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
@@ -123,21 +124,21 @@ pub struct KinematicsOptions {
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[param(value_type = [f64], style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     pub work_offset_mm: Fixed<3>,
-    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    /// Tool length, added along the zero-pose tool axis; it matters only for head axes.
     pub tool_length_mm: f64,
-    /// Which solutions are wanted (inverse only).
+    /// Which solutions the answer contains (inverse only).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[param(inline)]
     pub selection: Option<Selection>,
-    /// Rotary words before the first pose, one parameter for each: `start.A`, `start.C` (inverse only).
+    /// Rotary words before the first pose, one query parameter for each: `start.A`, `start.C` (inverse only).
     #[param(inline)]
     pub start: Option<RotaryWords>,
-    /// Whether measured errors count.
+    /// Whether measured errors are applied.
     #[param(inline)]
     pub location_errors: LocationErrors,
 }
 
-/// Poses to be turned into axis words.
+/// Poses to turn into axis words.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InverseRequest {
@@ -146,21 +147,21 @@ pub struct InverseRequest {
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[serde(default)]
     pub work_offset_mm: Fixed<3>,
-    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    /// Tool length, added along the zero-pose tool axis; it matters only for head axes.
     #[serde(default)]
     pub tool_length_mm: f64,
-    /// Which solutions are wanted.
+    /// Which solutions the answer contains.
     #[serde(default)]
     pub selection: Selection,
     /// Rotary words before the first pose.
     #[serde(default)]
     pub start: Option<RotaryWords>,
-    /// Whether measured errors count.
+    /// Whether measured errors are applied.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }
 
-/// Axis words to be turned into poses.
+/// Axis words to turn into poses.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForwardRequest {
@@ -169,40 +170,40 @@ pub struct ForwardRequest {
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[serde(default)]
     pub work_offset_mm: Fixed<3>,
-    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    /// Tool length, added along the zero-pose tool axis; it matters only for head axes.
     #[serde(default)]
     pub tool_length_mm: f64,
-    /// Whether measured errors count.
+    /// Whether measured errors are applied.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }
 
-/// What is particular about a solution.
+/// The kind of a warning about a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PoseWarningKind {
     /// A rotary axis turns by more than 120° to reach this pose.
     Rewind,
-    /// The rotary axis next to the workpiece is held within the pole's cone.
+    /// The rotary axis next to the workpiece is held inside the cone around the pole.
     PoleHold,
-    /// The pose lies on the edge of what the rotary axes can point at.
+    /// The pose is at the limit of the directions that the rotary axes can reach.
     ReachLimit,
 }
 
-/// Something particular about one pose.
+/// A warning about one pose.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PoseWarning {
     /// Index of the pose, from 0.
     pub pose: usize,
-    /// What it is.
+    /// Kind of the warning.
     pub kind: PoseWarningKind,
-    /// Angle between the tool axis asked for and the one reached.
+    /// Angle between the requested tool axis and the one that was reached.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_residual_urad: Option<f64>,
 }
 
 impl KinematicsOptions {
-    /// The set-up, and the start's words in the profile's order.
+    /// The set-up, and the start words in the profile's order.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -214,7 +215,7 @@ impl KinematicsOptions {
         Ok((setup, start))
     }
 
-    /// The set-up alone, which can be looked at without a machine; faults join `faults`.
+    /// The set-up alone; this check needs no machine. Faults are added to `faults`.
     pub(super) fn setup(&self, faults: &mut FaultList) -> Setup {
         for (index, offset_mm) in self.work_offset_mm.0.into_iter().enumerate() {
             let at = || format!("/work_offset_mm/{index}");
@@ -259,7 +260,7 @@ impl ForwardRequest {
 }
 
 impl Pose {
-    /// The pose with its axis normalised; faults join `faults` under `/poses/{index}`.
+    /// The pose with its axis normalised; faults are added to `faults` under `/poses/{index}`.
     pub fn to_core(&self, index: usize, faults: &mut FaultList) -> Option<ToolPose> {
         let tip = [self.x, self.y, self.z];
         let axis = [self.i, self.j, self.k];
@@ -288,7 +289,12 @@ impl Pose {
             );
         }
         if length < MIN_AXIS_LENGTH {
-            faults.push(|| Fault::new(format!("/poses/{index}"), "i j k is a zero vector"));
+            faults.push(|| {
+                Fault::new(
+                    format!("/poses/{index}"),
+                    "i j k is a zero vector; give the direction of the tool axis",
+                )
+            });
         }
         None
     }
@@ -338,7 +344,8 @@ impl RotaryWords {
 }
 
 impl JointWords {
-    /// The joints with the control's sense undone; faults join `faults` under `/joints/{index}`.
+    /// The joints without the control's sense of rotation; faults are added to `faults` under
+    /// `/joints/{index}`.
     pub fn to_core(&self, machine: &Machine, index: usize, faults: &mut FaultList) -> Option<Joints> {
         let linear = [self.X, self.Y, self.Z];
         let mut rotary_rad = [0.0; 2];
@@ -393,10 +400,10 @@ impl JointWords {
         words
     }
 
-    /// Appends the words as a JSON object: the same bytes as through serde, with fewer copies.
+    /// Appends the words as a JSON object: the same bytes as serde writes, with fewer copies.
     ///
     /// # Errors
-    /// As serde's printer.
+    /// The same as serde's printer.
     pub(super) fn write_json(&self, out: &mut Vec<u8>) -> Result<(), serde_json::Error> {
         let linear = [("{\"X\":", self.X), (",\"Y\":", self.Y), (",\"Z\":", self.Z)];
         let others = [

@@ -12,45 +12,45 @@ use crate::machine::{
 use crate::servo::AxisLetter;
 use crate::units::{Angle, Length};
 
-/// What the shop says about a machine.
+/// What the shop states about a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineProfile {
-    /// What the shop calls the machine.
+    /// The shop's name for the machine.
     #[schema(example = "DMU 80 T", min_length = 1, max_length = 200)]
     pub name: String,
-    /// Axes, travel, errors.
+    /// Axes, travel and errors.
     pub kinematics: Kinematics,
     /// The control's interpolation period.
     #[serde(default = "default_period_s")]
     #[schema(default = 0.002, minimum = 0.00001, maximum = 1.0)]
     pub interpolation_period_s: f64,
-    /// Unit of the lengths in this machine's programs, where neither the text nor the request says it.
+    /// Unit of the lengths in this machine's programs, if neither the text nor the request states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program_unit: Option<ProgramUnit>,
-    /// Work offsets by the names that programs call them by, such as `G54`, `G54.1 P3` and `G505`.
+    /// Work offsets by their names in programs, such as `G54`, `G54.1 P3` and `G505`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work_offsets_mm: Option<WorkOffsets>,
-    /// Fastest feed that a written F may ask for.
+    /// Largest feed that a written F may ask for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 15_000.0, minimum = 0.000_001, maximum = 1_000_000)]
     pub max_feed_mm_per_min: Option<f64>,
-    /// Shortest time that the control takes for one block.
+    /// Shortest time that the control needs for one block.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 1.0, minimum = 0.01, maximum = 1000)]
     pub block_time_ms: Option<f64>,
-    /// Which of both solutions of a tilted plane the control takes.
+    /// Which of the two solutions of a tilted plane the control takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane_solution: Option<PlaneSolution>,
     /// The builder's serial number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "1138-5519", min_length = 1, max_length = 200)]
     pub serial_number: Option<String>,
-    /// What the shop's own lists call the machine.
+    /// The machine's id in the shop's own lists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "EQ-004711", min_length = 1, max_length = 200)]
     pub asset_id: Option<String>,
-    /// After so many days a calibration is due again.
+    /// Number of days after which the next calibration is due.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 90.0, exclusive_minimum = 0, maximum = 36_500)]
     pub calibration_due_days: Option<f64>,
@@ -59,11 +59,11 @@ pub struct MachineProfile {
     pub drives: Option<Drives>,
 }
 
-/// Axes, travel, errors.
+/// Axes, travel and errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Kinematics {
-    /// Two, distinct: table axes from the bed outward, head axes from the ram outward.
+    /// Two different axes: table axes from the bed outward, head axes from the ram outward.
     #[schema(min_items = 2, max_items = 2)]
     pub rotary_axes: Vec<RotaryAxisDoc>,
     /// Travel of the linear words.
@@ -82,20 +82,20 @@ pub struct RotaryAxisDoc {
     /// Address letter: A, B or C.
     #[schema(pattern = "^[ABC]$", example = "A")]
     pub name: String,
-    /// What the axis carries.
+    /// What the axis carries: the workpiece (table) or the tool (head).
     pub side: SideDoc,
-    /// Direction at zero pose; normalised by the service.
+    /// Direction at zero pose; the service normalises it.
     pub direction: Fixed<3>,
     /// A point on the axis: in machine coordinates for a table axis, relative to the zero-pose gauge point for a
     /// head axis.
     pub point_mm: Fixed<3>,
-    /// Travel of the word; null turns without end.
+    /// Travel of the word; null for an axis without limits.
     #[serde(default)]
     pub limits_deg: Option<Fixed<2>>,
-    /// Whether the control counts opposite to ISO 841.
+    /// True if the control counts opposite to ISO 841.
     #[serde(default)]
     pub reversed: bool,
-    /// Measured displacement of the axis' own frame.
+    /// Measured displacement of the axis's own frame.
     #[serde(default)]
     pub location_error: LocationErrorDoc,
 }
@@ -111,26 +111,26 @@ pub enum SideDoc {
     Head,
 }
 
-/// A small displacement of an axis' own frame, cascaded outward.
+/// A small displacement of an axis's own frame, cascaded outward.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schema(as = LocationError)]
 pub struct LocationErrorDoc {
-    /// Along X.
+    /// Shift along X.
     pub e_x_um: f64,
-    /// Along Y.
+    /// Shift along Y.
     pub e_y_um: f64,
-    /// Along Z.
+    /// Shift along Z.
     pub e_z_um: f64,
-    /// About X.
+    /// Rotation about X.
     pub e_a_urad: f64,
-    /// About Y.
+    /// Rotation about Y.
     pub e_b_urad: f64,
-    /// About Z.
+    /// Rotation about Z.
     pub e_c_urad: f64,
 }
 
-/// Travel of the linear words; null is unlimited.
+/// Travel of the linear words; null for an axis without limits.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default, rename_all = "UPPERCASE")]
 pub struct LinearLimits {
@@ -142,23 +142,23 @@ pub struct LinearLimits {
     pub z: Option<Fixed<2>>,
 }
 
-/// Squareness of the linear axes, X being the reference.
+/// Squareness of the linear axes; X is the reference.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schema(as = Squareness)]
 pub struct SquarenessDoc {
-    /// Y about Z.
+    /// Rotation of Y about Z.
     pub e_c0y: f64,
-    /// Z about Y.
+    /// Rotation of Z about Y.
     pub e_b0z: f64,
-    /// Z about X.
+    /// Rotation of Z about X.
     pub e_a0z: f64,
 }
 
 /// A stored revision of a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct MachineDocument {
-    /// The client's slug.
+    /// The id that the client chose.
     #[schema(example = "dmu-80-t")]
     pub machine_id: String,
     /// Counts up from 1; a revision never changes.
@@ -213,8 +213,8 @@ impl MachineProfile {
         machine.map(|machine| (self, machine)).ok_or_else(Vec::new)
     }
 
-    /// The axes' letters; in place of an unknown one a letter that no other axis has, so that the rest of the
-    /// profile can still be judged.
+    /// The letters of the axes. An unknown letter is replaced by one that no other axis has, so that the rest
+    /// of the profile can still be checked.
     fn letters(&self, faults: &mut FaultList) -> Vec<RotaryLetter> {
         let axes = &self.kinematics.rotary_axes;
         let known: Vec<_> = axes.iter().map(|axis| letter(&axis.name)).collect();
@@ -227,7 +227,7 @@ impl MachineProfile {
                 faults.push(|| {
                     Fault::new(
                         format!("/kinematics/rotary_axes/{index}/name"),
-                        "a rotary axis is named A, B or C",
+                        "the name of a rotary axis must be A, B or C",
                     )
                 });
             }
@@ -351,8 +351,8 @@ fn limits(travel: Option<Travel>) -> Option<Fixed<2>> {
     travel.map(|Travel { min, max }| Fixed([min, max]))
 }
 
-/// The direction at unit length. One that already has it within rounding stays as it is, so that a profile read
-/// from the service and put back is the same profile.
+/// The direction at unit length. A direction that has unit length within rounding stays as it is: a profile
+/// that is read from the service and stored again is then the same profile.
 fn unit(direction: Fixed<3>) -> Fixed<3> {
     let vector = Vec3::from(direction.0);
     let length = vector.norm();
@@ -383,7 +383,7 @@ fn located(fault: &MachineFault) -> Fault {
     Fault::new(pointer, fault.to_string())
 }
 
-/// Where a field stands, and how many of its wire units make one of the core's.
+/// The location of a field, and how many of its wire units make one unit of the core.
 fn field_on_wire(field: ProfileField) -> (String, f64) {
     use crate::units::{UM_PER_MM, URAD_PER_RAD};
     match field {

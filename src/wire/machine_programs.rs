@@ -1,4 +1,5 @@
-//! What a profile says of the programs that run on the machine, and of the machine as a thing that a shop owns.
+//! The parts of a profile about the programs that run on the machine, and about the machine as the shop's
+//! property.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -17,7 +18,7 @@ pub enum ProgramUnit {
 }
 
 impl ProgramUnit {
-    /// In the core's terms.
+    /// The unit in the core's terms.
     #[must_use]
     pub const fn to_core(self) -> LengthUnit {
         match self {
@@ -36,25 +37,25 @@ impl From<LengthUnit> for ProgramUnit {
     }
 }
 
-/// Which of both rotary positions a control takes that tilt the tool alike.
+/// Which of two rotary positions the control takes when both tilt the tool in the same way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlaneRule {
-    /// The one where the named axis is positive.
+    /// The position in which the named axis is positive.
     PositiveFirst,
-    /// The one where the named axis is negative.
+    /// The position in which the named axis is negative.
     NegativeFirst,
-    /// The one with the shorter way from where the axes are.
+    /// The position with the shorter way from the present one.
     Shortest,
 }
 
-/// Which of both solutions CYCLE800, PLANE or G53.1 takes on this machine.
+/// Which of the two solutions CYCLE800, PLANE or G53.1 takes on this machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneSolution {
     /// The rule.
     pub rule: PlaneRule,
-    /// The rotary axis that the rule looks at; null where the control does not name one.
+    /// The rotary axis that the rule looks at; null if the control does not name one.
     #[serde(default)]
     #[schema(pattern = "^[ABC]$", example = "A")]
     pub axis: Option<String>,
@@ -62,17 +63,19 @@ pub struct PlaneSolution {
 
 /// Longest name, serial number and asset id \[characters\].
 const MAX_TEXT: usize = 200;
-/// Smallest feed taken for real \[mm/min\].
+/// Smallest feed that is accepted \[mm/min\].
 const MIN_FEED_MM_PER_MIN: f64 = 1e-6;
-/// Times for one block taken for real \[ms\]: a tenth of the fastest control's, and what stops every machine between blocks.
+/// Times for one block that are accepted \[ms\]: from a tenth of the fastest control's time up to a time that
+/// stops every machine between blocks.
 const BLOCK_TIME_MS: [f64; 2] = [0.01, 1000.0];
-/// Longest time between two calibrations taken for real \[d\]: a hundred years.
+/// Longest time between two calibrations that is accepted \[d\]: a hundred years.
 const MAX_CALIBRATION_DUE_DAYS: f64 = 36_500.0;
 
-/// Characters of a wrong letter that are shown.
+/// How many characters of a wrong letter an error shows.
 const SHOWN: usize = 16;
 
-/// A line of text that people read: 1 to 200 characters, no control characters. A fault joins `faults`.
+/// Checks a line of text for people: 1 to 200 characters, no control characters. A fault is added to
+/// `faults`.
 pub(super) fn check_line(pointer: &str, what: &str, text: &str, faults: &mut FaultList) {
     let length = text.chars().count();
     if !(1..=MAX_TEXT).contains(&length) || text.chars().any(char::is_control) {
@@ -86,7 +89,7 @@ pub(super) fn check_line(pointer: &str, what: &str, text: &str, faults: &mut Fau
 }
 
 impl MachineProfile {
-    /// Faults of everything that is said of programs and of the machine as a thing join `faults`.
+    /// Checks the members about programs and about the machine as property; faults are added to `faults`.
     pub(super) fn check_programs(&self, faults: &mut FaultList) {
         check_line("/name", "a name", &self.name, faults);
         if let Some(serial_number) = &self.serial_number {
@@ -110,8 +113,9 @@ impl MachineProfile {
             && !(days > 0.0 && days <= MAX_CALIBRATION_DUE_DAYS)
         {
             faults.push(|| {
-                let detail =
-                    format!("{days} days is not above 0 and at most {MAX_CALIBRATION_DUE_DAYS} days");
+                let detail = format!(
+                    "{days} days is wrong: it must be above 0 and at most {MAX_CALIBRATION_DUE_DAYS} days"
+                );
                 Fault::new("/calibration_due_days", detail)
             });
         }
@@ -124,7 +128,7 @@ impl MachineProfile {
                 let there: Vec<_> = axes().take(2).collect();
                 let there = there.join(" and ");
                 let detail = format!(
-                    "{given:?} is no rotary axis of this machine; it has {there}. Name one of them, or null"
+                    "{given:?} is not a rotary axis of this machine; it has {there}. Name one of them, or use null"
                 );
                 Fault::new("/plane_solution/axis", detail)
             });

@@ -1,4 +1,4 @@
-//! The one external form of everything: serde documents, towards a client and towards the disk.
+//! The one external form of all data: serde documents, for clients and for the disk.
 
 mod api_key;
 mod audit;

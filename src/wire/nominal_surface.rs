@@ -1,4 +1,4 @@
-//! The nominal surface of a part, where it is one that a formula gives.
+//! The nominal surface of a part, if a formula gives it.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -22,21 +22,21 @@ pub enum FormulaKind {
     Cylinder,
     /// Convex along X, concave along Y: `convex_radius_mm`, `concave_radius_mm`, `length_mm`, `width_mm`.
     Saddle,
-    /// A twisted blade with rounded edges standing along Z; all sizes have defaults.
+    /// A twisted blade with rounded edges that points along Z; all sizes have defaults.
     Blade,
 }
 
-/// A surface by a formula, in W. Members that are not of its `kind` are refused.
+/// A surface given by a formula, in W. Members that do not belong to its `kind` are refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = NominalSurface)]
 pub struct NominalSurfaceDoc {
     /// Which formula.
     pub kind: FormulaKind,
-    /// Where its centre stands: of a blade the middle of the camber line at the root.
+    /// Position of the centre; for a blade the middle of the camber line at the root.
     #[serde(default)]
     pub center_mm: Fixed<3>,
-    /// How it is turned about its centre: direction is the axis, length the angle.
+    /// Rotation about the centre: the direction is the axis, the length is the angle.
     #[serde(default)]
     pub rotation_vector_deg: Fixed<3>,
     /// Length of a plane, cylinder or saddle.
@@ -50,56 +50,56 @@ pub struct NominalSurfaceDoc {
     /// Radius of a sphere or cylinder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_mm: Option<f64>,
-    /// Half the angle that the patch spans; 45 unless said.
+    /// Half the angle that the patch spans; default 45.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub half_angle_deg: Option<f64>,
-    /// Of a sphere or cylinder; convex unless said.
+    /// Convex or concave, for a sphere or cylinder; default convex.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<SurfaceKind>,
-    /// Of a saddle, along X.
+    /// Convex radius of a saddle, along X.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex_radius_mm: Option<f64>,
-    /// Of a saddle, along Y.
+    /// Concave radius of a saddle, along Y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub concave_radius_mm: Option<f64>,
-    /// Of a blade: length of its camber line.
+    /// Length of a blade's camber line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camber_length_mm: Option<f64>,
-    /// Of a blade: by how much the camber line turns.
+    /// Angle by which a blade's camber line turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camber_deg: Option<f64>,
-    /// Of a blade: largest thickness.
+    /// Largest thickness of a blade.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness_mm: Option<f64>,
-    /// Of a blade: radius of its leading edge.
+    /// Radius of a blade's leading edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leading_radius_mm: Option<f64>,
-    /// Of a blade: radius of its trailing edge.
+    /// Radius of a blade's trailing edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trailing_radius_mm: Option<f64>,
-    /// Of a blade: its height.
+    /// Height of a blade.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub span_mm: Option<f64>,
-    /// Of a blade: by how much the profile at the tip is turned against that at the root.
+    /// Angle by which a blade's profile at the tip is turned against the profile at the root.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_deg: Option<f64>,
 }
 
-/// Half angle of a patch where none is said \[deg\].
+/// Half angle of a patch if none is stated \[deg\].
 const HALF_ANGLE_DEG: f64 = 45.0;
 
 /// A surface of any kind.
 pub type AnySurface = Box<dyn ParametricSurface + Send + Sync>;
 
 impl NominalSurfaceDoc {
-    /// The surface; faults join `faults` under `pointer`.
+    /// The surface; faults are added to `faults` under `pointer`.
     pub fn to_core(&self, pointer: &str, faults: &mut FaultList) -> Option<AnySurface> {
         let mut sizes = Sizes { doc: self, pointer, faults, used: Vec::new() };
         let bulge = match self.side {
             None | Some(SurfaceKind::Convex) => Bulge::Convex,
             Some(SurfaceKind::Concave) => Bulge::Concave,
             Some(SurfaceKind::Flat) => {
-                sizes.refuse("side", "a sphere or cylinder is convex or concave".to_owned());
+                sizes.refuse("side", "only a sphere or cylinder has a side; remove this member".to_owned());
                 Bulge::Convex
             }
         };
@@ -143,7 +143,7 @@ impl NominalSurfaceDoc {
         }
     }
 
-    /// The members that some kind has and another has not.
+    /// The members that only some kinds have.
     fn members(&self) -> [(&'static str, Option<f64>); 13] {
         [
             ("length_mm", self.length_mm),
@@ -170,7 +170,7 @@ impl NominalSurfaceDoc {
     }
 }
 
-/// Takes the members of a kind one by one, and then knows which do not belong to it.
+/// Takes the members of a kind one by one, then reports the members that do not belong to it.
 struct Sizes<'a> {
     doc: &'a NominalSurfaceDoc,
     pointer: &'a str,
@@ -236,12 +236,12 @@ impl Sizes<'_> {
     }
 }
 
-/// Farthest place of a surface \[mm\].
+/// Largest distance of a surface from the origin \[mm\].
 const MAX_PLACE_MM: f64 = 1e5;
-/// A full turn says every rotation.
+/// One full turn covers every rotation.
 const MAX_TURN_DEG: f64 = 360.0;
 
-/// The member that a fault is about.
+/// The member that a fault concerns.
 fn member_at_fault(fault: &SurfaceFault) -> &'static str {
     let (SurfaceFault::Length { quantity, .. }
     | SurfaceFault::Angle { quantity, .. }

@@ -1,5 +1,5 @@
-//! A deserialiser under which an object is an object: serde on its own also takes `[1.5]` for a struct of one
-//! field, at any depth.
+//! A deserialiser that accepts only an object as an object: serde alone also takes `[1.5]` for a struct of
+//! one field, at any depth.
 
 use std::fmt;
 

@@ -11,62 +11,64 @@ use super::{
     WearTableDoc,
 };
 
-/// The step for a worn cutter; its members mean what they do in a wear compensation.
+/// The step for a worn cutter; its members mean the same as in a wear compensation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearStep {
-    /// The cutter the program was made for; that of the machine's tool table when absent.
+    /// The cutter that the program was made for. If it is absent, the machine's tool table gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal_tool: Option<ToolDoc>,
-    /// The cutter as measured; this, `wear_table`, or `from` with `cutter_id`.
+    /// The cutter as measured. Give `actual_tool`, `wear_table`, or `from` with `cutter_id`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actual_tool: Option<ToolDoc>,
-    /// Where the wear comes from, in place of `actual_tool`: both cutters are then the tool table's.
+    /// Source of the wear, instead of `actual_tool`; the tool table then gives both cutters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<WearFrom>,
-    /// With `from`: which cutter is in the holder.
+    /// With `from`: id of the cutter in the holder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "1", max_length = 100)]
     pub cutter_id: Option<String>,
-    /// Wear along the corner, for end milling.
+    /// Wear along the corner; for end milling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear_table: Option<WearTableDoc>,
-    /// Which part of the cutter makes the surface.
+    /// Part of the cutter that makes the surface.
     #[serde(default)]
     pub milling: Milling,
-    /// Which length the control has; `nominal` where both lengths are given.
+    /// Length that the control has; default `nominal` if both lengths are given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_in_control: Option<LengthInControl>,
-    /// Where the cutter contact comes from; the tip is none here.
+    /// Where the cutter contact comes from; `tip` is not possible here.
     #[serde(default)]
     pub contact: Contact,
-    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
+    /// (`feed-plane`).
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
-    /// As `tool_number` beside it, which holds for every step.
+    /// The same as `tool_number` outside this step, which is valid for all steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_number: Option<u32>,
 }
 
-/// The step for the cutter-contact path; its members mean what they do in a cc compensation.
+/// The step for the cutter-contact path; its members mean the same as in a cc compensation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CcStep {
-    /// Cutter radius R the program was made for; that of the step `wear` when absent.
+    /// Cutter radius R that the program was made for. If it is absent, the step `wear` gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_radius_mm: Option<f64>,
-    /// Corner radius r; as the cutter radius (a ball) when absent.
+    /// Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
-    /// Largest distance of the CC path from its line.
+    /// Largest allowed distance of the CC path from its line.
     #[serde(default = "CcParameters::default_tolerance_um")]
     #[schema(default = 10.0)]
     pub tolerance_um: f64,
     /// Where the cutter contact comes from.
     #[serde(default)]
     pub contact: Contact,
-    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
+    /// (`feed-plane`).
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
@@ -79,56 +81,58 @@ pub struct CcStep {
 }
 
 program_parameters! {
-/// What a compensation in one pass is asked to do: at least one of `wear`, `location_errors`, `cc`.
+/// Parameters of a compensation in one pass: at least one of `wear`, `location_errors`, `cc`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompensationParameters {
     /// Move the program for a worn cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<WearStep>,
-    /// The program was posted for the nominal machine: post it anew for the calibrated one.
+    /// True: the program was posted for the nominal machine and is posted again for the calibrated machine.
     #[serde(default)]
     pub location_errors: bool,
     /// Compensate the cutter-contact path between the ends of blocks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cc: Option<CcStep>,
-    /// Whether the written program is run through the drives, where the machine has any, so that the error budget has
-    /// what they leave.
+    /// Whether the written program is simulated with the machine's drives, if it has any. The error budget
+    /// then contains the error of the drives.
     #[serde(default = "yes")]
     #[schema(default = true)]
     pub servo_lag: bool,
-    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
+    /// 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
-    /// when absent, and where that is not stated ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
+    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
-    /// Whether a program that leaves changed says so in a comment.
+    /// Whether a changed program gets a comment that says so.
     #[serde(default)]
     #[schema(default = "comment")]
     pub stamp: StampForm,
-    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
+    /// Apply the steps `cc` and `singularity` again to a program that already has their stamp. Steps that
+    /// move ends are never repeated.
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// What is done about singular regions, before every other step.
+    /// Treatment of singular regions, before all other steps.
     #[serde(default)]
     pub singularity: SingularityAction,
-    /// How they are found and treated.
+    /// How singular regions are found and treated.
     #[serde(default)]
     pub singular_regions: SingularRegions,
 }
 }
 
-/// Whether a step with this contact looks at the part's surface, where one came with the program.
+/// Whether a step with this contact uses the part's surface, if one came with the program.
 #[must_use]
 pub const fn looks_at(contact: Contact, has_part: bool) -> bool {
     has_part && matches!(contact, Contact::Auto | Contact::Surface)
@@ -141,9 +145,9 @@ const fn yes() -> bool {
 impl WearStep {
     fn check_source(&self, faults: &mut FaultList) {
         let (pointer, detail) = match (self.from.is_some(), self.cutter_id.is_some()) {
-            (true, false) => ("/wear/cutter_id", "missing: the cutter whose wear entries count"),
+            (true, false) => ("/wear/cutter_id", "missing: the id of the cutter whose wear entries are used"),
             (false, true) => {
-                ("/wear/from", "missing: entries, for the machine's wear entries of this cutter")
+                ("/wear/from", "missing: give `entries` to take the machine's wear entries of this cutter")
             }
             _ => return,
         };
@@ -162,19 +166,19 @@ impl CompensationParameters {
         }
     }
 
-    /// The smallest tolerance that is asked for (µm), for the estimate of the work.
+    /// The smallest requested tolerance (µm), for the estimate of the work.
     #[must_use]
     pub fn tolerance_um(&self) -> f64 {
         self.cc.as_ref().map_or_else(CcParameters::default_tolerance_um, |step| step.tolerance_um)
     }
 
-    /// The number of the tool that is meant, wherever it is stated.
+    /// The number of the requested tool, from whichever step states it.
     #[must_use]
     pub fn tool(&self) -> Option<u32> {
         self.tool_number.or(self.wear.as_ref().and_then(|step| step.tool_number))
     }
 
-    /// The step for a worn cutter as parameters of a wear compensation, what the steps share apart.
+    /// The step for a worn cutter as parameters of a wear compensation, without what all steps share.
     #[must_use]
     pub fn wear_alone(&self) -> Option<WearParameters> {
         self.wear.clone().map(|step| WearParameters {
@@ -189,7 +193,7 @@ impl CompensationParameters {
         })
     }
 
-    /// The step for the contact's path as parameters of a cc compensation, what the steps share apart.
+    /// The step for the contact path as parameters of a cc compensation, without what all steps share.
     #[must_use]
     pub fn cc_alone(&self) -> Option<CcParameters> {
         let step = self.cc.clone()?;
@@ -207,34 +211,35 @@ impl CompensationParameters {
         })
     }
 
-    /// Collects what is wrong with what the steps share.
+    /// Reports faults in what all steps share.
     fn check_shared(&self, has_part: bool, faults: &mut FaultList) {
         self.surface_reading().check(has_part, faults);
         self.singular_regions.check(faults);
         check_max_feed(self.max_feed_mm_per_min, faults);
         self.statements().check(faults);
         if self.wear.is_none() && !self.location_errors && self.cc.is_none() {
-            faults.push(|| Fault::new("", "nothing is asked for: name wear, location_errors or cc"));
+            faults.push(|| Fault::new("", "no step is given: name wear, location_errors or cc"));
         }
         if let Some(step) = &self.wear {
             step.check_source(faults);
             if step.tool_number.zip(self.tool_number).is_some_and(|(step, all)| step != all) {
-                let detail = "another one than tool_number beside the step: one tool is meant for all steps";
+                let detail = "differs from tool_number outside the step; state one tool for all steps";
                 faults.push(|| Fault::new("/wear/tool_number", detail));
             }
         }
         let contacts =
             [self.wear.as_ref().map(|step| step.contact), self.cc.as_ref().map(|step| step.contact)];
         if has_part && !contacts.into_iter().flatten().any(|contact| looks_at(contact, has_part)) {
-            let detail = "a surface came with the program, but no step looks at it";
+            let detail =
+                "a surface came with the program, but no step uses it; remove it or set contact to surface";
             faults.push(|| Fault::new("", detail));
         }
     }
 
-    /// Every bad value, with its pointer; `has_part` says whether the part's surface came with the program.
+    /// Checks all values. `has_part` says whether the part's surface came with the program.
     ///
     /// # Errors
-    /// They are there.
+    /// Every bad value, with its pointer.
     pub fn check(&self, has_part: bool) -> Result<(), Vec<Fault>> {
         let mut faults = FaultList::default();
         self.check_shared(has_part, &mut faults);
@@ -242,7 +247,7 @@ impl CompensationParameters {
         let cc = self.cc_alone().map(|step| step.check(looks_at(step.contact, has_part)).map(|_| ()));
         for (name, found) in [("/wear", wear), ("/cc", cc)] {
             for fault in found.and_then(Result::err).into_iter().flatten() {
-                // Here the step is the source itself.
+                // Here the step itself is the source.
                 let own = fault.pointer.strip_prefix("/wear").filter(|rest| rest.starts_with('/'));
                 let pointer = own.unwrap_or(&fault.pointer);
                 faults.push(|| Fault { pointer: format!("{name}{pointer}"), ..fault.clone() });

@@ -21,32 +21,34 @@ fn urad(rad: f64) -> f64 {
     Angle::from_rad(rad).urad()
 }
 
-/// What posting the program anew for the calibrated machine did.
+/// Result of posting the program again for the calibrated machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LocationErrorFindings {
-    /// Whether the machine has any location error or squareness: without one nothing is moved.
+    /// Whether the machine has any location error or squareness error; without one, nothing is moved.
     pub machine_has_errors: bool,
-    /// Motions whose end was posted anew.
+    /// Motions whose end was posted again.
     pub motions_posted: u64,
-    /// Those whose rotary words changed.
+    /// Posted motions whose rotary words changed.
     pub motions_turned: u64,
-    /// Largest distance of a tool tip on the calibrated machine from where the nominal one would have it.
+    /// Largest distance between the tool tip on the calibrated machine and on the nominal machine.
     pub max_tip_um: f64,
-    /// Line of the upload.
+    /// Line of the upload with this distance.
     pub max_tip_line: Option<u64>,
-    /// Largest angle between the tool axes of the two machines.
+    /// Largest angle between the tool axes on the two machines.
     pub max_axis_urad: f64,
-    /// Line of the upload.
+    /// Line of the upload with this angle.
     pub max_axis_line: Option<u64>,
-    /// Largest change of a rotary word; near the pole far larger than the errors themselves.
+    /// Largest change of a rotary word; near the pole it is far larger than the errors themselves.
     pub max_turn_deg: f64,
-    /// Line of the upload.
+    /// Line of the upload with this change.
     pub max_turn_line: Option<u64>,
-    /// Largest angle left between the written tool axis and the upload's: rounding, and what the pole leaves.
+    /// Largest angle that remains between the written tool axis and the upload's: from rounding, and near the
+    /// pole.
     pub max_axis_left_urad: f64,
-    /// Line of the upload.
+    /// Line of the upload with this angle.
     pub max_axis_left_line: Option<u64>,
-    /// Motions that end in the pole cone, where the axis next to the workpiece keeps its correction.
+    /// Motions that end inside the cone around the pole, where the axis next to the workpiece keeps its
+    /// correction.
     pub held_at_pole: u64,
 }
 
@@ -69,21 +71,21 @@ impl From<&process::LocationErrorReport> for LocationErrorFindings {
     }
 }
 
-/// What each step did to one motion of the upload.
+/// Changes that each step made to one motion of the upload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BlockChange)]
 pub struct BlockChangeDoc {
     /// Line of the upload.
     pub line: u64,
-    /// How far its end was moved because the machine is not the nominal one.
+    /// Distance by which the end of the motion was moved for the location errors.
     pub location_errors_um: f64,
-    /// By how much the tool axis at its end was turned for the same.
+    /// Angle by which the tool axis at the end was turned for the location errors.
     pub tool_axis_urad: f64,
-    /// How far its end was moved for the worn cutter.
+    /// Distance by which the end was moved for the worn cutter.
     pub wear_um: f64,
-    /// Largest correction of its course.
+    /// Largest correction between the ends of the motion.
     pub cc_um: f64,
-    /// How many blocks it became.
+    /// Number of blocks that the motion became.
     pub blocks_out: u32,
 }
 
@@ -100,35 +102,36 @@ impl From<&process::BlockChange> for BlockChangeDoc {
     }
 }
 
-/// Changes along the program, down-sampled: the largest shares of the motions that a point stands for; all of one length.
+/// Changes along the program, down-sampled. Each point holds the largest values of the motions that it
+/// represents. All arrays have the same length.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ChangeSeries)]
 pub struct ChangeSeriesDoc {
     /// Line of the upload with the largest sum.
     pub line: Vec<u64>,
-    /// Largest move by location errors.
+    /// Largest move for location errors.
     pub location_errors_um: Vec<f64>,
     /// Largest move for the worn cutter.
     pub wear_um: Vec<f64>,
-    /// Largest correction of a course.
+    /// Largest correction between the ends of a motion.
     pub cc_um: Vec<f64>,
-    /// Largest sum of a motion's errors as programmed.
+    /// Largest sum of one motion's errors as programmed.
     pub error_before_um: Vec<f64>,
-    /// The same as written.
+    /// Largest sum of one motion's errors as written.
     pub error_after_um: Vec<f64>,
 }
 
-/// What the steps did to the blocks; every motion's share is in the job's table of changes.
+/// Changes that the steps made to the blocks. The job's table of changes has every motion.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Changes)]
 pub struct ChangesDoc {
     /// SHA-256 of the table of changes.
     pub changes_sha256: String,
-    /// Motions that any step did something to.
+    /// Number of motions that any step changed.
     pub motions_changed: u64,
-    /// Those with the largest sum of shares, the largest first.
+    /// Motions with the largest sum of changes, largest first.
     pub worst: Vec<BlockChangeDoc>,
-    /// All of them, down-sampled.
+    /// All changes, down-sampled.
     pub series: ChangeSeriesDoc,
 }
 
@@ -153,17 +156,17 @@ impl ChangesDoc {
     }
 }
 
-/// One source of error over the whole program: its largest share as programmed and as written.
+/// One source of error over the whole program: its largest value as programmed and as written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BudgetLine)]
 pub struct BudgetLineDoc {
-    /// As programmed.
+    /// Largest value as programmed.
     pub before_um: f64,
-    /// Line of the upload.
+    /// Line of the upload with this value.
     pub before_line: Option<u64>,
-    /// As written.
+    /// Largest value as written.
     pub after_um: f64,
-    /// Line of the upload.
+    /// Line of the upload with this value.
     pub after_line: Option<u64>,
 }
 
@@ -184,17 +187,17 @@ impl From<&process::BudgetLine> for BudgetLineDoc {
 pub struct BlockErrorDoc {
     /// Largest deviation of the contact from its line between the ends.
     pub interpolation_um: f64,
-    /// Distance of the contact at the end from where the nominal machine would have it.
+    /// Distance at the end between the contact and its place on the nominal machine.
     pub location_errors_um: f64,
-    /// Distance of the worn cutter's contact from the nominal one's.
+    /// Distance between the contact of the worn cutter and that of the nominal cutter.
     pub wear_um: f64,
-    /// What the decimals of the written words leave.
+    /// Error from the decimals of the written words.
     pub rounding_um: f64,
-    /// Largest distance of the tip from its path through the drives.
+    /// Largest distance of the tip from its path, caused by the drives.
     pub servo_um: f64,
-    /// All of them added, as if they all pointed one way.
+    /// Sum of all errors, as if all pointed in the same direction.
     pub sum_um: f64,
-    /// Angle between the tool axis and what was meant.
+    /// Angle between the tool axis and the intended one.
     pub tool_axis_urad: f64,
 }
 
@@ -218,9 +221,9 @@ impl BlockErrorDoc {
 pub struct BlockBudgetDoc {
     /// Line of the upload.
     pub line: u64,
-    /// As programmed.
+    /// Errors as programmed.
     pub before: BlockErrorDoc,
-    /// As written.
+    /// Errors as written.
     pub after: BlockErrorDoc,
 }
 
@@ -235,18 +238,18 @@ impl From<&process::BlockBudget> for BlockBudgetDoc {
     }
 }
 
-/// Something the budget does not look at.
+/// An effect that the budget does not contain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = NotModelled)]
 pub struct NotModelledDoc {
-    /// A stable word for it.
+    /// A stable word for the effect.
     #[schema(example = "thermal")]
     pub kind: String,
-    /// What it is.
+    /// The effect in words.
     pub detail: String,
-    /// How many motions, where it belongs to some.
+    /// Number of motions, if the effect belongs to some motions.
     pub count: Option<u64>,
-    /// First line of the upload, where it belongs to some motions.
+    /// First line of the upload, if the effect belongs to some motions.
     pub line: Option<u64>,
 }
 
@@ -261,29 +264,29 @@ impl From<&process::NotModelled> for NotModelledDoc {
     }
 }
 
-/// How much of the error comes from what, as programmed and as written.
+/// Contribution of each source to the error, as programmed and as written.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ErrorBudget)]
 pub struct ErrorBudgetDoc {
-    /// The contact between the ends of blocks.
+    /// Error of the contact between the ends of blocks.
     pub interpolation: BudgetLineDoc,
-    /// Location errors at the ends of blocks.
+    /// Error from location errors at the ends of blocks.
     pub location_errors: BudgetLineDoc,
-    /// The worn cutter at the ends of blocks.
+    /// Error from the worn cutter at the ends of blocks.
     pub wear: BudgetLineDoc,
-    /// The decimals of the written words.
+    /// Error from the decimals of the written words.
     pub rounding: BudgetLineDoc,
-    /// The drives, on the written program.
+    /// Error from the drives, on the written program.
     pub servo: BudgetLineDoc,
     /// The largest sum of one block.
     pub sum: BudgetLineDoc,
-    /// Largest angle between the tool axis and what was meant, as programmed.
+    /// Largest angle between the tool axis and the intended one, as programmed.
     pub tool_axis_before_urad: f64,
-    /// The same as written.
+    /// Largest angle between the tool axis and the intended one, as written.
     pub tool_axis_after_urad: f64,
-    /// The blocks with the largest sum as written, the largest first.
+    /// Blocks with the largest sum as written, largest first.
     pub worst: Vec<BlockBudgetDoc>,
-    /// What was not looked at.
+    /// Effects that the budget does not contain.
     pub not_modelled: Vec<NotModelledDoc>,
 }
 
@@ -304,69 +307,69 @@ impl From<&process::ErrorBudget> for ErrorBudgetDoc {
     }
 }
 
-/// What a compensation in one pass found and did. All lines are lines of the upload.
+/// Results of a compensation in one pass. All lines are lines of the upload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CompensationFindings {
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks_in: u64,
-    /// Blocks of the answer.
+    /// Number of blocks in the answer.
     pub blocks_out: u64,
-    /// Blocks that are new.
+    /// Number of inserted blocks.
     pub blocks_inserted: u64,
-    /// Singular regions; null where they could not be looked for.
+    /// Singular regions; null if it was not possible to look for them.
     pub singularity: Option<SingularityFindings>,
-    /// The step for location errors; null where it was not asked for.
+    /// Result of the step for location errors; null if it was not requested.
     pub location_errors: Option<LocationErrorFindings>,
-    /// The step for the worn cutter; null where it was not asked for.
+    /// Result of the step for the worn cutter; null if it was not requested.
     pub wear: Option<WearFindings>,
-    /// The step for the cutter-contact path; null where it was not asked for.
+    /// Result of the step for the cutter-contact path; null if it was not requested.
     pub cc: Option<CcFindings>,
-    /// What the steps did to the blocks.
+    /// Changes that the steps made to the blocks.
     pub changes: ChangesDoc,
-    /// How much of the error comes from what.
+    /// Contribution of each source to the error.
     pub error_budget: ErrorBudgetDoc,
-    /// What the caller should know of the steps that move ends; the step `cc` has its own.
+    /// Warnings of the steps that move ends; the step `cc` has its own warnings.
     pub warnings: Vec<Warning>,
 }
 
 /// The report of a compensation in one pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CompensationReport {
-    /// What it was computed from.
+    /// The data that the result was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// What was found and done.
+    /// Results.
     #[serde(flatten)]
     pub findings: CompensationFindings,
 }
 
-/// One row of the table of changes: a motion that any step did something to.
+/// One row of the table of changes: a motion that any step changed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ChangeRow {
     /// Line of the upload.
     pub line: u64,
-    /// `rapid`, `linear`, `arc`, or `opaque` for a motion that is not followed.
+    /// `rapid`, `linear`, `arc`, or `opaque` for a motion that the service does not follow.
     pub kind: &'static str,
-    /// How far its end was moved because the machine is not the nominal one.
+    /// Distance by which the end of the motion was moved for the location errors.
     pub location_errors_um: f64,
-    /// By how much the tool axis at its end was turned for the same.
+    /// Angle by which the tool axis at the end was turned for the location errors.
     pub tool_axis_urad: f64,
-    /// How far its end was moved for the worn cutter.
+    /// Distance by which the end was moved for the worn cutter.
     pub wear_um: f64,
-    /// Largest correction of its course.
+    /// Largest correction between the ends of the motion.
     pub cc_um: f64,
-    /// How many blocks it became.
+    /// Number of blocks that the motion became.
     pub blocks_out: u32,
-    /// Sum of its errors as programmed.
+    /// Sum of the motion's errors as programmed.
     pub error_before_um: f64,
-    /// The same as written.
+    /// Sum of the motion's errors as written.
     pub error_after_um: f64,
 }
 
@@ -391,7 +394,7 @@ impl From<&process::BlockChange> for ChangeRow {
     }
 }
 
-/// Writes the table of changes row by row; the header stands also where there is none.
+/// Writes the table of changes row by row; a table without rows has a header too.
 pub struct ChangeTable<W: Write>(csv::Writer<W>);
 
 impl<W: Write> ChangeTable<W> {
@@ -410,17 +413,17 @@ impl<W: Write> ChangeTable<W> {
     /// A table with its header.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The header cannot be written to the output.
     pub fn new(output: W) -> Result<Self, csv::Error> {
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(output);
         writer.write_record(Self::COLUMNS)?;
         Ok(Self(writer))
     }
 
-    /// The output, with all rows in it.
+    /// The output with all rows.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The rows cannot be written to the output.
     pub fn into_inner(self) -> std::io::Result<W> {
         self.0
             .into_inner()

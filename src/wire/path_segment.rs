@@ -1,6 +1,6 @@
-//! Names as they stand in addresses.
+//! Names in addresses.
 
-/// A part of a path as it stands in an address (RFC 3986 §3.3, its unreserved characters left).
+/// A segment of a path in an address (RFC 3986 §3.3); unreserved characters stay as they are.
 #[must_use]
 pub fn path_segment(segment: &str) -> String {
     let mut out = String::with_capacity(segment.len());

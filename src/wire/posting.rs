@@ -12,54 +12,56 @@ use crate::process::{PostForm, PostParameters, PostReport, ProgramSetup};
 use crate::program;
 use crate::units::Length;
 
-/// Most digits behind the point.
+/// Most digits after the decimal point.
 const MAX_DECIMALS: u8 = 6;
-/// Tolerances of arcs that are taken for real (µm).
+/// Tolerances of arcs that are accepted (µm).
 const ARC_TOLERANCE_RANGE_UM: [f64; 2] = [0.1, 1000.0];
 
-/// What a posting is asked to do.
+/// Parameters of a posting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PostingParameters {
-    /// What X Y Z of the program are: tool tips under G43.4 with the tip's feed (`tcp`), or axis positions with inverse time
-    /// (`machine`).
+    /// Meaning of X Y Z in the program: tool tips under G43.4 with the tip's feed (`tcp`), or axis positions
+    /// with inverse-time feed (`machine`).
     #[schema(default = "tcp")]
     pub interpolation: Interpolation,
-    /// Unit of the lengths in data that state none; the machine's `program_unit` when absent.
+    /// Unit of the lengths if the data state none. If it is absent, the machine's `program_unit` is used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<ProgramUnit>,
-    /// Origin of the workpiece in machine coordinates at zero pose. Zero is an answer; it is asked for where words depend on it.
+    /// Origin of the workpiece in machine coordinates at zero pose. Zero is a valid answer; the member is
+    /// needed if words depend on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([0.0, 0.0, 0.0]))]
     pub work_offset_mm: Option<Fixed<3>>,
-    /// Length of the tool, which only head axes turn. Zero is an answer; without one the machine's tool table counts.
+    /// Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent, the
+    /// machine's tool table is used.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tool_length_mm: Option<f64>,
-    /// Number of the tool; the one that the data load when absent.
+    /// Number of the tool. If it is absent, it is the tool that the data load.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = 12)]
     pub tool_number: Option<u32>,
-    /// Whether measured errors of the machine count.
+    /// Whether measured errors of the machine are applied.
     pub location_errors: LocationErrors,
-    /// Rotary words before the first point, one parameter for each: `start.A`, `start.C`.
+    /// Rotary words before the first point, one query parameter for each: `start.A`, `start.C`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<RotaryWords>,
-    /// H of G43.4; when absent the number of the tool (`tool_number`, or the one that the data load), and 1 with a warning where
-    /// neither is known. H0 would be no length at all.
+    /// H word of G43.4. If it is absent, it is the number of the tool (`tool_number`, or the tool that the
+    /// data load). If neither is known, it is 1, with a warning: H0 would cancel the length.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 9999, example = 12)]
     pub length_offset_number: Option<u32>,
-    /// Digits behind the point of X Y Z.
+    /// Digits after the decimal point of X Y Z.
     #[schema(default = 4, minimum = 1, maximum = 6)]
     pub linear_decimals: u8,
-    /// Digits behind the point of the rotary words.
+    /// Digits after the decimal point of the rotary words.
     #[schema(default = 4, minimum = 1, maximum = 6)]
     pub rotary_decimals: u8,
-    /// How far lines in place of an arc may stand off it.
+    /// Largest distance between an arc and the lines that replace it.
     #[schema(default = 5.0)]
     pub arc_tolerance_um: f64,
-    /// The form of the program text: cutter location data, so `auto` or `apt`.
+    /// Dialect of the upload: cutter location data, so `auto` or `apt`.
     pub dialect: Dialect,
 }
 
@@ -84,7 +86,7 @@ impl Default for PostingParameters {
 }
 
 impl PostingParameters {
-    /// What the request states of the data.
+    /// What the request states about the data.
     #[must_use]
     pub fn statements(&self) -> Statements<'_> {
         Statements {
@@ -100,7 +102,7 @@ impl PostingParameters {
         }
     }
 
-    /// The parameters in the core's terms, the program's set-up apart.
+    /// The parameters in the core's terms, without the set-up of the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -119,10 +121,16 @@ impl PostingParameters {
             faults.check_range(at, f64::from(number), f64::from(*numbers.start()), f64::from(*numbers.end()));
         }
         if self.tool_length_mm.is_some_and(|length_mm| length_mm < 0.0) {
-            faults.push(|| Fault::new("/tool_length_mm", "a tool reaches out of its spindle: not negative"));
+            faults.push(|| {
+                Fault::new(
+                    "/tool_length_mm",
+                    "a tool length is not negative; give the distance from gauge point to tip",
+                )
+            });
         }
         if !matches!(self.dialect, Dialect::Auto | Dialect::Apt) {
-            faults.push(|| Fault::new("/dialect", "only cutter location data is posted: auto or apt"));
+            faults
+                .push(|| Fault::new("/dialect", "only cutter location data can be posted; use auto or apt"));
         }
         self.statements().check(&mut faults);
         let start_words_deg = self.start.map(|start| start.in_profile_order(machine, "/start", &mut faults));
@@ -148,70 +156,71 @@ impl PostingParameters {
     }
 }
 
-/// The written program, read back as a control would and put through the forward kinematics: largest distances from the
-/// source's points.
+/// The written program, read back as a control reads it and put through the forward kinematics: largest
+/// distances from the points of the source.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PostingReadBack {
-    /// Of a tool tip.
+    /// Distance of a tool tip.
     pub max_tip_um: f64,
-    /// Of a tool axis.
+    /// Angle of a tool axis.
     pub max_axis_urad: f64,
 }
 
-/// What lies between two points and no post can mend: largest distances half way.
+/// Deviations between two points, which posting cannot correct: the largest values half way between them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PostingBetweenPoints {
-    /// Of the tool axis from the great circle.
+    /// Angle of the tool axis from the great circle.
     pub max_axis_urad: f64,
-    /// Line of the upload.
+    /// Line of the upload with this angle.
     pub max_axis_line: Option<u64>,
-    /// Of the tip from the straight line; 0 with `tcp`, where the control keeps it straight.
+    /// Distance of the tip from the straight line; 0 with `tcp`, because the control keeps the tip on it.
     pub max_tip_um: f64,
-    /// Line of the upload.
+    /// Line of the upload with this distance.
     pub max_tip_line: Option<u64>,
 }
 
-/// What was made of cutter location data.
+/// Result of posting cutter location data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PostingFindings {
-    /// Form the upload was read in.
+    /// Dialect in which the upload was read.
     pub dialect: Dialect,
-    /// Form of the program.
+    /// Dialect of the program.
     pub output_dialect: Dialect,
-    /// What X Y Z of the program are.
+    /// Meaning of X Y Z in the program.
     pub interpolation: Interpolation,
-    /// Digits behind the point of X Y Z.
+    /// Digits after the decimal point of X Y Z.
     pub linear_decimals: u8,
-    /// Digits behind the point of the rotary words.
+    /// Digits after the decimal point of the rotary words.
     pub rotary_decimals: u8,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks_in: u64,
-    /// Blocks of the program.
+    /// Number of blocks in the program.
     pub blocks_out: u64,
-    /// Points of the program.
+    /// Number of points in the program.
     pub points: u64,
-    /// Arcs that became lines.
+    /// Number of arcs that became lines.
     pub arcs: u64,
-    /// Statements for the post-processor that stand in the program as comments.
+    /// Post-processor statements that became comments in the program.
     pub comments: u64,
-    /// Statements for the post-processor that are words of the program: stops, dwells, spindle, coolant.
+    /// Post-processor statements that became words of the program: stops, dwells, spindle, coolant.
     pub post_words: u64,
-    /// Stretches of points over which ways were chosen, each knowing at least the next 1024 points.
+    /// Stretches of points over which the rotary solutions were chosen; each choice looks at least 1024
+    /// points ahead.
     pub windows: u64,
     /// Points at which a rotary axis turns by more than 120°.
     pub rewinds: u64,
-    /// Points inside the pole cone, where the rotary axis next to the workpiece was held.
+    /// Points inside the cone around the pole, where the rotary axis next to the workpiece was held.
     pub pole_holds: u64,
-    /// The program read back.
+    /// Result of reading the program back.
     pub read_back: PostingReadBack,
-    /// What lies between its points.
+    /// Deviations between the points.
     pub between_points: PostingBetweenPoints,
-    /// What the caller should know.
+    /// Warnings to the caller.
     pub warnings: Vec<Warning>,
 }
 
 impl PostingFindings {
-    /// Those of a report of the core.
+    /// The findings of a report of the core.
     #[must_use]
     pub fn of(parameters: &PostingParameters, core: &PostReport) -> Self {
         Self {
@@ -245,30 +254,30 @@ impl PostingFindings {
 }
 
 fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
-    // A program with an upright tool is held at the pole all along, and misses nothing.
+    // A program with an upright tool is held at the pole all the time, and has no error from it.
     let missed = core.largest_axis_error.deg() > 10_f64.powi(-i32::from(rotary_decimals));
     [
         (
             "post_words_as_comments",
-            "statements for the post-processor are comments: tools are for whoever frames the program",
+            "post-processor statements became comments; add tool changes yourself before and after the program",
             core.notes,
             None,
         ),
         (
             "post_words_not_done",
-            "a statement that the machine should do something for is a comment, as its form is not plain",
+            "a statement that asks the machine for an action became a comment, because its form is not understood",
             core.not_done,
             core.first_not_done_line,
         ),
         (
             "length_offset_assumed",
-            "H1 stands after G43.4, because nobody states the number of the tool's length: give length_offset_number or tool_number",
+            "G43.4 has H1, because the number of the tool length is not stated: give length_offset_number or tool_number",
             u64::from(core.length_number_is_assumed),
             None,
         ),
         (
             "text_after_end",
-            "blocks behind the program's end are not posted",
+            "blocks after the program's end are not posted",
             core.blocks_after_end,
             core.end_line,
         ),
@@ -280,7 +289,7 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
         ),
         (
             "pole_hold",
-            "within the pole's cone the rotary axis next to the workpiece is held and the tool axis misses its direction",
+            "inside the cone around the pole the rotary axis next to the workpiece is held, and the tool axis misses its direction",
             if missed { core.pole_holds } else { 0 },
             None,
         ),
@@ -302,13 +311,13 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
 /// The report of a posting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PostingReport {
-    /// What it was computed from.
+    /// The data that the result was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// What was made.
+    /// Results.
     #[serde(flatten)]
     pub findings: PostingFindings,
 }

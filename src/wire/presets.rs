@@ -7,32 +7,32 @@ use super::{Drive, Drives, MachineProfile, ProgramUnit};
 use crate::machine::{EXAMPLE_ID, PRESETS, Preset as Layout};
 use crate::servo::{AxisLetter, DRIVE_PRESETS, DrivePreset};
 
-/// A common layout, ready to be put after its numbers are filled in.
+/// A common layout of a machine; fill in its numbers, then store it.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Preset {
-    /// Its name.
+    /// Id of the preset.
     #[schema(example = "ac-table")]
     pub id: &'static str,
-    /// In a few words.
+    /// Short title.
     pub title: &'static str,
-    /// Which axis carries what.
+    /// Which axis carries the workpiece and which carries the tool.
     pub description: &'static str,
     /// The profile.
     pub profile: MachineProfile,
 }
 
-/// A drive with where its numbers come from.
+/// A drive, with the source of its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = DrivePreset)]
 pub struct DrivePresetDoc {
-    /// Its name.
+    /// Id of the drive.
     #[schema(example = "reference-linear")]
     pub id: &'static str,
-    /// In a few words.
+    /// Short title.
     pub title: &'static str,
-    /// Axes it is made for.
+    /// Axes that the drive is made for.
     pub axes: Vec<String>,
-    /// Constants that no source gives; all others are published values.
+    /// Constants that were assumed because no source gives them; all others are published values.
     pub assumed: Vec<&'static str>,
     /// The constants.
     pub drive: Drive,
@@ -54,7 +54,7 @@ pub fn drive_presets() -> Vec<DrivePresetDoc> {
     DRIVE_PRESETS.iter().map(document).collect()
 }
 
-/// Every preset but the example, which is a machine already.
+/// Every preset except the example, which already exists as a machine.
 #[must_use]
 pub fn presets() -> Vec<Preset> {
     PRESETS
@@ -69,12 +69,13 @@ pub fn presets() -> Vec<Preset> {
         .collect()
 }
 
-/// Id and profile of the machine an empty store begins with.
+/// Id and profile of the machine that an empty store starts with.
 #[must_use]
 pub fn example_machine() -> Option<(&'static str, MachineProfile)> {
     let preset = Layout::by_id(EXAMPLE_ID)?;
     let mut profile = MachineProfile::from(&preset.parts());
-    // The documentation's programs are in millimetres. A preset is somebody's machine, of whose programs nothing is known.
+    // The programs of the documentation are in millimetres. A preset is a shop's machine, and its programs
+    // are not known.
     profile.program_unit = Some(ProgramUnit::Mm);
     profile.drives = Some(reference_drives());
     Some((preset.id, profile))

@@ -1,9 +1,10 @@
 //! Names that people read on a screen and type at a control.
 
-/// Whether every character of a name shows: none is a control character, an invisible one, or a blank other than the space;
-/// and no space stands at an end.
+/// Whether people can read every character of a name: no control character, no invisible character, no blank
+/// other than the space, and no space at either end.
 pub(super) fn is_printable(name: &str) -> bool {
-    // The printable characters of Unicode are those that Rust writes as they are; besides, it escapes three that show.
+    // The printable characters of Unicode are those that Rust writes unescaped, and three more that Rust
+    // escapes.
     let shows = |letter: char| "\"'\\".contains(letter) || letter.escape_debug().len() == 1;
     name.trim() == name && name.chars().all(shows)
 }

@@ -1,5 +1,5 @@
-//! Query parameters to documents: dotted names nest, commas separate the elements of an array. Names of work offsets have dots
-//! of their own: `work_offsets_mm.G54.1 P3` is the offset `G54.1 P3`.
+//! Query parameters to documents: dotted names nest, commas separate the elements of an array. Names of work
+//! offsets contain dots of their own: `work_offsets_mm.G54.1 P3` is the offset `G54.1 P3`.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::Fault;
 use super::reading::{escape, fault_at};
 
-/// Why a query gives no document.
+/// Why a query cannot be read as a document.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum QueryFault {
     /// The query is not percent-encoded UTF-8.
@@ -24,7 +24,7 @@ pub enum QueryFault {
 /// Reads the parameters of `query` (the text after `?`) as one document.
 ///
 /// # Errors
-/// The first thing that is wrong, with the pointer which the parameter's dotted name stands for.
+/// The first fault, with the pointer that the parameter's dotted name represents.
 pub fn read_query<T: DeserializeOwned>(query: &str) -> Result<T, QueryFault> {
     let mut root = BTreeMap::new();
     for pair in query.split('&').filter(|pair| !pair.is_empty()) {
@@ -36,7 +36,7 @@ pub fn read_query<T: DeserializeOwned>(query: &str) -> Result<T, QueryFault> {
         .map_err(|error| QueryFault::Parameter(fault_at(error.path(), &error.inner().to_string())))
 }
 
-/// The document of an operation that takes no query parameter: any one is unknown.
+/// The document of an operation without query parameters: any parameter is unknown.
 #[derive(Debug, Clone, Copy, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoParameters {}
@@ -47,10 +47,10 @@ enum Node {
     Branch(BTreeMap<String, Node>),
 }
 
-/// The object whose members the caller names: everything behind its dot is one name.
+/// The object whose members the caller names: everything after its dot is one name.
 const OF_NAMES: &str = "work_offsets_mm";
 
-/// The pointer that a parameter's name stands for.
+/// The pointer that a parameter's name represents.
 fn pointer(name: &str) -> String {
     let mut pointer = String::new();
     let mut rest = Some(name);
@@ -87,7 +87,9 @@ fn insert(
     match branch.entry(first.to_owned()).or_insert_with(|| Node::Branch(BTreeMap::new())) {
         Node::Branch(inner) if first == OF_NAMES => leaf(inner, rest, value),
         Node::Branch(inner) => insert(inner, whole, rest, value),
-        Node::Leaf(_) => refuse(format!("query parameter `{whole}` is nested under one that has a value")),
+        Node::Leaf(_) => {
+            refuse(format!("query parameter `{whole}` is nested under a parameter that has a value"))
+        }
     }
 }
 
@@ -176,7 +178,7 @@ impl<'de> Deserializer<'de> for Node {
         visitor.visit_f64(number)
     }
 
-    /// A query has no null: what is not there is left out, and `null` is a word like any other.
+    /// A query has no null: an absent value is left out, and `null` is an ordinary word.
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fail> {
         visitor.visit_some(self)
     }

@@ -1,4 +1,4 @@
-//! JSON text to documents, with the place of what is wrong.
+//! JSON text to documents, with the location of faults.
 
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
@@ -6,13 +6,13 @@ use thiserror::Error;
 
 use super::{Fault, Objects};
 
-/// Why a JSON text gives no document.
+/// Why a JSON text cannot be read as a document.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
     /// The text is not JSON.
     #[error("the body is not JSON: {reason}")]
     Syntax {
-        /// What the reader met, with line and column.
+        /// The reader's message, with line and column.
         reason: String,
     },
     /// The text is JSON, but not the document: unknown, missing or mistyped fields.
@@ -20,18 +20,18 @@ pub enum Unreadable {
     Document(Fault),
 }
 
-/// Reads one JSON document: unknown and repeated fields, arrays in place of objects and text after the end are
-/// refused.
+/// Reads one JSON document. Unknown and repeated fields, arrays in place of objects, and text after the end
+/// are refused.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first fault.
 pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, Unreadable> {
     if std::str::from_utf8(text).is_err() {
         return Err(Unreadable::Syntax { reason: "it is not UTF-8".to_owned() });
     }
     let mut reader = serde_json::Deserializer::from_slice(text);
     let read = T::deserialize(Objects(&mut reader)).and_then(|value| reader.end().map(|()| value));
-    // Following the path costs time on every key, so it is only done once something is wrong.
+    // Following the path costs time on every key, so it is only done after a fault.
     read.map_err(|error| locate::<T>(text, &error))
 }
 
@@ -41,24 +41,26 @@ fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unread
         return Unreadable::Syntax { reason: first.to_string() };
     };
     let out_of_range = error.inner().to_string().starts_with("number out of range");
-    // A mistyped beginning does not make the rest JSON. Numbers out of range are JSON, and stop this check too.
+    // A wrong type at the beginning does not prove that the rest is JSON. Numbers out of range are JSON, but
+    // they stop this check too.
     if let Err(syntax) = serde_json::from_slice::<serde::de::IgnoredAny>(text)
         && !syntax.is_data()
         && !out_of_range
     {
         return Unreadable::Syntax { reason: syntax.to_string() };
     }
-    // The text is JSON, so that what was met is a wrong value. Of one that stands where a word has to, the reader only says that
-    // it expected a value.
+    // The text is JSON, so the fault is a wrong value. If a word is expected, the reader only says that it
+    // expected a value.
     let detail = if error.inner().is_data() || out_of_range {
         without_place(error.inner())
     } else {
-        "this member takes one of its words, as text in quotation marks".to_owned()
+        "use one of the words that this member allows, as text in quotation marks".to_owned()
     };
     Unreadable::Document(fault_at(error.path(), &detail))
 }
 
-/// The fault of a message at a path; a missing field's name, which stands only in the message, joins the pointer.
+/// The fault for a message at a path. The name of a missing field is only in the message and is added to the
+/// pointer.
 pub(super) fn fault_at(path: &Path, message: &str) -> Fault {
     let mut at = pointer(path);
     let quoted = |prefix: &str| message.strip_prefix(prefix).and_then(|rest| rest.split('`').next());

@@ -1,4 +1,4 @@
-//! The table of a verification: every sample of the surface with what the program leaves there.
+//! The table of a verification: every sample of the surface with the residual that the program leaves there.
 
 use std::io::{Read, Write};
 
@@ -9,21 +9,21 @@ use crate::plot::ResidualSample;
 /// One sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ResidualRow {
-    /// Place on the nominal surface, in W.
+    /// X of the sample on the nominal surface, in W.
     pub x_mm: f64,
-    /// Likewise.
+    /// Y of the sample.
     pub y_mm: f64,
-    /// Likewise.
+    /// Z of the sample.
     pub z_mm: f64,
-    /// Unit normal out of the part.
+    /// X component of the unit normal out of the part.
     pub nx: f64,
-    /// Likewise.
+    /// Y component of the normal.
     pub ny: f64,
-    /// Likewise.
+    /// Z component of the normal.
     pub nz: f64,
-    /// What stands above the surface along the normal, − below; empty where no tool came.
+    /// Material above the surface along the normal, negative below it; empty if no tool came here.
     pub residual_um: Option<f64>,
-    /// Line of the program that left it; empty where no tool came.
+    /// Line of the program that left it; empty if no tool came here.
     pub line: Option<u64>,
 }
 
@@ -37,7 +37,7 @@ impl From<ResidualRow> for ResidualSample {
     }
 }
 
-/// The fault of writing below that of a table, where there is one: its kind says what became of it.
+/// The I/O fault inside a table's fault, if there is one: its kind gives the cause.
 #[must_use]
 pub fn fault_of_table(fault: csv::Error) -> std::io::Error {
     match fault.into_kind() {
@@ -47,10 +47,10 @@ pub fn fault_of_table(fault: csv::Error) -> std::io::Error {
 }
 
 impl ResidualRow {
-    /// Writes rows under their header.
+    /// Writes rows after their header.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The rows cannot be written to the output.
     pub fn write_all(rows: impl Iterator<Item = Self>, output: impl Write) -> Result<(), csv::Error> {
         let mut writer = csv::Writer::from_writer(output);
         for row in rows {
@@ -62,7 +62,7 @@ impl ResidualRow {
     /// Reads a table that [`Self::write_all`] wrote.
     ///
     /// # Errors
-    /// It is no such table.
+    /// The input is not such a table.
     pub fn read_all(input: impl Read) -> Result<Vec<Self>, csv::Error> {
         csv::Reader::from_reader(input).into_deserialize().collect()
     }

@@ -1,4 +1,4 @@
-//! What a result rests on beside its parameters: unit, work offsets, tools and wear, and who stated them.
+//! The inputs of a result beside its parameters: unit, work offsets, tools and wear, and who stated them.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,7 +7,7 @@ use super::{Fault, Fixed, MachineStatements, ProgramUnit, Statements};
 use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{OffsetUse, ProgramReading, ToolUse};
 
-/// Who stated something.
+/// Who stated a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StatedBy {
@@ -19,28 +19,29 @@ pub enum StatedBy {
     Profile,
     /// The machine's tool table.
     ToolTable,
-    /// Nobody: a rule of the service holds.
+    /// Nobody: a rule of the service applies.
     Rule,
 }
 
 /// A work offset of the program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResolvedOffset {
-    /// As the program names it; null before it names one, and where it is not known.
+    /// The name in the program; null before the program names one, and if it is not known.
     #[schema(example = "G54")]
     pub name: Option<String>,
-    /// Origin of the workpiece in machine coordinates at zero pose; null where nobody states it.
+    /// Origin of the workpiece in machine coordinates at zero pose; null if it is not stated.
     #[schema(value_type = Option<Vec<f64>>)]
     pub origin_mm: Option<Fixed<3>>,
-    /// Who states it.
+    /// Source of the origin.
     pub stated_by: Option<StatedBy>,
-    /// Its motions are left as they are: nobody states where it is, or the program shifts it in a way that is not known.
+    /// True: the motions under this offset are left unchanged. Its position is not stated, or the program
+    /// shifts it in a way that is not understood.
     pub is_left_alone: bool,
     /// First line of the upload with such a motion.
     pub first_line: u64,
-    /// Last line.
+    /// Last line of the upload with such a motion.
     pub last_line: u64,
-    /// How many motions there are.
+    /// Number of such motions.
     pub motions: u64,
 }
 
@@ -52,69 +53,70 @@ pub struct ResolvedTool {
     pub number: Option<u32>,
     /// The name by which the program calls it.
     pub name: Option<String>,
-    /// Its id in the machine's tool table, where something of it was taken from there.
+    /// Id in the machine's tool table, if any value was taken from there.
     #[schema(example = "T12")]
     pub tool_id: Option<String>,
     /// Revision of that tool.
     pub tool_revision: Option<i64>,
-    /// Its motions are left as they are: another tool was asked for, or neither the request nor the table tells it.
+    /// True: the motions with this tool are left unchanged. Another tool was requested, or neither the
+    /// request nor the table gives its dimensions.
     pub is_left_alone: bool,
-    /// First line of the upload with such a motion, rapids too.
+    /// First line of the upload with such a motion, rapids included.
     pub first_line: u64,
-    /// Last line.
+    /// Last line of the upload with such a motion, rapids included.
     pub last_line: u64,
-    /// How many motions there are, rapids too.
+    /// Number of such motions, rapids included.
     pub motions: u64,
 }
 
-/// The wear of a cutter by its entries.
+/// The wear of a cutter from its entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResolvedWear {
-    /// The tool.
+    /// Id of the tool.
     #[schema(example = "T12")]
     pub tool_id: String,
-    /// The cutter in it.
+    /// Id of the cutter in the tool.
     pub cutter_id: String,
-    /// What the radius is smaller by: the most of its edges.
+    /// Amount by which the radius is smaller: the largest wear of its edges.
     pub radius_wear_um: f64,
-    /// When that was measured.
+    /// Time of that measurement.
     pub measured_at: String,
-    /// How long that was before the request \[d\].
+    /// Age of that measurement at the time of the request \[d\].
     pub age_days: f64,
-    /// The entries that were looked at.
+    /// Ids of the entries that were used.
     pub entry_ids: Vec<String>,
 }
 
-/// What a result rests on beside its parameters.
+/// The inputs of a result beside its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResolvedInputs {
-    /// Unit of the program's lengths; null where it has none.
+    /// Unit of the program's lengths; null if the program has no lengths.
     pub unit: Option<ProgramUnit>,
-    /// Who states it.
+    /// Source of the unit.
     pub unit_stated_by: Option<StatedBy>,
-    /// The work offsets under which it moves, in the order in which they come.
+    /// Work offsets under which the program moves, in the order of their first use.
     pub work_offsets: Vec<ResolvedOffset>,
-    /// The tools that are in the spindle while it moves, in the order in which they come.
+    /// Tools that are in the spindle while the program moves, in the order of their first use.
     pub tools: Vec<ResolvedTool>,
-    /// The fastest F that is written; null where ten times the programmed feed is.
+    /// Largest F that the service writes; null if the limit is ten times the programmed feed.
     pub max_feed_mm_per_min: Option<f64>,
-    /// Who states it; null where no F is written.
+    /// Source of this limit; null if no F is written.
     pub max_feed_stated_by: Option<StatedBy>,
-    /// Where it was taken from the machine's wear entries.
+    /// Wear that was taken from the machine's wear entries.
     pub wear: Vec<ResolvedWear>,
 }
 
-/// A tool of the table, by its place there.
+/// A tool's row in the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TablePlace {
-    /// The client's name of it.
+    /// The tool's id, chosen by the client.
     pub tool_id: String,
-    /// Its revision.
+    /// Revision of the tool.
     pub revision: i64,
 }
 
 impl ResolvedInputs {
-    /// Of a program that was read in this way.
+    /// The resolved inputs of a program that was read in this way.
     #[must_use]
     pub fn of(
         statements: &Statements<'_>,
@@ -134,7 +136,7 @@ impl ResolvedInputs {
             ResolvedTool {
                 number: match used.called.key() {
                     Some(ToolKey::Number(number)) => Some(number),
-                    // The tool asked for, where the text calls none or does not tell which.
+                    // The requested tool, if the text calls none or does not say which one.
                     None if !used.is_unknown => statements.tool_number,
                     Some(ToolKey::Name(_)) | None => None,
                 },
@@ -158,7 +160,7 @@ impl ResolvedInputs {
         }
     }
 
-    /// The values alone: what two results have in common that are the same, wherever in the program they count.
+    /// The values alone: two equal results have these in common, wherever in the program they apply.
     #[must_use]
     pub fn values(&self) -> serde_json::Value {
         let offset = |offset: &ResolvedOffset| serde_json::json!([offset.name, offset.origin_mm]);
@@ -177,7 +179,8 @@ impl ResolvedInputs {
         })
     }
 
-    /// The one tool that was used, as the program calls it; `None` where there were several, or where nobody names it.
+    /// The one tool that was used, as the program calls it; `None` if there were several, or if none is
+    /// named.
     #[must_use]
     pub fn only_tool(&self) -> Option<String> {
         let used = self.tools.iter().filter(|tool| !tool.is_left_alone && tool.number != Some(0));
@@ -191,7 +194,8 @@ impl ResolvedInputs {
         }
     }
 
-    /// The same where something changes whatever the tool is, so that no section is left alone for its tool.
+    /// The same, for a change that does not depend on the tool: no section is left unchanged because of its
+    /// tool.
     #[must_use]
     pub fn whatever_the_tool(mut self) -> Self {
         for tool in &mut self.tools {
@@ -200,7 +204,7 @@ impl ResolvedInputs {
         self
     }
 
-    /// The same with the fastest F that is written.
+    /// The same, with the largest F that is written.
     #[must_use]
     pub fn with_max_feed(self, stated_mm_per_min: Option<f64>, of_machine: &MachineStatements) -> Self {
         let (max_feed_mm_per_min, by) = match (stated_mm_per_min, of_machine.max_feed_mm_per_min) {
@@ -212,7 +216,8 @@ impl ResolvedInputs {
     }
 }
 
-/// The fault of a request that states the offset of this program twice, by name and by `work_offset_mm`, and not alike.
+/// The fault of a request that states the offset of this program twice with different values: by name and by
+/// `work_offset_mm`.
 #[must_use]
 pub fn two_statements(statements: &Statements<'_>, reading: &ProgramReading) -> Option<Fault> {
     let Fixed(alone_mm) = statements.work_offset_mm?;
@@ -225,7 +230,7 @@ pub fn two_statements(statements: &Statements<'_>, reading: &ProgramReading) -> 
         let [named_x, named_y, named_z] = at_mm;
         differ.then(|| {
             let detail = format!(
-                "the program runs under {name}, and the request states it twice: {x}, {y}, {z} here and {named_x}, {named_y}, {named_z} in `work_offsets_mm`. Leave one of them out"
+                "the program runs under {name}, but the request states it twice: {x}, {y}, {z} here and {named_x}, {named_y}, {named_z} in `work_offsets_mm`. Leave one of them out"
             );
             Fault::new("/work_offset_mm", detail)
         })

@@ -1,4 +1,4 @@
-//! Poses and joints as CSV: a header row, then numbers. Fed in chunks; knows no stream and no file.
+//! Poses and joints as CSV: a header row, then numbers. The reader takes chunks and knows no stream or file.
 
 use thiserror::Error;
 
@@ -11,15 +11,15 @@ use crate::machine::{Machine, RotaryLetter};
 pub struct RowFault {
     /// First faulty line of the upload, 1-based.
     pub line: u64,
-    /// What is wrong, the first hundred; the pointers name the elements that the rows stand for.
+    /// The faults, the first hundred; the pointers name the array elements that the rows represent.
     pub faults: Vec<Fault>,
-    /// Whether the limit on the number of rows was passed.
+    /// Whether the table has more rows than allowed.
     pub too_many: bool,
 }
 
-/// A kind of row: its columns, and the document it makes.
+/// A kind of row: its columns, and the document that it makes.
 trait Row: Sized {
-    /// Name of the array the rows stand for.
+    /// Name of the array that the rows represent.
     const LIST: &'static str;
     /// Names of the columns, and whether each is needed.
     const COLUMNS: &'static [(&'static str, bool)];
@@ -61,11 +61,11 @@ impl Row for JointWords {
 struct Reader<T> {
     rows: Vec<T>,
     max_rows: usize,
-    /// Cell of each column of the upload; empty until the header has been read.
+    /// Column of the upload for each column of the kind; empty before the header has been read.
     cells: Vec<usize>,
     line: u64,
     partial: Vec<u8>,
-    /// Bad cells so far, and the line of the first.
+    /// Faulty cells so far, and the line of the first.
     faults: Vec<Fault>,
     first_faulty: u64,
 }
@@ -112,12 +112,12 @@ impl<T: Row> Reader<T> {
             self.take_line(&last)?;
         }
         if self.cells.is_empty() {
-            return Err(self.refuse("", "there is no header row"));
+            return Err(self.refuse("", "the header row is missing"));
         }
         if self.faults.is_empty() { Ok(self.rows) } else { Err(self.faulty(false)) }
     }
 
-    /// Notes a fault and goes on, until there are more than are told.
+    /// Notes a fault and continues, until there are more faults than are reported.
     fn note(&mut self, name: &str, detail: &str) -> Result<(), RowFault> {
         if self.faults.is_empty() {
             self.first_faulty = self.line.max(1);
@@ -127,7 +127,7 @@ impl<T: Row> Reader<T> {
         if self.faults.len() < FaultList::KEPT { Ok(()) } else { Err(self.faulty(false)) }
     }
 
-    /// A fault behind which nothing can be read, after those noted so far.
+    /// A fault after which nothing can be read, added to those noted so far.
     fn refuse(&mut self, name: &str, detail: &str) -> RowFault {
         self.note(name, detail).err().unwrap_or_else(|| self.faulty(false))
     }
@@ -199,11 +199,11 @@ impl<T: Row> Reader<T> {
         for name in text.split(',').map(bare) {
             let Some(cell) = T::COLUMNS.iter().position(|(known, _)| *known == name) else {
                 let known: Vec<_> = T::COLUMNS.iter().map(|(known, _)| *known).collect();
-                self.note("", &format!("unknown column {name:?}; there are {}", known.join(", ")))?;
+                self.note("", &format!("unknown column {name:?}; the columns are {}", known.join(", ")))?;
                 continue;
             };
             if cells.contains(&cell) {
-                self.note("", &format!("column {name:?} is there more than once"))?;
+                self.note("", &format!("column {name:?} occurs more than once"))?;
             }
             cells.push(cell);
         }
@@ -212,7 +212,7 @@ impl<T: Row> Reader<T> {
                 self.note("", &format!("column {name:?} is missing"))?;
             }
         }
-        // Without a sound header no cell means anything.
+        // Without a valid header no cell has a meaning.
         if !self.faults.is_empty() {
             return Err(self.faulty(false));
         }
@@ -239,18 +239,18 @@ macro_rules! row_reader {
                 Self(Reader::new(max_rows))
             }
 
-            /// Takes the next bytes, cut anywhere.
+            /// Takes the next bytes; the cuts may be anywhere.
             ///
             /// # Errors
-            /// A fault behind which nothing can be read, or a hundred bad cells.
+            /// A fault after which nothing can be read, or a hundred faulty cells.
             pub fn feed(&mut self, chunk: &[u8]) -> Result<(), RowFault> {
                 self.0.feed(chunk)
             }
 
-            /// All rows, the bytes being at their end.
+            /// All rows, after the last byte.
             ///
             /// # Errors
-            /// Every bad cell, or no header.
+            /// Every faulty cell, or a missing header.
             pub fn finish(self) -> Result<Vec<$row>, RowFault> {
                 self.0.finish()
             }
@@ -275,7 +275,7 @@ pub struct JointColumns {
 }
 
 impl JointColumns {
-    /// The columns on `machine`; `with_pose` puts the index of the pose in front.
+    /// The columns on `machine`; `with_pose` adds the index of the pose as the first column.
     #[must_use]
     pub fn new(machine: &Machine, with_pose: bool) -> Self {
         Self { letters: machine.rotary_axes().each_ref().map(|axis| axis.letter), with_pose }

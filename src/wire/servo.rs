@@ -23,7 +23,7 @@ pub struct FeedProfileDoc {
     /// Jerk along the path.
     #[schema(example = 20_000.0)]
     pub jerk_mm_per_s3: f64,
-    /// Corners of the tip's path sharper than this are exact stops.
+    /// A corner of the tip's path that is sharper than this is an exact stop.
     #[serde(default = "ten")]
     pub stop_at_corners_above_deg: f64,
 }
@@ -34,7 +34,7 @@ fn ten() -> f64 {
 
 /// One number for each axis, by letter.
 pub type GainScales = BTreeMap<String, f64>;
-/// Numbers for each axis, by letter: as many for every axis that is swept.
+/// Numbers for each axis, by letter; every swept axis has the same number of values.
 pub type ScaleLists = BTreeMap<String, Vec<f64>>;
 
 macro_rules! servo_request {
@@ -43,41 +43,42 @@ macro_rules! servo_request {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
-            /// The machine whose drives and kinematics are used; either this or `drives`.
+            /// The machine whose drives and kinematics are used; give either this or `drives`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = "example-ac-table")]
             pub machine_id: Option<String>,
-            /// Drives by axis letter, without a machine: for the two circles.
+            /// Drives by axis letter, without a machine; for the two circles.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub drives: Option<Drives>,
-            /// What the axes are told to make.
+            /// The path that the axes are commanded to follow.
             pub path: ServoPathDoc,
             /// Sample period of the command.
             #[serde(default = "one_millisecond")]
             #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
             pub sample_period_s: f64,
-            /// How often a closed path is run, 2 unless said; the last lap is judged.
+            /// Number of laps on a closed path, default 2; the last lap is evaluated.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(minimum = 1, maximum = 100)]
             pub laps: Option<u32>,
-            /// Jerk-limited feed; without it the command starts and ends with a step of speed.
+            /// Jerk-limited feed. Without it, the command starts and ends with a step in speed.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub feed_profile: Option<FeedProfileDoc>,
-            /// Origin of the workpiece in machine coordinates at zero pose; zero unless said, but of a program, which has to have
-            /// it stated where a result depends on it.
+            /// Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
+            /// is no default: it must be stated if a result depends on it.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offset_mm: Option<Fixed<3>>,
-            /// Tool length, added along the zero-pose tool axis; matters to head axes only. As `work_offset_mm` where it is absent.
+            /// Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
+            /// is as for `work_offset_mm`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub tool_length_mm: Option<f64>,
-            /// Whether measured errors of the machine count.
+            /// Whether measured errors of the machine are applied.
             #[serde(default)]
             pub location_errors: LocationErrors,
             $($own)*
         }
 
         impl $name {
-            /// What all servo operations have in common.
+            /// The part that all servo operations have in common.
             #[must_use]
             pub fn options(&self) -> ServoOptions<'_> {
                 ServoOptions {
@@ -103,7 +104,8 @@ macro_rules! servo_request {
 servo_request! {
     /// One path at one feed.
     SimulationRequest {
-        /// Along the path; degrees for each minute where the tip rests. Of a program: where it has none.
+        /// Feed along the path; in degrees per minute if the tip rests. For a program: the feed if the
+        /// program has none.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schema(example = 1800.0)]
         pub feed_mm_per_min: Option<f64>,
@@ -115,11 +117,11 @@ servo_request! {
 }
 
 servo_request! {
-    /// One path under many gains and feeds.
+    /// One path with many gains and feeds.
     SweepRequest {
-        /// Feeds along the path; degrees for each minute where the tip rests.
+        /// Feeds along the path; in degrees per minute if the tip rests.
         pub feed_mm_per_min: Vec<f64>,
-        /// Factors of the position gains, by axis letter: lists of one length, run through side by side.
+        /// Factors of the position gains, by axis letter: lists of equal length, which are stepped together.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         #[schema(value_type = BTreeMap<String, Vec<f64>>)]
         pub position_gain_scale: ScaleLists,
@@ -127,19 +129,20 @@ servo_request! {
 }
 
 servo_request! {
-    /// What to set instead.
+    /// Request for gains that reach a target.
     MatchingRequest {
         /// Feed at which the gains have to reach the first target.
         pub feed_mm_per_min: f64,
-        /// Largest contour errors allowed; the gains are matched to the first, the feed limit is told for each.
+        /// Largest contour errors allowed. The gains are matched to the first; the feed limit is given for
+        /// each.
         pub target_um: Vec<f64>,
-        /// Factor by which the position gains stay below the limit of stability.
+        /// Factor by which the position gains stay below the stability limit.
         #[serde(default = "two")]
         pub least_gain_margin: f64,
         /// Phase margin that the position loops keep.
         #[serde(default = "forty_five")]
         pub least_phase_margin_deg: f64,
-        /// Feeds between which the limit is searched.
+        /// Range of feeds in which the limit is searched.
         #[serde(default = "feed_range")]
         pub feed_range_mm_per_min: Fixed<2>,
     }
@@ -161,7 +164,7 @@ fn feed_range() -> Fixed<2> {
     Fixed([100.0, 20_000.0])
 }
 
-/// What all servo operations have in common.
+/// The part that all servo operations have in common.
 #[derive(Debug, Clone)]
 pub struct ServoOptions<'a> {
     /// The machine.
@@ -180,10 +183,11 @@ pub struct ServoOptions<'a> {
     pub kinematics: KinematicsOptions,
 }
 
-/// A servo task in the making: what is faulty in the request may be missing in it, so that the rest can be looked at.
+/// An incomplete servo task: a faulty part of the request may be missing, so that the rest can still be
+/// checked.
 #[derive(Debug)]
 pub struct ServoDraft<'a> {
-    /// What drives there are, sound or not.
+    /// The drives in the request, valid or not.
     documents: Option<&'a Drives>,
     drives: DriveSet,
     path: Option<CorePath>,
@@ -192,7 +196,7 @@ pub struct ServoDraft<'a> {
 }
 
 impl ServoDraft<'_> {
-    /// The task; `None` where drives or path are missing, of which there is a fault.
+    /// The task; `None` if drives or path are missing, which has been reported as a fault.
     #[must_use]
     pub fn into_task(self) -> Option<ServoTask> {
         let Self { documents, drives, path, run, setup } = self;
@@ -201,34 +205,36 @@ impl ServoDraft<'_> {
     }
 }
 
-/// A servo task in the core's terms, but for feeds and gains.
+/// A servo task in the core's terms, without feeds and gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServoTask {
     /// The drives.
     pub drives: DriveSet,
     /// The path.
     pub path: CorePath,
-    /// How it is run; its feed is yet to be set.
+    /// How the path is run; the feed is set later.
     pub run: Run,
     /// The set-up of the machine.
     pub setup: Setup,
 }
 
-/// Ranges that are taken for real, with reasons: below 10 µs no control samples, above 0.1 s none would be one.
+/// Accepted ranges, with reasons: no control samples below 10 µs, and a sample period above 0.1 s is no
+/// control.
 const PERIOD_RANGE_S: [f64; 2] = [1e-5, 0.1];
 const LAPS_RANGE: std::ops::RangeInclusive<u32> = 1..=100;
-/// A feed below a micrometre per minute stands still, one above 1 km/min flies.
+/// A feed below a micrometre per minute is standstill; a feed above 1 km/min is not possible.
 const FEED_RANGE: [f64; 2] = [1e-3, 1e6];
 /// Factors of a gain.
 const SCALE_RANGE: [f64; 2] = [1e-3, 1e3];
-/// Accelerations and jerks of machine tools, generously.
+/// Accelerations and jerks of machine tools, with a wide margin.
 const ACCELERATION_RANGE: [f64; 2] = [1.0, 1e6];
 const JERK_RANGE: [f64; 2] = [1.0, 1e9];
 /// Most targets of a matching.
 const MAX_TARGETS: usize = 10;
 
 impl<'a> ServoOptions<'a> {
-    /// The task on a machine (with its drives), or on the drives of the request; faults join `faults`.
+    /// The task on a machine (with its drives), or on the drives of the request; faults are added to
+    /// `faults`.
     pub fn to_core(
         &self,
         machine: Option<(&Machine, Option<&'a Drives>)>,
@@ -240,18 +246,25 @@ impl<'a> ServoOptions<'a> {
                 Some(drives)
             }
             (None, None) => {
-                faults.push(|| Fault::new("/drives", "machine_id or drives is needed"));
+                faults.push(|| Fault::new("/drives", "missing: give machine_id or drives"));
                 None
             }
             (Some((_, None)), None) => {
-                faults.push(|| Fault::new("/machine_id", "the machine's profile has no drives"));
+                faults.push(|| {
+                    Fault::new(
+                        "/machine_id",
+                        "the machine's profile has no drives; store them there or give drives here",
+                    )
+                });
                 None
             }
             (Some((_, Some(drives))), None) | (None, Some(drives)) => Some(drives),
         };
         let drives = documents.map(|drives| drives.to_core("/drives", faults)).unwrap_or_default();
         if self.path.needs_machine() && machine.is_none() {
-            faults.push(|| Fault::new("/machine_id", "this path needs the kinematics of a machine"));
+            faults.push(|| {
+                Fault::new("/machine_id", "this path needs the kinematics of a machine; give machine_id")
+            });
         }
         check_period(self.sample_period_s, faults);
         let laps = self.laps.unwrap_or(2);
@@ -259,7 +272,7 @@ impl<'a> ServoOptions<'a> {
             faults.push(|| Fault::new("/laps", format!("{laps} is not between 1 and 100")));
         }
         if self.laps.is_some() && !self.path.is_closed() {
-            faults.push(|| Fault::new("/laps", "an open path has no laps"));
+            faults.push(|| Fault::new("/laps", "an open path has no laps; remove this member"));
         }
         let profile = self.feed_profile.map(|profile| profile.to_core(faults));
         let setup = self.kinematics.setup(faults);
@@ -281,7 +294,7 @@ pub(super) fn check_period(sample_period_s: f64, faults: &mut FaultList) {
 }
 
 impl FeedProfileDoc {
-    /// The profile, and the angle of corners that are exact stops \[rad\]; faults join `faults`.
+    /// The profile, and the angle above which corners are exact stops \[rad\]; faults are added to `faults`.
     pub(super) fn to_core(self, faults: &mut FaultList) -> (FeedProfile, f64) {
         let at = |name: &str| format!("/feed_profile/{name}");
         let [min, max] = ACCELERATION_RANGE;
@@ -297,7 +310,7 @@ impl FeedProfileDoc {
     }
 }
 
-/// Scales position gains; faults join `faults`. `documents` are the drives as the client wrote them.
+/// Scales position gains; faults are added to `faults`. `documents` are the drives as the client wrote them.
 pub(super) fn scale_gains(
     documents: Option<&Drives>,
     drives: &mut DriveSet,
@@ -319,21 +332,22 @@ pub(super) fn check_feed(feed: f64, pointer: impl FnOnce() -> String, faults: &m
     faults.check_range(pointer, feed, min, max);
 }
 
-/// The axis of a letter in a map of scales. Where there are no drives at all, that is the fault and not this.
+/// The axis of a letter in a map of scales. If there are no drives at all, that is the fault, not this
+/// letter.
 fn scaled_axis(letter: &str, documents: Option<&Drives>, faults: &mut FaultList) -> Option<AxisLetter> {
     let has = |axis: &AxisLetter| {
         documents.is_none_or(|drives| drives.iter().any(|(letter, _)| letter == axis.as_char()))
     };
     let axis = letter.parse().ok().and_then(AxisLetter::from_char).filter(has);
     if axis.is_none() {
-        let detail = format!("there is no drive of an axis {letter:?}");
+        let detail = format!("axis {letter:?} has no drive");
         faults.push(|| Fault::new(format!("/position_gain_scale/{letter}"), detail));
     }
     axis
 }
 
 impl SimulationRequest {
-    /// Feed and scaled drives; faults join `faults`.
+    /// Sets the feed and the scaled drives; faults are added to `faults`.
     pub fn apply(&self, task: &mut ServoDraft<'_>, faults: &mut FaultList) {
         match self.feed_mm_per_min {
             Some(feed) => {
@@ -349,28 +363,34 @@ impl SimulationRequest {
 }
 
 impl SweepRequest {
-    /// Most cells of one sweep.
+    /// Largest number of cells in one sweep.
     pub const MAX_CELLS: usize = 10_000;
 
-    /// One set of drives for each row; faults join `faults`.
+    /// One set of drives for each row; faults are added to `faults`.
     pub fn rows(&self, task: &ServoDraft<'_>, faults: &mut FaultList) -> Vec<DriveSet> {
         if self.feed_mm_per_min.is_empty() {
-            faults.push(|| Fault::new("/feed_mm_per_min", "at least one feed is needed"));
+            faults.push(|| Fault::new("/feed_mm_per_min", "missing: give at least one feed"));
         }
         let rows = self.position_gain_scale.values().map(Vec::len).max().unwrap_or(1);
         let is_too_large = rows.saturating_mul(self.feed_mm_per_min.len().max(1)) > Self::MAX_CELLS;
         if is_too_large {
-            let detail = format!("a sweep has at most {} cells of gains times feeds", Self::MAX_CELLS);
+            let detail = format!(
+                "a sweep has at most {} cells (gains times feeds); use fewer of them",
+                Self::MAX_CELLS
+            );
             faults.push(|| Fault::new("/feed_mm_per_min", detail));
         }
         for (index, feed) in self.feed_mm_per_min.iter().enumerate() {
             check_feed(*feed, || format!("/feed_mm_per_min/{index}"), faults);
         }
-        // What is too large is looked at to its end, but takes no room.
+        // A list that is too long is checked to its end, but takes no memory.
         let mut sets = if is_too_large { Vec::new() } else { vec![task.drives; rows] };
         for (letter, scales) in &self.position_gain_scale {
             if scales.len() != rows || scales.is_empty() {
-                let detail = format!("{} numbers, where the longest list has {rows}", scales.len());
+                let detail = format!(
+                    "has {} numbers, but the longest list has {rows}; all lists need the same length",
+                    scales.len()
+                );
                 faults.push(|| Fault::new(format!("/position_gain_scale/{letter}"), detail));
             }
             for (index, scale) in scales.iter().enumerate() {
@@ -386,7 +406,7 @@ impl SweepRequest {
         sets
     }
 
-    /// What each row is called in a figure.
+    /// The label of each row in a figure.
     #[must_use]
     pub fn labels(&self) -> Vec<String> {
         let rows = self.position_gain_scale.values().map(Vec::len).max().unwrap_or(1);
@@ -403,7 +423,7 @@ impl SweepRequest {
 }
 
 impl MatchingRequest {
-    /// Targets \[mm\] and bounds of the search; the feed is set, faults join `faults`.
+    /// Targets \[mm\] and bounds of the search; sets the feed. Faults are added to `faults`.
     pub fn apply(&self, task: &mut ServoDraft<'_>, faults: &mut FaultList) -> (Vec<f64>, MatchingOptions) {
         check_feed(self.feed_mm_per_min, || "/feed_mm_per_min".to_owned(), faults);
         task.run.feed = Feedrate::from_mm_per_min(self.feed_mm_per_min);

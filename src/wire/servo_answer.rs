@@ -21,52 +21,53 @@ pub struct PoleDoc {
     pub im_per_s: f64,
 }
 
-/// How near an axis is to its limits.
+/// Distance of an axis from its stability limits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
 pub struct StabilityDoc {
-    /// Commanded speed over the following error of a ramp; null where feed-forward leaves no error.
+    /// Commanded speed divided by the following error of a ramp; null if feed-forward leaves no error.
     pub kv_per_s: Option<f64>,
     /// Lowest frequency at which the closed loop's gain falls below 1/√2.
     pub bandwidth_hz: Option<f64>,
-    /// Factor by which the position gain can grow before the loop swings; null: by any.
+    /// Factor by which the position gain can grow before the loop oscillates; null if it can grow without
+    /// limit.
     pub gain_margin: Option<f64>,
-    /// Phase left where the open loop's gain is 1.
+    /// Phase that is left at the frequency where the open loop's gain is 1.
     pub phase_margin_deg: Option<f64>,
     /// Largest gain of the closed loop over all frequencies.
     pub resonance_peak: f64,
-    /// Poles of the closed loop, the slowest first.
+    /// Poles of the closed loop, slowest first.
     pub poles: Vec<PoleDoc>,
 }
 
-/// What became of one axis: µm and mm/min of a linear, µrad and deg/min of a rotary axis.
+/// Results of one axis: µm and mm/min for a linear axis, µrad and deg/min for a rotary axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AxisResult {
-    /// Largest following error over the judged samples.
+    /// Largest following error over the evaluated samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_following_error_um: Option<f64>,
-    /// Its root mean square.
+    /// Root mean square of the following error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_um: Option<f64>,
-    /// What a ramp at the largest commanded speed settles to.
+    /// Following error in the steady state of a ramp at the largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_um: Option<f64>,
     /// Largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed_mm_per_min: Option<f64>,
-    /// Largest following error over the judged samples.
+    /// Largest following error over the evaluated samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_following_error_urad: Option<f64>,
-    /// Its root mean square.
+    /// Root mean square of the following error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_urad: Option<f64>,
-    /// What a ramp at the largest commanded speed settles to.
+    /// Following error in the steady state of a ramp at the largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_urad: Option<f64>,
     /// Largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed_deg_per_min: Option<f64>,
-    /// Margins, bandwidth, poles.
+    /// Margins, bandwidth and poles.
     pub stability: StabilityDoc,
 }
 
@@ -77,51 +78,52 @@ pub type AxisResults = BTreeMap<String, AxisResult>;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Oval)]
 pub struct OvalDoc {
-    /// Half peak to peak.
+    /// Half of the peak-to-peak value.
     pub amplitude_um: f64,
     /// Direction of the major axis, in [0, 180).
     pub major_axis_deg: f64,
 }
 
-/// Contour error over the judged samples: of a circle the radius error, positive outside; of other paths the
-/// distance from the commanded path, signed where a plane is given.
+/// Contour error over the evaluated samples. On a circle it is the radius error, positive outside. On other
+/// paths it is the distance from the commanded path, with a sign if a plane is given.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ContourError)]
 pub struct ContourErrorDoc {
-    /// Smallest.
+    /// Smallest value.
     pub min_um: f64,
-    /// Largest.
+    /// Largest value.
     pub max_um: f64,
     /// Root mean square.
     pub rms_um: f64,
-    /// Largest size.
+    /// Largest absolute value.
     pub max_abs_um: f64,
-    /// Largest angle between actual and commanded tool axis.
+    /// Largest angle between the actual and the commanded tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_max_urad: Option<f64>,
-    /// Its root mean square.
+    /// Root mean square of this angle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_rms_urad: Option<f64>,
-    /// When the largest size occurs.
+    /// Time of the largest absolute value.
     pub worst_at_s: f64,
-    /// Line of the program where it occurs.
+    /// Line of the program at that time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_line: Option<u64>,
-    /// On a circle.
+    /// Oval form of a circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oval: Option<OvalDoc>,
 }
 
-/// The whole run in at most 2000 points, as columns; each point is the worst of the samples it stands for.
+/// The whole run in at most 2000 points, as columns; each point is the worst of the samples that it
+/// represents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServoSamples {
     /// Time from the start.
     pub t_s: Vec<f64>,
-    /// φ of the command, on a circle.
+    /// φ of the command; only for a circle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub phi_deg: Vec<f64>,
-    /// Line of the upload, of a program.
+    /// Line of the upload; only for a program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub line: Vec<u64>,
@@ -137,94 +139,94 @@ pub struct ServoSamples {
     pub following_error_urad: BTreeMap<String, Vec<f64>>,
 }
 
-/// What a path gets.
+/// Result of a servo simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct SimulationAnswer {
-    /// Revision of the machine; null where the drives came with the request.
+    /// Revision of the machine; null if the drives came with the request.
     pub machine_revision: Option<i64>,
     /// Version of the service.
     pub software_version: String,
-    /// By letter, the axes that move.
+    /// Results of the axes that move, by letter.
     #[schema(value_type = BTreeMap<String, AxisResult>)]
     pub axes: AxisResults,
-    /// What the part gets.
+    /// Contour error on the part.
     pub contour_error: ContourErrorDoc,
-    /// Samples in all.
+    /// Number of samples.
     pub sample_count: u64,
-    /// When the judged part begins.
+    /// Time at which the evaluated part begins.
     pub judged_from_s: f64,
-    /// The run, thinned.
+    /// The run, down-sampled.
     pub samples: ServoSamples,
 }
 
-/// A cell of a sweep that has no result.
+/// A cell of a sweep without a result.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct SweepFault {
     /// Row, from 0.
     pub gain: usize,
     /// Column, from 0.
     pub feed: usize,
-    /// Why.
+    /// The reason.
     pub detail: String,
 }
 
-/// A path under many gains and feeds.
+/// One path with many gains and feeds.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct SweepAnswer {
-    /// Revision of the machine; null where the drives came with the request.
+    /// Revision of the machine; null if the drives came with the request.
     pub machine_revision: Option<i64>,
     /// Version of the service.
     pub software_version: String,
-    /// What each row is.
+    /// Label of each row.
     pub gains: Vec<String>,
     /// Feed of each column.
     pub feed_mm_per_min: Vec<f64>,
-    /// Contour errors, row by row; null where there is none.
+    /// Contour errors, row by row; null if a cell has no result.
     pub contour_error: Vec<Vec<Option<ContourErrorDoc>>>,
-    /// Why a cell is null; the first hundred.
+    /// Reasons for null cells; the first hundred.
     pub faults: Vec<SweepFault>,
 }
 
-/// A gain to set.
+/// A gain to set at the control.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct MatchedGain {
     /// The position gain.
     pub position_gain_per_s: f64,
-    /// Over the present one.
+    /// New gain divided by the present gain.
     pub scale: f64,
 }
 
-/// How fast the path may be run for one target.
+/// Fastest feed of the path for one target.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 #[schema(as = FeedLimit)]
 pub struct FeedLimitDoc {
     /// Largest contour error allowed.
     pub target_um: f64,
-    /// With the present gains; null: not even the slowest feed tried.
+    /// Feed limit with the present gains; null if even the slowest feed in the range exceeds the target.
     pub present_mm_per_min: Option<f64>,
-    /// Whether the fastest feed tried keeps the target still.
+    /// True if even the fastest feed in the range keeps the target.
     pub present_beyond_range: bool,
-    /// With the matched gains; null: not even the slowest feed tried.
+    /// Feed limit with the matched gains; null if even the slowest feed in the range exceeds the target.
     pub matched_mm_per_min: Option<f64>,
-    /// Whether the fastest feed tried keeps the target still.
+    /// True if even the fastest feed in the range keeps the target.
     pub matched_beyond_range: bool,
 }
 
-/// What to set instead.
+/// Gains that reach the target.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct MatchingAnswer {
-    /// Revision of the machine; null where the drives came with the request.
+    /// Revision of the machine; null if the drives came with the request.
     pub machine_revision: Option<i64>,
     /// Version of the service.
     pub software_version: String,
-    /// With the present gains, at the feed of the request.
+    /// Contour error with the present gains, at the feed of the request.
     pub present: ContourErrorDoc,
-    /// By letter: all axes reach the same Kv, the smallest that keeps the first target.
+    /// Gains by axis letter. All axes reach the same Kv, the smallest that keeps the first target.
     #[schema(value_type = BTreeMap<String, MatchedGain>)]
     pub gains: BTreeMap<String, MatchedGain>,
-    /// Whether these gains keep the first target; otherwise they are the best within the margins.
+    /// True if these gains keep the first target; otherwise they are the best within the margins.
     pub reached: bool,
-    /// With these gains, at the feed of the request.
+    /// Contour error with these gains, at the feed of the request.
     pub matched: ContourErrorDoc,
     /// Largest common Kv within the margins.
     pub largest_kv_per_s: f64,
@@ -252,7 +254,7 @@ impl StabilityDoc {
 }
 
 impl AxisResult {
-    /// What became of an axis.
+    /// The results of an axis.
     #[must_use]
     pub fn of(axis: AxisLetter, following: &FollowingErrorSummary, drives: &DriveSet) -> Self {
         let unit = if axis.is_linear() { UM_PER_MM } else { URAD_PER_RAD };
@@ -290,7 +292,7 @@ impl ContourErrorDoc {
         }
     }
 
-    /// That of a simulation, with its oval.
+    /// The contour error of a simulation, with its oval.
     #[must_use]
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let oval = simulation.oval.map(|oval| OvalDoc {
@@ -302,7 +304,7 @@ impl ContourErrorDoc {
 }
 
 impl ServoSamples {
-    /// The trace of a run of these axes, in its order.
+    /// The trace of a run of these axes, in the order given.
     #[must_use]
     pub fn of(trace: &[TracePoint], axes: &[AxisLetter], is_circle: bool) -> Self {
         let column = |value: &dyn Fn(&TracePoint) -> f64| trace.iter().map(value).collect::<Vec<f64>>();
@@ -365,7 +367,7 @@ impl SimulationAnswer {
 pub type SweepColumns = Vec<Vec<Result<Simulation, ServoFault>>>;
 
 impl SweepAnswer {
-    /// How many faults are told.
+    /// How many faults are reported.
     const MAX_FAULTS: usize = 100;
 
     /// The answer for columns in the order of the feeds.

@@ -19,7 +19,8 @@ pub enum LinearLetter {
     Z,
 }
 
-/// A plane in which the contour error gets a sign: positive to the right of travel, seen from its normal.
+/// A plane that gives the contour error a sign: positive to the right of travel, seen from the plane's
+/// normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Plane {
@@ -32,7 +33,7 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Its normal in W.
+    /// The plane's normal in W.
     #[must_use]
     pub fn normal(self) -> Vec3 {
         match self {
@@ -43,28 +44,28 @@ impl Plane {
     }
 }
 
-/// A corner of a polyline: the tip (mm) and the tool axis, +Z where none is given.
+/// A corner of a polyline: the tip (mm) and the tool axis, which is +Z if it is not given.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolylinePoint {
-    /// Tip.
+    /// X of the tip.
     pub x: f64,
-    /// Tip.
+    /// Y of the tip.
     pub y: f64,
-    /// Tip.
+    /// Z of the tip.
     pub z: f64,
-    /// Tool axis; i j k come together or not at all.
+    /// X component of the tool axis; give i j k together or leave out all three.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub i: Option<f64>,
-    /// Tool axis.
+    /// Y component of the tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub j: Option<f64>,
-    /// Tool axis.
+    /// Z component of the tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<f64>,
 }
 
-/// Rotary words from and to (deg).
+/// First and last rotary words (deg).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
 pub struct RotarySweep {
@@ -82,7 +83,8 @@ pub struct RotarySweep {
     pub c: Option<Fixed<2>>,
 }
 
-/// What the axes are told to make. All but the two circles need a machine with drives.
+/// The path that the axes are commanded to follow. All kinds except the two circles need a machine with
+/// drives.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum ServoPathDoc {
@@ -91,24 +93,26 @@ pub enum ServoPathDoc {
         /// Radius of the circle.
         #[schema(example = 60.0)]
         radius_mm: f64,
-        /// Distance of its centre from the C axis; not the radius, or the circle would run through the axis.
+        /// Distance of the centre from the C axis. It must differ from the radius, or the circle would run
+        /// through the axis.
         #[schema(example = 100.0)]
         center_x_mm: f64,
     },
-    /// Two linear axes make a circle, from the first towards the second.
+    /// Two linear axes make a circle, from the first axis towards the second.
     Circle {
-        /// Two different ones.
+        /// Two different axes.
         #[schema(min_items = 2, max_items = 2)]
         axes: [LinearLetter; 2],
         /// Radius of the circle.
         radius_mm: f64,
     },
-    /// The bottom edge of a cone frustum, flank-milled: the tip on a circle, the tool axis along the generatrix.
+    /// The bottom edge of a cone frustum, flank-milled: the tip is on a circle, the tool axis along the
+    /// generatrix.
     ConeFrustum {
         /// Centre of the bottom circle in the workpiece.
         #[serde(default)]
         center_mm: Fixed<3>,
-        /// Its radius.
+        /// Radius of the bottom circle.
         radius_mm: f64,
         /// Angle between generatrix and cone axis.
         half_apex_deg: f64,
@@ -116,41 +120,42 @@ pub enum ServoPathDoc {
         #[serde(default)]
         tilt_deg: f64,
     },
-    /// The tip rests on the workpiece while rotary axes go from one word to another and back; the feed then counts
-    /// degrees for each minute, along both axes together.
+    /// The tip rests on the workpiece while rotary axes go from one word to another and back. The feed then
+    /// counts degrees per minute, along both axes together.
     TipHold {
         /// The tip in the workpiece.
         tip_mm: Fixed<3>,
-        /// Words of the rotary axes, from and to; an axis not named stands at 0.
+        /// First and last words of the rotary axes; an axis that is not named stays at 0.
         sweep_deg: RotarySweep,
     },
-    /// A program, through its machine; kept as a job. Larger ones are posted as a file to
+    /// A program on its machine; the run is stored as a job. Post a larger program as a file to
     /// `/v1/machines/{machine_id}/servo-simulation`.
     Program {
         /// The program.
         text: String,
-        /// Its name.
+        /// File name of the program.
         #[serde(default)]
         file_name: Option<String>,
-        /// What the control interpolates; as the program switches it when absent.
+        /// Interpolation of the control. If it is absent, the program decides.
         #[serde(default)]
         interpolation: Option<Interpolation>,
-        /// Unit of its lengths where the text does not state one; the machine's `program_unit` when absent.
+        /// Unit of the lengths if the text does not state one. If it is absent, the machine's `program_unit`
+        /// is used.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         unit: Option<ProgramUnit>,
-        /// Where the work offsets are that it names.
+        /// Origins of the work offsets that the program names.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         work_offsets_mm: Option<WorkOffsets>,
-        /// Number of the tool that is meant, in a program of several.
+        /// Number of the tool to simulate, if the program has several.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         tool_number: Option<u32>,
-        /// Where the axes stand before its first block.
+        /// Positions of the axes before the first block.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         start: Option<StartWords>,
-        /// The form of the text.
+        /// Dialect of the text.
         #[serde(default)]
         dialect: Dialect,
-        /// Plane in which the contour error gets a sign.
+        /// Plane that gives the contour error a sign.
         #[serde(default)]
         plane: Option<Plane>,
     },
@@ -158,14 +163,14 @@ pub enum ServoPathDoc {
     Polyline {
         /// At least two corners.
         points: Vec<PolylinePoint>,
-        /// Plane in which the contour error gets a sign.
+        /// Plane that gives the contour error a sign.
         #[serde(default)]
         plane: Option<Plane>,
     },
 }
 
 impl<'de> Deserialize<'de> for ServoPathDoc {
-    /// By way of all members at once: a tagged enum would be buffered, and its faults lose their place.
+    /// Reads all members at once: a tagged enum would be buffered, and its faults would lose their location.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Members::deserialize(deserializer)?.into_path()
     }
@@ -182,7 +187,7 @@ enum Kind {
     Polyline,
 }
 
-/// Exactly two axes, so that a third is a wrong value and not broken JSON.
+/// Exactly two axes, so that a third axis is a wrong value and not broken JSON.
 #[derive(Debug)]
 struct TwoAxes([LinearLetter; 2]);
 
@@ -223,7 +228,7 @@ struct Members {
     dialect: Option<Dialect>,
 }
 
-/// A member that may be left out, and is not null where it is there.
+/// A member that may be left out, but must not be null.
 fn stated<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     T::deserialize(deserializer).map(Some)
 }
@@ -269,7 +274,7 @@ impl Members {
                 plane: self.plane.take(),
             },
         };
-        // What is left belongs to another kind.
+        // The members that are left belong to another kind.
         match self.left() {
             Some(name) => Err(E::unknown_field(name, &[])),
             None => Ok(path),
@@ -305,22 +310,22 @@ impl Members {
 /// A path in the core's terms.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CorePath {
-    /// Two axes make it by themselves.
+    /// Two axes make the path by themselves.
     Circle(Circle),
-    /// The whole machine makes it.
+    /// The whole machine makes the path.
     Tool {
         /// The path.
         path: ToolPath,
-        /// Normal of the plane in which the contour error gets a sign.
+        /// Normal of the plane that gives the contour error a sign.
         plane_normal: Option<Vec3>,
     },
 }
 
-/// Radii that are taken for real \[mm\].
+/// Accepted radii \[mm\].
 const RADIUS_RANGE_MM: [f64; 2] = [1e-3, 1e5];
-/// Coordinates that are taken for real \[mm\].
+/// Accepted coordinates \[mm\].
 const MAX_COORDINATE_MM: f64 = 1e6;
-/// Most corners of a polyline: longer ones are programs.
+/// Most corners of a polyline; longer ones should be programs.
 const MAX_POINTS: usize = 100_000;
 
 impl ServoPathDoc {
@@ -333,7 +338,7 @@ impl ServoPathDoc {
         }
     }
 
-    /// In a few words, with its numbers.
+    /// A short title with the path's numbers.
     #[must_use]
     pub fn title(&self) -> String {
         match self {
@@ -352,25 +357,25 @@ impl ServoPathDoc {
         }
     }
 
-    /// What its feed counts.
+    /// Unit of the path's feed.
     #[must_use]
     pub const fn feed_unit(&self) -> &'static str {
         if matches!(self, Self::TipHold { .. }) { "deg/min" } else { "mm/min" }
     }
 
-    /// Whether the machine's kinematics are needed.
+    /// Whether the path needs the machine's kinematics.
     #[must_use]
     pub const fn needs_machine(&self) -> bool {
         !matches!(self, Self::XcCircle { .. } | Self::Circle { .. })
     }
 
-    /// Whether it can be run in laps.
+    /// Whether the path can be run in laps.
     #[must_use]
     pub const fn is_closed(&self) -> bool {
         !matches!(self, Self::Polyline { .. } | Self::Program { .. })
     }
 
-    /// Normal of the plane in which the contour error gets a sign.
+    /// Normal of the plane that gives the contour error a sign.
     fn plane_normal(&self) -> Option<Vec3> {
         match self {
             Self::Polyline { plane, .. } => plane.map(Plane::normal),
@@ -378,7 +383,7 @@ impl ServoPathDoc {
         }
     }
 
-    /// The path; faults join `faults` under `/path`.
+    /// The path; faults are added to `faults` under `/path`.
     pub(super) fn to_core(&self, machine: Option<&Machine>, faults: &mut FaultList) -> Option<CorePath> {
         let radius = |radius_mm: f64, faults: &mut FaultList| {
             let [min, max] = RADIUS_RANGE_MM;
@@ -422,7 +427,7 @@ impl ServoPathDoc {
                 tool(ToolPath::TipHold { tip_mm: Vec3::from(tip_mm.0), rotary_rad })
             }
             Self::Program { .. } => {
-                faults.push(|| Fault::new("/path/kind", "only servo-simulations take a program"));
+                faults.push(|| Fault::new("/path/kind", "only servo-simulations accept a program"));
                 return None;
             }
             Self::Polyline { points, .. } => {
@@ -454,12 +459,17 @@ impl PolylinePoint {
             (Some(i), Some(j), Some(k)) => {
                 let unit = Vec3::new(i, j, k).try_normalize(1e-9);
                 unit.filter(|unit| unit.iter().all(|value| value.is_finite())).unwrap_or_else(|| {
-                    faults.push(|| Fault::new(pointer.clone(), "i j k is a zero vector"));
+                    faults.push(|| {
+                        Fault::new(
+                            pointer.clone(),
+                            "i j k is a zero vector; give the direction of the tool axis",
+                        )
+                    });
                     Vec3::z()
                 })
             }
             _ => {
-                faults.push(|| Fault::new(pointer.clone(), "i j k come together or not at all"));
+                faults.push(|| Fault::new(pointer.clone(), "give i j k together, or leave out all three"));
                 Vec3::z()
             }
         };
@@ -468,8 +478,8 @@ impl PolylinePoint {
 }
 
 impl RotarySweep {
-    /// Kinematic angles at both ends, in the profile's order \[rad\]; without a machine only the numbers are looked
-    /// at.
+    /// Kinematic angles at both ends, in the profile's order \[rad\]. Without a machine only the numbers are
+    /// checked.
     fn rotary_rad(&self, machine: Option<&Machine>, faults: &mut FaultList) -> Option<[[f64; 2]; 2]> {
         let words = [('A', self.a), ('B', self.b), ('C', self.c)];
         for (letter, word) in words {

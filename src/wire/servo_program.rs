@@ -1,4 +1,4 @@
-//! A program through the drives of its machine: parameters and report.
+//! A program on the drives of its machine: parameters and report.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::process::{LeftOut, ProgramSetup, ProgramSimulation, SimulationParamet
 use crate::servo::DriveSet;
 
 program_parameters! {
-/// What the simulation of a program needs to know.
+/// Parameters of the simulation of a program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ServoProgramParameters {
@@ -23,17 +23,17 @@ pub struct ServoProgramParameters {
     #[serde(default = "one_millisecond")]
     #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
     pub sample_period_s: f64,
-    /// Factors of the position gains, one parameter for each: `position_gain_scale.C`.
+    /// Factors of the position gains, one query parameter for each: `position_gain_scale.C`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub position_gain_scale: GainScales,
-    /// Jerk-limited feed, one parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without it every
-    /// block runs at its own feed and no corner is a stop.
+    /// Jerk-limited feed, one query parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without
+    /// it, every block runs at its own feed and no corner is a stop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed_profile: Option<FeedProfileDoc>,
-    /// Plane in which the contour error gets a sign.
+    /// Plane that gives the contour error a sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
-    /// Whether measured errors of the machine count.
+    /// Whether measured errors of the machine are applied.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }
@@ -44,7 +44,7 @@ fn one_millisecond() -> f64 {
 }
 
 impl ServoProgramParameters {
-    /// The parameters of a request whose path is a program. `None` for every other kind of path.
+    /// The parameters of a request whose path is a program; `None` for every other kind of path.
     #[must_use]
     pub fn of(request: &SimulationRequest) -> Option<Self> {
         let ServoPathDoc::Program {
@@ -78,11 +78,13 @@ impl ServoProgramParameters {
         })
     }
 
-    /// The parameters in the core's terms, the program's set-up apart, with the drives of the machine's profile; faults join
-    /// `faults`.
+    /// The parameters in the core's terms, without the set-up of the program, with the drives of the
+    /// machine's profile. Faults are added to `faults`.
     pub fn to_core(&self, drives: Option<&Drives>, faults: &mut FaultList) -> SimulationParameters {
         if drives.is_none() {
-            faults.push(|| Fault::new("/machine_id", "a program needs a machine whose profile has drives"));
+            faults.push(|| {
+                Fault::new("/machine_id", "missing: a program needs a machine whose profile has drives")
+            });
         }
         let mut set = drives.map(|drives| drives.to_core("/drives", faults)).unwrap_or_default();
         scale_gains(drives, &mut set, &self.position_gain_scale, faults);
@@ -107,9 +109,9 @@ pub struct LeftOutDoc {
     /// A stable word for the reason.
     #[schema(example = "arc")]
     pub kind: String,
-    /// What it means.
+    /// The reason in words.
     pub detail: String,
-    /// How many motions.
+    /// Number of motions.
     pub count: u64,
     /// First line of the upload, 1-based.
     pub line: u64,
@@ -129,33 +131,33 @@ impl From<&LeftOut> for LeftOutDoc {
 /// The report of a program's servo simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServoReport {
-    /// Revision of the machine it was computed on.
+    /// Revision of the machine that was used.
     pub machine_revision: i64,
     /// Version of the service.
     pub software_version: String,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks: u64,
-    /// Motions at feed that were simulated.
+    /// Number of motions at feed that were simulated.
     pub motions_simulated: u64,
-    /// Runs of motions between rapids; each starts with the axes at rest.
+    /// Number of passes: motions between two rapids. Each pass starts with the axes at rest.
     pub passes: u64,
-    /// Time of the simulated motions.
+    /// Duration of the simulated motions.
     pub duration_s: f64,
-    /// By letter, the axes that move.
+    /// Results of the axes that move, by letter.
     #[schema(value_type = BTreeMap<String, AxisResult>)]
     pub axes: AxisResults,
-    /// What the part gets.
+    /// Contour error on the part.
     pub contour_error: ContourErrorDoc,
-    /// Samples in all.
+    /// Number of samples.
     pub sample_count: u64,
-    /// The run, thinned.
+    /// The run, down-sampled.
     pub samples: ServoSamples,
     /// Motions at feed that were not simulated.
     pub left_out: Vec<LeftOutDoc>,

@@ -1,4 +1,4 @@
-//! What is done about singular regions, and what was found.
+//! Treatment of singular regions, and the regions that were found.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,16 +10,17 @@ use crate::process::{
 };
 use crate::units::Angle;
 
-/// What is done about regions where a rotary axis turns far for a small turn of the tool.
+/// Treatment of regions where a rotary axis turns far for a small turn of the tool.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SingularityAction {
-    /// They are listed.
+    /// The regions are listed and not changed.
     #[default]
     Report,
-    /// Their motions are divided until axis, contact and step keep their tolerances.
+    /// The motions are divided until tool axis, contact and step keep their tolerances.
     Densify,
-    /// Rotary words are replaced by others that need slower axes, the tool axis within a tolerance.
+    /// Rotary words are replaced by words that need slower rotary axes; the tool axis stays within a
+    /// tolerance.
     Smooth,
 }
 
@@ -27,19 +28,19 @@ pub enum SingularityAction {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SingularRegions {
-    /// A motion is singular within about this angle of a pole or of the limit of reach.
+    /// A motion is singular if the tool axis comes within about this angle of a pole or of the reach limit.
     #[serde(default = "zone")]
     #[schema(default = 3.0, minimum = 0.01, maximum = 30.0)]
     pub zone_deg: f64,
-    /// How far the tool axis may be from the programmed one.
+    /// Largest angle between the tool axis and the programmed one.
     #[serde(default = "axis_tolerance")]
     #[schema(default = 0.05, minimum = 0.0001, maximum = 5.0)]
     pub axis_tolerance_deg: f64,
-    /// How far a rotary axis may turn in one block that `densify` writes.
+    /// Largest turn of a rotary axis in one block that `densify` writes.
     #[serde(default = "max_step")]
     #[schema(default = 5.0, minimum = 0.1, maximum = 180.0)]
     pub max_step_deg: f64,
-    /// Motions that need a faster rotary axis are counted.
+    /// Motions that need a faster rotary axis than this are counted.
     #[serde(default = "max_rotary")]
     #[schema(default = 120.0, minimum = 0.01, maximum = 100_000.0)]
     pub max_rotary_deg_per_s: f64,
@@ -73,7 +74,7 @@ impl Default for SingularRegions {
 }
 
 impl SingularRegions {
-    /// Collects what is wrong.
+    /// Checks the values.
     pub fn check(&self, faults: &mut FaultList) {
         for (name, value, [min, max]) in [
             ("zone_deg", self.zone_deg, CoreParameters::ZONE_RANGE_DEG),
@@ -85,7 +86,7 @@ impl SingularRegions {
         }
     }
 
-    /// In the core's terms.
+    /// The settings in the core's terms.
     #[must_use]
     pub fn to_core(&self, action: SingularityAction) -> CoreParameters {
         let action = match action {
@@ -103,19 +104,19 @@ impl SingularRegions {
     }
 }
 
-/// What the motions of a region need and leave.
+/// Speeds, turns and deviations of the motions in a region.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RegionFigures)]
 pub struct RegionFiguresDoc {
-    /// The largest speed of a rotary axis, mean over a block; null where no block's time is known.
+    /// Largest speed of a rotary axis, as the mean over a block; null if no block's time is known.
     pub rotary_deg_per_s: Option<f64>,
-    /// Motions that need more than the largest speed.
+    /// Number of motions that need more than the largest speed.
     pub motions_over_speed: u64,
-    /// The largest turn of a rotary axis in one block.
+    /// Largest turn of a rotary axis in one block.
     pub step_deg: f64,
-    /// Turns of both rotary axes, summed.
+    /// Sum of the turns of both rotary axes.
     pub travel_deg: f64,
-    /// Largest distance of the contact (the tip where none is known) from its line.
+    /// Largest distance of the contact from its line; of the tip if no contact is known.
     pub deviation_um: f64,
     /// Largest angle between the tool axis and the great circle of its block.
     pub axis_deviation_deg: f64,
@@ -138,33 +139,34 @@ impl From<&process::RegionFigures> for RegionFiguresDoc {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SingularRegion)]
 pub struct SingularRegionDoc {
-    /// Line of the upload of its first motion.
+    /// Line of the upload with its first motion.
     pub first_line: u64,
-    /// Of its last one.
+    /// Line of the upload with its last motion.
     pub last_line: u64,
-    /// How many.
+    /// Number of motions.
     pub motions: u64,
     /// `pole` or `reach_limit`.
     #[schema(example = "pole")]
     pub kind: String,
-    /// The least angle of the tool axis to the singularity.
+    /// Smallest angle between the tool axis and the singularity.
     pub least_angle_deg: f64,
-    /// How far the tool axis turns there at least for a turn of the rotary axes by 1.
+    /// Smallest turn of the tool axis for a turn of the rotary axes by 1.
     pub least_gain: f64,
-    /// As uploaded.
+    /// Values as uploaded.
     pub before: RegionFiguresDoc,
-    /// As written; null where nothing changed.
+    /// Values as written; null if nothing changed.
     pub after: Option<RegionFiguresDoc>,
     /// `reported`, `left`, `densified` or `smoothed`.
     #[schema(example = "smoothed")]
     pub treatment: String,
-    /// Why it, or a motion of it, was left; null where none was.
+    /// Why the region, or one of its motions, was left unchanged; null if none was.
     pub left_reason: Option<String>,
-    /// Blocks whose words changed, or that were divided.
+    /// Blocks whose words changed or that were divided.
     pub blocks_changed: u64,
-    /// Blocks that are new.
+    /// Number of inserted blocks.
     pub blocks_inserted: u64,
-    /// Largest angle between the written and the programmed tool axis at a point, from the written text.
+    /// Largest angle between the written and the programmed tool axis at a point, computed from the written
+    /// text.
     pub axis_spent_deg: f64,
 }
 
@@ -200,49 +202,49 @@ impl From<&process::SingularRegion> for SingularRegionDoc {
     }
 }
 
-/// Regions left alone for one reason.
+/// Regions that were left unchanged for the same reason.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RegionsLeft)]
 pub struct RegionsLeftDoc {
     /// A stable word for the reason.
     #[schema(example = "nothing_to_gain")]
     pub reason: String,
-    /// What it means.
+    /// The reason in words.
     pub detail: String,
-    /// How many.
+    /// Number of regions.
     pub count: u64,
-    /// First line of the first one.
+    /// First line of the first region.
     pub line: u64,
 }
 
 /// Singular regions of a program. All lines are lines of the upload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SingularityFindings {
-    /// What was to be done.
+    /// The requested treatment.
     pub action: SingularityAction,
-    /// Motions at feed that were looked at.
+    /// Number of motions at feed that were checked.
     pub motions_checked: u64,
-    /// Those in regions.
+    /// Number of checked motions in singular regions.
     pub motions_singular: u64,
-    /// How many regions there are.
+    /// Number of regions.
     pub regions_found: u64,
-    /// The first of them, in the order of the program.
+    /// The first regions, in the order of the program.
     pub regions: Vec<SingularRegionDoc>,
-    /// Regions in which something was changed.
+    /// Number of regions in which anything changed.
     pub regions_treated: u64,
-    /// Regions left alone, by reason.
+    /// Regions that were left unchanged, by reason.
     pub left: Vec<RegionsLeftDoc>,
-    /// Of all regions, as uploaded.
+    /// Values of all regions as uploaded.
     pub before: RegionFiguresDoc,
-    /// Of all regions, as written.
+    /// Values of all regions as written.
     pub after: RegionFiguresDoc,
-    /// Blocks whose words changed.
+    /// Number of blocks whose words changed.
     pub blocks_changed: u64,
-    /// Blocks that are new.
+    /// Number of inserted blocks.
     pub blocks_inserted: u64,
     /// Largest angle between a written and a programmed tool axis at a point.
     pub axis_spent_deg: f64,
-    /// What the caller should know about the text.
+    /// Warnings about the text.
     pub warnings: Vec<Warning>,
 }
 

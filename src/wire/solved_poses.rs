@@ -1,4 +1,5 @@
-//! The answer of the inverse, printed without a detour: a row of joints is the bulk of what leaves the service.
+//! The answer of the inverse kinematics, printed directly: rows of joints are most of the bytes that the
+//! service sends.
 
 use std::io::Write;
 
@@ -7,15 +8,15 @@ use utoipa::ToSchema;
 
 use super::{JointWords, PoseWarning};
 
-/// Bytes of a printed row of joints, about.
+/// Approximate number of bytes of a printed row of joints.
 const ROW_BYTES: usize = 160;
-/// Bytes written at a time, about.
+/// Approximate number of bytes written at a time.
 const PIECE_BYTES: usize = 64 << 10;
 
 /// Axis words of poses.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct SolvedPoses {
-    /// Revision it was computed on.
+    /// Revision of the machine that was used.
     machine_revision: i64,
     /// Selection `path`: one solution for each pose.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -24,11 +25,11 @@ pub struct SolvedPoses {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<Vec<JointWords>>>)]
     candidates: Option<Candidates>,
-    /// What is particular about some poses.
+    /// Warnings about some poses.
     warnings: Vec<PoseWarning>,
 }
 
-/// The solutions of each pose, kept one after the other.
+/// The solutions of all poses, one pose after the other.
 #[derive(Debug)]
 struct Candidates {
     joints: Vec<JointWords>,
@@ -45,7 +46,8 @@ impl Serialize for Candidates {
 }
 
 impl SolvedPoses {
-    /// One solution for each pose, or, with `ends`, all of them: where in `joints` those of each pose end.
+    /// One solution for each pose. With `ends`: all solutions, and `ends` says where in `joints` those of
+    /// each pose end.
     #[must_use]
     pub fn new(
         machine_revision: i64,
@@ -60,10 +62,11 @@ impl SolvedPoses {
         Self { machine_revision, joints, candidates, warnings }
     }
 
-    /// Writes the document as JSON text, a piece at a time: the same bytes as through serde, in a third of the time for one
-    /// solution each.
+    /// Writes the document as JSON text in pieces: the same bytes as serde writes. With one solution for each
+    /// pose it takes a third of the time.
     ///
     /// # Errors
+    /// The same as the writer's.
     /// As the writer.
     pub fn write_json(&self, writer: &mut impl Write) -> std::io::Result<()> {
         let Some(joints) = &self.joints else { return Ok(serde_json::to_writer(writer, self)?) };

@@ -1,4 +1,4 @@
-//! What probed spheres say about a machine.
+//! The results of probed spheres.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -13,7 +13,7 @@ use crate::units::UM_PER_MM;
 /// The circle of one sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SphereCircle {
-    /// Which sphere.
+    /// Index of the sphere.
     pub sphere: usize,
     /// Centre of its circle, on the axis.
     pub centre_mm: Fixed<3>,
@@ -21,35 +21,36 @@ pub struct SphereCircle {
     pub radius_mm: f64,
 }
 
-/// A centre that does not agree with the others. It took part in the fit.
+/// A centre that does not agree with the others. The fit still uses it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SphereOutlier {
     /// Index of the centre, from 0.
     pub centre: usize,
-    /// From what the others say.
+    /// Distance from the position that the other centres give.
     pub distance_um: f64,
 }
 
-/// One axis as the spheres show it.
+/// One axis from the probed spheres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SphereAxisAnswer {
-    /// The axis.
+    /// Letter of the axis.
     pub rotary_axis: String,
     /// Unit direction, in the nominal sense.
     pub direction: Fixed<3>,
-    /// Where the line meets the plane through the nominal reference point, across the nominal direction.
+    /// Point where the line meets the plane through the nominal reference point, perpendicular to the nominal
+    /// direction.
     pub point_mm: Fixed<3>,
-    /// How many centres.
+    /// Number of centres.
     pub centres: usize,
-    /// The circles.
+    /// Circle of each sphere.
     pub spheres: Vec<SphereCircle>,
-    /// Root of the mean square out of the circles' planes.
+    /// Root of the mean square of the distances from the circles' planes.
     pub axial_rms_um: f64,
-    /// Root of the mean square away from the axis.
+    /// Root of the mean square of the radial distances.
     pub radial_rms_um: f64,
-    /// Root of the mean square along the circles; null where angles are unknown.
+    /// Root of the mean square of the distances along the circles; null if the angles are not known.
     pub tangential_rms_um: Option<f64>,
-    /// Centres to look at.
+    /// Centres to check.
     pub outliers: Vec<SphereOutlier>,
 }
 
@@ -124,7 +125,7 @@ impl SphereAxisAnswer {
     }
 }
 
-/// Over all coordinates of all centres.
+/// The root of the mean square over all coordinates of all centres.
 fn rms_um(fits: &[AxisFit]) -> f64 {
     let residuals = fits.iter().flat_map(|fit| &fit.residuals);
     let (mut squares, mut count) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What a request states of a program where its text does not: members that every operation on programs has.
+//! What a request states about a program if its text does not: members that every operation on programs has.
 
 use std::sync::Arc;
 
@@ -11,7 +11,8 @@ use crate::motion::{self, WorkOffset};
 use crate::process::{ProgramSetup, StartPosition, ToolTable, Tools};
 use crate::units::{Feedrate, Length};
 
-/// Declares the parameters of an operation on programs: its own members, and after them those that all of these operations have.
+/// Declares the parameters of an operation on programs: first its own members, then the members that all of
+/// these operations have.
 macro_rules! program_parameters {
     (
         $(#[$meta:meta])*
@@ -20,42 +21,46 @@ macro_rules! program_parameters {
         $(#[$meta])*
         pub struct $name {
             $($(#[$member_meta])* pub $member: $kind,)*
-            /// What the control interpolates; as the program switches it when absent.
+            /// Interpolation of the control. If it is absent, the program decides.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub interpolation: Option<$crate::wire::Interpolation>,
-            /// Unit of the lengths in a program that does not state one; the machine's `program_unit` when absent.
+            /// Unit of the lengths if the program does not state one. If it is absent, the machine's
+            /// `program_unit` is used.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub unit: Option<$crate::wire::ProgramUnit>,
-            /// Origin of the workpiece in machine coordinates at zero pose, for a program that names no work offset or one. Zero is
-            /// an answer; without one the machine's `work_offsets_mm` count.
+            /// Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+            /// one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+            /// used.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = json!([0.0, 0.0, 0.0]))]
             pub work_offset_mm: Option<$crate::wire::Fixed<3>>,
-            /// The same for each work offset that the program names. In a query one parameter for each: `work_offsets_mm.G54`,
-            /// and likewise any other name, as `work_offsets_mm.G54.1 P3`.
+            /// The origin for each work offset that the program names. In a query one parameter for each:
+            /// `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
-            /// Length of the tool, which only head axes turn. Zero is an answer; without one the machine's tool table counts.
+            /// Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+            /// the machine's tool table is used.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub tool_length_mm: Option<f64>,
-            /// Number of the tool that is meant, in a program of several: motions of the others stay as they are. A program that
-            /// calls none runs with it. Without one each section has its tool from the machine's tool table.
+            /// Number of the tool to work on, if the program has several; motions with other tools are left
+            /// unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
+            /// its tool from the machine's tool table.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = 12)]
             pub tool_number: Option<u32>,
-            /// Where the axes stand before the first block, as words in the program's first work offset.
+            /// Positions of the axes before the first block, as words in the program's first work offset.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub start: Option<$crate::wire::StartWords>,
-            /// Feed where the program has none.
+            /// Feed, if the program has none.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub feed_mm_per_min: Option<f64>,
-            /// The form of the program text.
+            /// Dialect of the program text.
             #[serde(default)]
             pub dialect: $crate::wire::Dialect,
         }
 
         impl $name {
-            /// What the request states of the program.
+            /// What the request states about the program.
             #[must_use]
             pub fn statements(&self) -> $crate::wire::Statements<'_> {
                 $crate::wire::Statements {
@@ -75,48 +80,49 @@ macro_rules! program_parameters {
 }
 pub(super) use program_parameters;
 
-/// Axis words before the first block; those that are not known are left out.
+/// Axis words before the first block; leave out words that are not known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
 pub struct StartWords {
-    /// Where X stands before the first block, as a word in the program's first work offset.
+    /// Position of X before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub x: Option<f64>,
-    /// Where Y stands before the first block, as a word in the program's first work offset.
+    /// Position of Y before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub y: Option<f64>,
-    /// Where Z stands before the first block, as a word in the program's first work offset.
+    /// Position of Z before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub z: Option<f64>,
-    /// Where A stands before the first block, on a machine that has it.
+    /// Position of A before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub a: Option<f64>,
-    /// Where B stands before the first block, on a machine that has it.
+    /// Position of B before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub b: Option<f64>,
-    /// Where C stands before the first block, on a machine that has it.
+    /// Position of C before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub c: Option<f64>,
 }
 
-/// Whether what leaves changed says so.
+/// Whether a changed program says so in its text.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StampForm {
-    /// One comment names the steps that changed something, the machine's revision, and the digests of source and parameters.
+    /// One comment names the steps that changed the program, the machine's revision, and the digests of
+    /// source and parameters.
     #[default]
     Comment,
-    /// Nothing is added to the program. Nobody can tell from its text then that it was compensated.
+    /// Nothing is added to the program. Its text then does not show that it was compensated.
     None,
 }
 
-/// What a request states of the program.
+/// What a request states about a program.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "the members are described where requests declare them")]
 pub struct Statements<'a> {
@@ -131,21 +137,21 @@ pub struct Statements<'a> {
     pub dialect: Dialect,
 }
 
-/// What the machine's profile states of the programs that run on it.
+/// What the machine's profile states about the programs that run on it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MachineStatements {
     /// Unit of a program that does not state one.
     pub unit: Option<ProgramUnit>,
-    /// Where the work offsets are.
+    /// Origins of the work offsets.
     pub work_offsets_mm: Option<WorkOffsets>,
-    /// The fastest F that is written.
+    /// Largest F that may be written.
     pub max_feed_mm_per_min: Option<f64>,
     /// Shortest time of a block.
     pub block_time_ms: Option<f64>,
 }
 
 impl MachineStatements {
-    /// Those of a profile.
+    /// The statements of a profile.
     #[must_use]
     pub fn of(profile: &super::MachineProfile) -> Self {
         Self {
@@ -156,7 +162,7 @@ impl MachineStatements {
         }
     }
 
-    /// The fastest F that is written: the request wins.
+    /// Largest F that may be written: the request wins over the profile.
     #[must_use]
     pub fn max_feed(&self, stated_mm_per_min: Option<f64>) -> Option<Feedrate> {
         stated_mm_per_min.or(self.max_feed_mm_per_min).map(Feedrate::from_mm_per_min)
@@ -173,7 +179,7 @@ impl MachineStatements {
 const MS_PER_S: f64 = 1000.0;
 
 impl Statements<'_> {
-    /// Collects every bad value that shows without a machine.
+    /// Reports every bad value that can be found without a machine.
     pub fn check(&self, faults: &mut FaultList) {
         let max_mm = CcParameters::MAX_OFFSET_MM;
         for (index, offset_mm) in self.work_offset_mm.into_iter().flat_map(|offset| offset.0).enumerate() {
@@ -194,7 +200,8 @@ impl Statements<'_> {
         }
     }
 
-    /// The program's set-up on this machine, in the core's terms. Letters that the machine lacks join `faults`.
+    /// The program's set-up on this machine, in the core's terms. Letters that the machine lacks are added to
+    /// `faults`.
     pub fn to_core(
         &self,
         machine: &Machine,

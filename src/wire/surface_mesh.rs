@@ -1,4 +1,4 @@
-//! What was found in the file of an uploaded surface.
+//! The properties of an uploaded surface file.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,21 +8,21 @@ use crate::contact::PartSurface;
 use crate::surface::{MeshReport, MeshSettings};
 use crate::units::Length;
 
-/// How an uploaded surface is read, and how near a cutter has to come to touch it.
+/// How an uploaded surface is read, and the distance within which a cutter touches it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceReading {
-    /// Millimetres of one unit of the file.
+    /// Millimetres in one unit of the file.
     pub unit_mm: Option<f64>,
-    /// How far facets may stand off the smooth surface.
+    /// Largest distance of the facets from the smooth surface.
     pub chordal_tolerance_um: Option<f64>,
-    /// The gap up to which a cutter touches.
+    /// Largest gap at which a cutter touches.
     pub contact_gap_um: Option<f64>,
 }
 
 impl SurfaceReading {
     const GAP_RANGE_UM: [f64; 2] = [1e-3, 1e4];
 
-    /// Collects what is wrong; `is_uploaded` says whether a surface came with the program.
+    /// Checks the values; `is_uploaded` says whether a surface came with the program.
     pub fn check(&self, is_uploaded: bool, faults: &mut FaultList) {
         let tolerances_um =
             MeshSettings::TOLERANCES_MM.map(|tolerance_mm| Length::from_mm(tolerance_mm).um());
@@ -34,20 +34,20 @@ impl SurfaceReading {
             let Some(value) = value else { continue };
             faults.check_range(|| format!("/{name}"), value, min, max);
             if !is_uploaded {
-                let detail = "only serves a surface in the form field surface";
+                let detail = "has an effect only with a surface in the form field surface; remove it or upload the surface";
                 faults.push(|| Fault::new(format!("/{name}"), detail));
             }
         }
     }
 
-    /// Collects what is wrong where the surface is to say where the cutter touches.
+    /// Checks the values if the surface is to say where the cutter touches.
     pub fn check_with_contact(&self, contact: Contact, is_uploaded: bool, faults: &mut FaultList) {
         self.check(is_uploaded, faults);
         let detail = match contact {
             Contact::Surface if !is_uploaded => Some("missing: a surface in the form field surface"),
             Contact::Surface | Contact::Auto => None,
             _ => {
-                is_uploaded.then_some("a surface came with the program, but this contact does not look at it")
+                is_uploaded.then_some("a surface came with the program, but this contact does not use it; remove it or set contact to surface")
             }
         };
         if let Some(detail) = detail {
@@ -68,36 +68,36 @@ impl SurfaceReading {
         }
     }
 
-    /// The gap up to which a cutter touches.
+    /// Largest gap at which a cutter touches.
     #[must_use]
     pub fn contact_gap(&self) -> Length {
         self.contact_gap_um.map_or(PartSurface::DEFAULT_CONTACT_GAP, Length::from_um)
     }
 }
 
-/// What was found in the file of an uploaded surface.
+/// The properties of an uploaded surface file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceMesh)]
 pub struct SurfaceMeshDoc {
-    /// Facets of the file.
+    /// Number of facets in the file.
     pub facets: u64,
-    /// Facets with an area.
+    /// Number of facets with an area.
     pub triangles: u64,
-    /// Different corners.
+    /// Number of different corners.
     pub vertices: u64,
-    /// Facets dropped because they are too thin to have a normal.
+    /// Facets that were dropped because they are too thin to have a normal.
     pub degenerate_facets: u64,
-    /// Facets whose stated normal points against their winding; the winding counts.
+    /// Facets whose stated normal contradicts their winding; the winding is used.
     pub contradicting_normals: u64,
-    /// Edges of one facet only: the rim of an open surface, or a gap.
+    /// Edges of only one facet: the rim of an open surface, or a gap.
     pub open_edges: u64,
     /// Edges of more than two facets.
     pub non_manifold_edges: u64,
     /// Edges across which the surface is not smooth within the chordal tolerance.
     pub sharp_edges: u64,
-    /// Volume enclosed; null of an open surface.
+    /// Enclosed volume; null for an open surface.
     pub volume_mm3: Option<f64>,
-    /// Least coordinates.
+    /// Smallest coordinates.
     pub least_mm: Fixed<3>,
     /// Largest coordinates.
     pub largest_mm: Fixed<3>,

@@ -1,9 +1,9 @@
-//! Texts of clients in tables that people open in a spreadsheet.
+//! Client texts in tables that people open in a spreadsheet.
 
 use std::borrow::Cow;
 
-/// The text as a cell that no spreadsheet takes for a formula: one that begins as a formula does gets an apostrophe in
-/// front, which spreadsheets do not show.
+/// The text as a cell that no spreadsheet takes for a formula. A text that begins like a formula gets an
+/// apostrophe in front, which spreadsheets do not show.
 #[must_use]
 pub(super) fn table_text(text: &str) -> Cow<'_, str> {
     match text.chars().next() {

@@ -8,7 +8,7 @@ use super::{CcParameters, Fault, FaultList};
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
 
-/// Form of a cutter's end.
+/// Form of the cutter's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToolKind {
@@ -18,34 +18,35 @@ pub enum ToolKind {
     BullNose,
     /// A sharp corner: the corner radius is 0.
     Flat,
-    /// No end mill, or one of another form: a drill, a tap, a probe. Both radii may be left out.
+    /// Not an end mill, or an end mill of another form: a drill, a tap, a probe. Both radii may be left out.
     Other,
 }
 
-/// A tool as the shop states it: what programs call it by, and its nominal cutter.
+/// A tool as the shop states it: its number and name in programs, and its nominal cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Tool)]
 pub struct TableTool {
-    /// Number that programs call it by, as in `T12` or `TOOL CALL 12`. A tool has a number, a name or both.
+    /// Number in programs, as in `T12` or `TOOL CALL 12`. A tool has a number, a name or both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12)]
     pub number: Option<u32>,
-    /// Name that programs call it by, as in `T="BALL_10"` or `TOOL CALL "BALL_10"`. Capitals do not count.
+    /// Name in programs, as in `T="BALL_10"` or `TOOL CALL "BALL_10"`. Upper and lower case are the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "BALL_10", min_length = 1, max_length = 64)]
     pub name: Option<String>,
-    /// Form of its end.
+    /// Form of the cutter's end.
     pub kind: ToolKind,
     /// Cutter radius. Only a tool of the kind `other` may leave it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0, minimum = 0.001, maximum = 1000)]
     pub radius_mm: Option<f64>,
-    /// Corner radius. The kind says it for a ball (the radius) and a flat cutter (0); a bull-nose cutter has to state it.
+    /// Corner radius. The kind gives it for a ball (the radius) and for a flat cutter (0); for a bull-nose
+    /// cutter it is required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1000)]
     pub corner_radius_mm: Option<f64>,
-    /// Length, counted as `tool_length_mm` of a request.
+    /// Length, measured in the same way as `tool_length_mm` in a request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 92.4, minimum = -100_000, maximum = 100_000)]
     pub length_mm: Option<f64>,
@@ -57,34 +58,35 @@ pub struct ToolDocument {
     /// The machine.
     #[schema(example = "example-ac-table")]
     pub machine_id: String,
-    /// The client's name of the tool, under which its wear entries stand too.
+    /// The tool's id, chosen by the client; its wear entries use the same id.
     #[schema(example = "T12")]
     pub tool_id: String,
     /// Counts up from 1; a revision never changes.
     #[schema(example = 3)]
     pub revision: i64,
-    /// When this revision was stored.
+    /// Time at which this revision was stored.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub created_at: String,
-    /// The tool, with the corner radius that its kind says.
+    /// The tool, with the corner radius that its kind gives.
     #[serde(flatten)]
     pub tool: TableTool,
 }
 
 /// Longest name \[characters\].
 const MAX_NAME: usize = 64;
-/// What would end a name in a program.
+/// Characters that would end a name in a program.
 const QUOTES: [char; 3] = ['"', '\'', '\\'];
 
-/// What a tool's name is compared by: `ball_10` and `BALL_10` are one tool, as controls read them.
+/// The form in which tool names are compared: `ball_10` and `BALL_10` are the same tool, as controls read
+/// them.
 #[must_use]
 pub fn tool_name_key(name: &str) -> String {
     name.to_ascii_uppercase()
 }
 
 impl TableTool {
-    /// The same tool with the corner radius that its kind says. Every bad value and every contradiction joins `faults`; with any the
-    /// tool is not to be kept.
+    /// The same tool with the corner radius that its kind gives. Every bad value and every contradiction is
+    /// added to `faults`; if there is any, the tool must not be stored.
     #[must_use]
     pub fn normalised(mut self, faults: &mut FaultList) -> Self {
         self.check_call(faults);
@@ -96,13 +98,13 @@ impl TableTool {
             Some(radius_mm) => self.corner_mm(radius_mm, faults),
             None => self.without_radius(faults),
         };
-        // Adding 0 makes −0 the 0 that it means, so that both are one document.
+        // Adding 0 turns −0 into 0, so that both give the same document.
         self.corner_radius_mm = corner_mm.map(|corner_mm| corner_mm + 0.0);
         self.length_mm = self.length_mm.map(|length_mm| length_mm + 0.0);
         self
     }
 
-    /// The nominal cutter; none where a tool of the kind `other` does not state both radii.
+    /// The nominal cutter; `None` if a tool of the kind `other` does not state both radii.
     #[must_use]
     pub fn cutter(&self) -> Option<Tool> {
         let (radius_mm, corner_mm) = self.radius_mm.zip(self.corner_radius_mm)?;
@@ -130,7 +132,7 @@ impl TableTool {
         }
     }
 
-    /// The corner radius \[mm\] of a cutter with this radius, where the kind or the document says it.
+    /// The corner radius \[mm\] of a cutter with this radius, if the kind or the document gives it.
     fn corner_mm(&self, radius_mm: f64, faults: &mut FaultList) -> Option<f64> {
         let stated_mm = self.corner_radius_mm;
         let of_kind_mm = match self.kind {
@@ -150,17 +152,17 @@ impl TableTool {
                 return None;
             }
             (Ok(_), None) if self.kind == ToolKind::BullNose => format!(
-                "missing: a bull-nose cutter states its corner radius, between 0 and its radius of {radius_mm} mm"
+                "missing: a bull-nose cutter needs its corner radius, between 0 and its radius of {radius_mm} mm"
             ),
             (Ok(_), None) => return None,
             (Ok(_), Some(corner_mm)) => match of_kind_mm {
                 Some(kind_mm) if (kind_mm - corner_mm).abs() > 0.0 => format!(
-                    "{corner_mm} mm contradicts the kind, by which it is {kind_mm} mm. Leave it out, or state the kind that the cutter has ({})",
+                    "{corner_mm} mm contradicts the kind, which gives {kind_mm} mm. Leave it out, or state the kind of this cutter ({})",
                     ToolKind::of(radius_mm, corner_mm)
                 ),
                 None if self.kind == ToolKind::BullNose && !(corner_mm > 0.0 && corner_mm < radius_mm) => {
                     format!(
-                        "{corner_mm} mm is not between 0 and the radius of {radius_mm} mm, as that of a bull-nose cutter is. Correct it, or state the kind {}",
+                        "{corner_mm} mm is not between 0 and the radius of {radius_mm} mm, but the kind is bull-nose. Correct it, or state the kind {}",
                         ToolKind::of(radius_mm, corner_mm)
                     )
                 }
@@ -174,13 +176,12 @@ impl TableTool {
     fn without_radius(&self, faults: &mut FaultList) -> Option<f64> {
         if self.kind != ToolKind::Other {
             faults.push(|| {
-                let detail = "missing: only a tool of the kind other may leave its radius out";
+                let detail = "missing: only a tool of the kind other may have no radius";
                 Fault::new("/radius_mm", detail)
             });
         } else if self.corner_radius_mm.is_some() {
             faults.push(|| {
-                let detail =
-                    "missing: a corner radius needs the radius that it belongs to. State both, or neither";
+                let detail = "missing: a corner radius needs the tool radius too. State both, or neither";
                 Fault::new("/radius_mm", detail)
             });
         }
@@ -238,7 +239,7 @@ mod tests {
             assert_eq!(read.corner_radius_mm, corner_mm, "{text}");
             assert_eq!(read.corner_radius_mm.map(f64::is_sign_negative), corner_mm.map(|_| false));
             assert_eq!(read.cutter().is_some(), corner_mm.is_some(), "{text}");
-            // What is normalised stays as it is.
+            // A normalised document stays as it is.
             assert_eq!(normalised(read.clone()).unwrap(), read, "{text}");
         }
     }

@@ -16,42 +16,43 @@ use crate::surface::{MeshReport, SurfacePoint};
 use crate::units::Length;
 
 program_parameters! {
-/// What the virtual cutting of a part needs to know.
+/// Parameters of the virtual cutting of a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerificationParameters {
-    /// The cutter that cuts, as measured; each section's own from the machine's tool table when absent.
+    /// The cutter, as measured. If it is absent, the machine's tool table gives each section its cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<ToolDoc>,
-    /// How far above the tip the cutter cuts; four times its radius unless said, and at least 30.
+    /// Height above the tip up to which the cutter cuts; default four times its radius, at least 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cutting_length_mm: Option<f64>,
-    /// The nominal surface, where it is not uploaded.
+    /// The nominal surface, if it is not uploaded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<NominalSurfaceDoc>,
-    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// How many points of the surface are looked at.
+    /// Number of sample points on the surface.
     #[serde(default = "fifty_thousand")]
     #[schema(default = 50_000, minimum = 1, maximum = 2_000_000)]
     pub samples: usize,
-    /// Height of the stock above the surface. Needles end there, and a cutter counts only where it contains that end.
+    /// Height of the stock above the surface. Needles end there; a cutter cuts a needle only if it contains
+    /// this end.
     #[serde(default = "one")]
     #[schema(default = 1.0)]
     pub stock_mm: f64,
-    /// More than this, above the surface or below it, is counted.
+    /// Samples with a residual larger than this, above or below the surface, are counted.
     #[serde(default = "thirty_um")]
     #[schema(default = 30.0)]
     pub limit_um: f64,
-    /// Largest distance between a motion and the straight pieces that stand for it.
+    /// Largest distance between a motion and the straight pieces that replace it.
     #[serde(default = "half_um")]
     #[schema(default = 0.5)]
     pub resolution_um: f64,
-    /// Whether measured errors of the machine count: whether it cuts as it is, or as it should be.
+    /// Whether measured errors of the machine are applied: the machine as it is, or the nominal machine.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }
@@ -87,8 +88,8 @@ impl VerificationParameters {
         }
     }
 
-    /// The parameters in the core's terms, the program's set-up apart, and the surface where it is none that was uploaded; `is_uploaded` says
-    /// whether one was.
+    /// The parameters in the core's terms, without the set-up of the program, and the surface if it was not
+    /// uploaded; `is_uploaded` says whether it was.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -99,12 +100,14 @@ impl VerificationParameters {
         let mut faults = FaultList::default();
         let tool = self.tool.and_then(|tool| tool.to_core("/tool", &mut faults));
         if self.tool.is_some_and(|tool| tool.length_mm.is_some()) {
-            faults.push(|| Fault::new("/tool/length_mm", "where the length matters it is tool_length_mm"));
+            faults.push(|| {
+                Fault::new("/tool/length_mm", "the length has no place here; give it as tool_length_mm")
+            });
         }
         self.statements().check(&mut faults);
         let detail = match (&self.surface, is_uploaded) {
             (None, false) => Some("missing: give the surface here, or upload it in the field surface"),
-            (Some(_), true) => Some("the surface is uploaded: one of them is enough"),
+            (Some(_), true) => Some("a surface is uploaded and given here; leave one of them out"),
             _ => None,
         };
         if let Some(detail) = detail {
@@ -132,7 +135,7 @@ impl VerificationParameters {
     }
 }
 
-/// A fault of the core under the member it is about.
+/// A fault of the core under the member that it concerns.
 #[must_use]
 pub fn verification_fault(fault: &VerificationFault) -> Fault {
     let pointer = match fault {
@@ -147,50 +150,50 @@ pub fn verification_fault(fault: &VerificationFault) -> Fault {
     Fault::new(pointer, fault.to_string())
 }
 
-/// What is left at the worst sample of one sign.
+/// The residual at the worst sample of one sign.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = WorstResidual)]
 pub struct WorstResidualDoc {
-    /// What stands above the surface along the normal, − below.
+    /// Material above the surface along the normal; negative below it.
     pub residual_um: f64,
     /// Index of the sample: its row in the table of residuals, from 0.
     pub sample: u64,
-    /// Place on the nominal surface, in W.
+    /// X of the sample on the nominal surface, in W.
     pub x_mm: f64,
-    /// Likewise.
+    /// Y of the sample.
     pub y_mm: f64,
-    /// Likewise.
+    /// Z of the sample.
     pub z_mm: f64,
     /// Line of the upload that left it.
     pub line: u64,
 }
 
-/// Samples by what is left there: `counts[i]` of them from `edges_um[i]` up to `edges_um[i + 1]`, the bins within four
-/// limits either way.
+/// Histogram of the residuals: `counts[i]` samples have a residual from `edges_um[i]` up to `edges_um[i +
+/// 1]`. The bins reach four limits to either side.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ResidualHistogram)]
 pub struct HistogramDoc {
-    /// Edges of the bins, rising, one more than bins.
+    /// Edges of the bins in rising order; one more than bins.
     pub edges_um: Vec<f64>,
-    /// Samples in each bin.
+    /// Number of samples in each bin.
     pub counts: Vec<u64>,
-    /// Samples below the first edge.
+    /// Number of samples below the first edge.
     pub below: u64,
-    /// Samples at or above the last one.
+    /// Number of samples at or above the last edge.
     pub above: u64,
 }
 
-/// How far residuals move when cut eight times as finely.
+/// Change of the residuals when the cut is repeated with an eight times finer resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Convergence)]
 pub struct ConvergenceDoc {
-    /// Samples cut again: those with the largest residuals, and evenly chosen ones.
+    /// Samples that were cut again: those with the largest residuals, and evenly chosen ones.
     pub samples: u64,
     /// The finer resolution.
     pub resolution_um: f64,
     /// Largest change of a residual.
     pub max_change_um: f64,
-    /// Samples that a tool reaches at one of both resolutions only.
+    /// Samples that a tool reaches at only one of the two resolutions.
     pub cut_once: u64,
 }
 
@@ -198,77 +201,77 @@ pub struct ConvergenceDoc {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MotionsCut)]
 pub struct MotionsCutDoc {
-    /// Straight ones at feed.
+    /// Straight motions at feed.
     pub linear: u64,
     /// Arcs and helices.
     pub arcs: u64,
-    /// Rapids, taken as straight.
+    /// Rapids, treated as straight.
     pub rapids: u64,
 }
 
-/// What a program leaves on the part.
+/// The result of a verification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct VerificationReport {
-    /// Revision of the machine it was computed on.
+    /// Revision of the machine that was used.
     pub machine_revision: i64,
     /// Version of the service.
     pub software_version: String,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// SHA-256 of the part's surface, where it was uploaded.
+    /// SHA-256 of the part's surface, if it was uploaded.
     pub surface_sha256: Option<String>,
     /// SHA-256 of the table of residuals.
     pub residuals_sha256: String,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks: u64,
     /// Motions that were cut.
     pub motions_cut: MotionsCutDoc,
-    /// Motions whose course is not known.
+    /// Motions that were not cut because their course is not known.
     pub left_out: Vec<LeftOutDoc>,
-    /// Samples of the surface.
+    /// Number of samples on the surface.
     pub samples: u64,
-    /// Side of the square that a sample stands for.
+    /// Side of the square that a sample represents.
     pub sample_spacing_mm: f64,
     /// Area of the surface.
     pub area_mm2: f64,
-    /// What was found in the file of an uploaded surface.
+    /// Properties of the uploaded surface file.
     pub surface_mesh: Option<SurfaceMeshDoc>,
-    /// Samples that no tool reaches: they keep their stock.
+    /// Number of samples that no tool reaches: they keep their stock.
     pub uncut: u64,
-    /// Samples with more than `limit_um` left above the surface.
+    /// Number of samples with more than `limit_um` left above the surface.
     pub excess_over_limit: u64,
-    /// Samples cut deeper than `limit_um` below it.
+    /// Number of samples that are cut deeper than `limit_um` below the surface.
     pub gouge_over_limit: u64,
-    /// … of which by a rapid.
+    /// Number of these samples that a rapid cut.
     pub gouged_by_rapid: u64,
-    /// What may be left.
+    /// Largest residual that is not counted.
     pub limit_um: f64,
-    /// Most above the surface; null where nothing is.
+    /// Largest residual above the surface; null if there is none.
     pub max_excess: Option<WorstResidualDoc>,
-    /// Deepest below it; null where nothing is.
+    /// Deepest cut below the surface; null if there is none.
     pub max_gouge: Option<WorstResidualDoc>,
-    /// Line of the upload with the larger of both.
+    /// Line of the upload that left the larger of the two.
     pub worst_line: Option<u64>,
-    /// Root mean square of what is left where a tool came; null where none did.
+    /// Root mean square of the residuals where a tool came; null if no tool came.
     pub rms_um: Option<f64>,
-    /// Its mean.
+    /// Mean of the same residuals.
     pub mean_um: Option<f64>,
-    /// How many samples have how much left.
+    /// Histogram of the residuals.
     pub histogram: HistogramDoc,
     /// Height of the stock.
     pub stock_mm: f64,
-    /// Largest distance between a motion and the straight pieces that stood for it.
+    /// Largest distance between a motion and the straight pieces that replaced it.
     pub resolution_um: f64,
-    /// How sure the residuals are.
+    /// Accuracy of the residuals.
     pub convergence: ConvergenceDoc,
-    /// Straight pieces that the motions were divided into.
+    /// Number of straight pieces that the motions were divided into.
     pub pieces: u64,
-    /// What the caller should know.
+    /// Warnings to the caller.
     pub warnings: Vec<Warning>,
 }
 
@@ -297,24 +300,24 @@ impl HistogramDoc {
     }
 }
 
-/// What a verification was made of.
+/// The sources of a verification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerificationSources {
     /// Revision of the machine.
     pub machine_revision: i64,
     /// SHA-256 of the program.
     pub input_sha256: String,
-    /// SHA-256 of the part's surface, where it was uploaded.
+    /// SHA-256 of the part's surface, if it was uploaded.
     pub surface_sha256: Option<String>,
     /// SHA-256 of the table of residuals.
     pub residuals_sha256: String,
-    /// Side of the square that a sample stands for.
+    /// Side of the square that a sample represents.
     pub sample_spacing_mm: f64,
     /// Area of the surface.
     pub area_mm2: f64,
-    /// What was found in the file of an uploaded one.
+    /// Properties of the uploaded file.
     pub mesh: Option<MeshReport>,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     pub resolved: ResolvedInputs,
 }
 
@@ -330,7 +333,7 @@ impl VerificationReport {
         let contradicting = sources.mesh.map_or(0, |mesh| mesh.contradicting_normals);
         let contradiction = (contradicting > 0).then(|| Warning {
             kind: "contradicting_normals".to_owned(),
-            detail: "the file states normals against the winding of its facets; the winding says where the part is"
+            detail: "the file has normals that contradict the winding of their facets; the winding was used"
                 .to_owned(),
             count: contradicting,
             line: None,

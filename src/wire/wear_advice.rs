@@ -14,27 +14,27 @@ use crate::wear::{
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearAdviceRequest {
-    /// The cutter the program was made for.
+    /// The cutter that the program was made for.
     pub nominal_tool: ToolDoc,
     /// The cutter as measured.
     pub actual_tool: ToolDoc,
-    /// The program's step-over: chord between neighbouring contact points on the surface.
+    /// Step-over of the program: chord between neighbouring contact points on the surface.
     pub stepover_mm: f64,
     /// Form of the surface across the feed.
     pub surface: SurfaceKind,
-    /// Radius of the surface's normal curvature across the feed; not for a flat one.
+    /// Radius of the surface's normal curvature across the feed; leave it out for a flat surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_radius_mm: Option<f64>,
-    /// Inclination of the tool axis in the feed direction; needed where a cutter is no ball.
+    /// Inclination of the tool axis in the feed direction; needed if a cutter is not a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_deg: Option<f64>,
-    /// Least and largest angle between surface normal and tool axis in the program.
+    /// Smallest and largest angle between surface normal and tool axis in the program.
     #[serde(default = "any_contact")]
     #[schema(default = json!([0.0, 90.0]))]
     pub contact_angle_deg: Fixed<2>,
-    /// Height that may be left above the surface.
+    /// Scallop height that is allowed above the surface.
     pub allowed_scallop_um: f64,
-    /// Passes closer than this are not worth running; nine tenths of `stepover_mm` unless said.
+    /// Smallest step-over that is worth running; default nine tenths of `stepover_mm`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min_stepover_mm: Option<f64>,
 }
@@ -43,73 +43,75 @@ fn any_contact() -> Fixed<2> {
     Fixed([0.0, 90.0])
 }
 
-/// What to do.
+/// The recommended action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AdviceKind {
-    /// The program may run as it is.
+    /// Run the program as it is.
     Keep,
-    /// Compensate the program for the worn cutter, and run it.
+    /// Compensate the program for the worn cutter, then run it.
     Compensate,
-    /// Compensate, and make the program anew with this step-over.
+    /// Compensate, and make the program again with this step-over.
     ReduceStepover,
     /// Change the cutter.
     ChangeTool,
 }
 
-/// What one cutter leaves.
+/// The scallop that one cutter leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = WearOutlook)]
 pub struct OutlookDoc {
-    /// Scallop at the program's step-over; null where neighbouring passes do not meet.
+    /// Scallop at the program's step-over; null if neighbouring passes do not meet.
     pub scallop_height_um: Option<f64>,
-    /// Largest step-over that keeps the height allowed.
+    /// Largest step-over that keeps the allowed height.
     pub max_stepover_mm: f64,
 }
 
-/// Least and largest.
+/// Smallest and largest offset.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = WearOffset)]
 pub struct OffsetDoc {
-    /// Least.
+    /// Smallest offset.
     pub min_um: f64,
-    /// Largest.
+    /// Largest offset.
     pub max_um: f64,
 }
 
-/// Advice with the numbers it rests on.
+/// Advice, with the numbers that it is based on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearAdviceAnswer {
-    /// What to do, the cheapest that keeps the height.
+    /// The cheapest action that keeps the allowed height.
     pub advice: AdviceKind,
-    /// The same in a sentence.
+    /// The advice in a sentence.
     pub detail: String,
-    /// Step-over to run the worn cutter with; null where it has to be changed.
+    /// Step-over for the worn cutter; null if it must be changed.
     pub stepover_mm: Option<f64>,
-    /// Largest residual of the program as it is, worn cutter, scallop included; null where it cannot cut it.
+    /// Largest residual of the unchanged program with the worn cutter, scallop included; null if the cutter
+    /// cannot cut it.
     pub residual_before_um: Option<f64>,
-    /// Largest residual after the advice was taken; after a change that of the nominal cutter.
+    /// Largest residual if the advice is followed; after a tool change, the residual of the nominal cutter.
     pub residual_after_um: Option<f64>,
-    /// Offset along the normal that compensation takes away: + excess, − gouge.
+    /// Offset along the normal that compensation removes: + excess, − gouge.
     pub offset: OffsetDoc,
     /// The nominal cutter.
     pub nominal: OutlookDoc,
-    /// The worn cutter; null where it gouges a concave surface.
+    /// The worn cutter; null if it gouges a concave surface.
     pub actual: Option<OutlookDoc>,
-    /// Wear limit: smallest cutter radius, corner radius as worn, that keeps the height at the program's step-over; null
-    /// where no cutter does.
+    /// Wear limit: the smallest cutter radius, with the worn corner radius, that keeps the height at the
+    /// program's step-over. Null if no cutter does.
     pub min_tool_radius_mm: Option<f64>,
 }
 
-/// Ranges that are taken for real.
+/// Ranges that are accepted.
 const STEPOVER_RANGE_MM: [f64; 2] = [1e-6, 1e4];
 const SURFACE_RANGE_MM: [f64; 2] = [1e-6, 1e9];
 const ALLOWED_RANGE_UM: [f64; 2] = [1e-6, 1e6];
-/// Of the step-over: P3's five and ten per cent of wear stay above it, its twenty do not.
+/// As a share of the step-over: with five and ten per cent of wear, P3's values stay above it; with twenty
+/// per cent they do not.
 const LEAST_SHARE: f64 = 0.9;
 
 impl WearAdviceAnswer {
-    /// Whether this asks for more, or leaves more where it asks for the same.
+    /// Whether this advice asks for more, or asks for the same and leaves more.
     #[must_use]
     pub fn is_worse_than(&self, other: &Self) -> bool {
         let rank = |answer: &Self| match answer.advice {
@@ -118,22 +120,22 @@ impl WearAdviceAnswer {
             AdviceKind::ReduceStepover => 2,
             AdviceKind::ChangeTool => 3,
         };
-        // No residual at all is a cutter that cannot cut it.
+        // A missing residual means that the cutter cannot cut the surface.
         let left_um = |answer: &Self| answer.residual_before_um.unwrap_or(f64::INFINITY);
         (rank(self), left_um(self)) > (rank(other), left_um(other))
     }
 }
 
 impl WearAdviceRequest {
-    /// The advice.
+    /// Computes the advice.
     ///
     /// # Errors
-    /// Every bad value; what is wrong with the nominal cutter's cut.
+    /// Every bad value; faults of the nominal cutter's cut.
     pub fn solve(&self) -> Result<WearAdviceAnswer, Vec<Fault>> {
         let mut faults = FaultList::default();
         let question = self.to_core(&mut faults);
         faults.into_result()?;
-        // A question without faults has everything.
+        // A request without faults has all members.
         let Some(question) = question else { return Err(Vec::new()) };
         let found = advise(&question).map_err(|fault| vec![blame(&fault)])?;
         Ok(answer(&question, &found))
@@ -189,7 +191,7 @@ impl WearAdviceRequest {
     fn lead_deg(&self, wear: Option<&CutterWear>, faults: &mut FaultList) -> Option<f64> {
         let balls = wear.is_none_or(|wear| wear.nominal.is_ball() && wear.actual.is_ball());
         if self.lead_deg.is_none() && !balls {
-            let detail = "missing: a cutter that is no ball needs its lead angle";
+            let detail = "missing: a cutter that is not a ball needs its lead angle";
             faults.push(|| Fault::new("/lead_deg", detail));
             return None;
         }
@@ -197,7 +199,7 @@ impl WearAdviceRequest {
     }
 }
 
-/// The nominal cut was never good: its members, not those of the worn cutter.
+/// The nominal cut is already not possible: blame its members, not those of the worn cutter.
 fn blame(fault: &PassFault) -> Fault {
     let member = match fault {
         PassFault::Lead(_) => "/lead_deg",
@@ -251,7 +253,7 @@ fn sentence(question: &WearQuestion, found: &WearAdvice) -> String {
             format!("compensated, the program leaves {after_um:.1} µm instead of {before_um:.1} µm")
         }
         Advice::ReduceStepover => format!(
-            "compensated, and with passes {:.4} mm apart instead of {:.4} mm, it leaves {after_um:.1} µm",
+            "compensated, and with a step-over of {:.4} mm instead of {:.4} mm, the program leaves {after_um:.1} µm",
             found.stepover.unwrap_or_default().mm(),
             question.stepover.mm()
         ),
@@ -259,14 +261,14 @@ fn sentence(question: &WearQuestion, found: &WearAdvice) -> String {
             let why = match &found.actual {
                 None => "the worn cutter gouges this surface".to_owned(),
                 Some(worn) => format!(
-                    "the worn cutter would need passes {:.4} mm apart, and less than {:.4} mm are not worth running",
+                    "the worn cutter would need a step-over of {:.4} mm, but less than {:.4} mm is not worth running",
                     worn.largest_stepover.mm(),
                     question.least_stepover.mm()
                 ),
             };
             let new = if after_um > allowed_um {
                 format!(
-                    "; even the nominal one leaves {after_um:.1} µm, and keeps the height up to {:.4} mm",
+                    "; even the nominal cutter leaves {after_um:.1} µm, and keeps the height up to a step-over of {:.4} mm",
                     found.nominal.largest_stepover.mm()
                 )
             } else {

@@ -1,4 +1,4 @@
-//! Measured wear as it is posted and as it is kept.
+//! Measured wear as clients post it and as the service stores it.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,18 +10,18 @@ use utoipa::ToSchema;
 
 use super::{Fault, FaultList};
 
-/// What was measured of a cutter.
+/// The quantity that was measured on a cutter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WearQuantity {
-    /// How much smaller the cutter's radius is.
+    /// Decrease of the cutter's radius.
     Radius,
-    /// How wide the land of wear on the flank is.
+    /// Width of the wear land on the flank.
     Flank,
 }
 
 impl WearQuantity {
-    /// As it stands in documents.
+    /// The word in documents.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -30,7 +30,7 @@ impl WearQuantity {
         }
     }
 
-    /// The member of an entry that carries it.
+    /// The member of an entry that holds the quantity.
     #[must_use]
     pub const fn member(self) -> &'static str {
         match self {
@@ -46,21 +46,21 @@ impl WearQuantity {
     }
 }
 
-/// A measured wear: of the radius or of the flank, one of the two.
+/// A measured wear, either of the radius or of the flank.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearEntryRequest {
-    /// When (RFC 3339); not in the future.
+    /// Time of the measurement (RFC 3339); not in the future.
     #[schema(example = "2025-03-14T09:26:53Z", format = "date-time")]
     pub measured_at: String,
     /// Parts cut since this cutter was new.
     #[schema(example = 120, minimum = 0, maximum = 1_000_000_000)]
     pub parts_cut: i64,
-    /// How much smaller the radius is than that of the new cutter.
+    /// Decrease of the radius against the new cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 14.0, minimum = 0, maximum = 10_000)]
     pub radius_wear_um: Option<f64>,
-    /// Width of the land of wear on the flank.
+    /// Width of the wear land on the flank.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 10_000)]
     pub flank_wear_um: Option<f64>,
@@ -68,15 +68,15 @@ pub struct WearEntryRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.001, maximum = 1000)]
     pub standard_uncertainty_um: Option<f64>,
-    /// Which cutter in the tool's holder: a new or reground one gets a new name.
+    /// Id of the cutter in the tool's holder; a new or reground cutter gets a new id.
     #[serde(default = "first_cutter")]
     #[schema(default = "1", max_length = 100)]
     pub cutter_id: String,
-    /// Which edge, where several are measured.
+    /// Name of the edge, if several are measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 100)]
     pub edge: Option<String>,
-    /// What else is to be remembered.
+    /// Any note.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 2000)]
     pub note: Option<String>,
@@ -90,9 +90,9 @@ fn first_cutter() -> String {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum WearEntriesRequest {
-    /// One.
+    /// One entry.
     One(WearEntryRequest),
-    /// Many, all of which are kept or none.
+    /// Many entries; either all are stored or none.
     Many(Vec<WearEntryRequest>),
 }
 
@@ -124,58 +124,58 @@ impl<'de> Deserialize<'de> for WearEntriesRequest {
     }
 }
 
-/// That an entry was wrong.
+/// The withdrawal of a wrong entry.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Withdrawal {
-    /// When that was said.
+    /// Time of the withdrawal.
     pub withdrawn_at: String,
-    /// Why.
+    /// The reason.
     #[schema(example = "read the wrong flute")]
     pub reason: String,
 }
 
-/// A measured wear as it is kept.
+/// A measured wear as it is stored.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WearEntry {
-    /// The entry.
+    /// Id of the entry.
     #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub id: String,
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// The tool.
+    /// Id of the tool.
     #[schema(example = "T12")]
     pub tool_id: String,
-    /// The cutter in it.
+    /// Id of the cutter in the tool.
     #[schema(example = "1")]
     pub cutter_id: String,
-    /// The edge; null where the cutter was measured as a whole.
+    /// Name of the edge; null if the cutter was measured as a whole.
     pub edge: Option<String>,
-    /// When it was measured.
+    /// Time of the measurement.
     #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
-    /// When it was stored.
+    /// Time at which the entry was stored.
     #[schema(example = "2025-03-14T09:30:00.000Z")]
     pub created_at: String,
     /// Parts cut since the cutter was new.
     #[schema(example = 120)]
     pub parts_cut: u32,
-    /// Wear of the radius, where that was measured.
+    /// Wear of the radius, if it was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = 14.0)]
     pub radius_wear_um: Option<f64>,
-    /// Wear of the flank, where that was measured.
+    /// Wear of the flank, if it was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flank_wear_um: Option<f64>,
-    /// Its standard uncertainty; null where none was stated.
+    /// Standard uncertainty of the wear; null if none was stated.
     pub standard_uncertainty_um: Option<f64>,
-    /// What else was to be remembered.
+    /// Any note.
     pub note: Option<String>,
-    /// Where it turned out wrong: it is kept, and left out of trends.
+    /// The withdrawal of a wrong entry; the entry is kept but trends leave it out.
     pub withdrawn: Option<Withdrawal>,
 }
 
 impl WearEntry {
-    /// What was measured, and how much \[µm\].
+    /// The measured quantity and its value \[µm\].
     #[must_use]
     pub fn wear(&self) -> (WearQuantity, f64) {
         match (self.radius_wear_um, self.flank_wear_um) {
@@ -189,36 +189,36 @@ impl WearEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum WearEntriesAnswer {
-    /// One.
+    /// One entry.
     One(Box<WearEntry>),
-    /// Many.
+    /// Many entries.
     Many(Vec<WearEntry>),
 }
 
-/// Why an entry is wrong.
+/// The reason why an entry is wrong.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WithdrawalRequest {
-    /// In words.
+    /// The reason in words.
     #[schema(example = "read the wrong flute", min_length = 1, max_length = 2000)]
     pub reason: String,
 }
 
-/// Most entries in one request, and of one cutter.
+/// Most entries in one request, and most entries of one cutter.
 pub const MAX_WEAR_ENTRIES: usize = 10_000;
 /// Most edges of one cutter.
 pub const MAX_WEAR_EDGES: usize = 32;
 /// Most parts of one cutter.
 const MAX_PARTS: i64 = 1_000_000_000;
-/// Most wear taken for real \[µm\].
+/// Largest wear that is accepted \[µm\].
 const MAX_WEAR_UM: f64 = 10_000.0;
-/// Uncertainties taken for real \[µm\].
+/// Uncertainties that are accepted \[µm\].
 const UNCERTAINTY_UM: [f64; 2] = [1e-3, 1000.0];
 /// Longest name of a tool, a cutter, an edge, and longest note or reason \[characters\].
 const MAX_NAME: usize = 100;
 const MAX_TEXT: usize = 2000;
 
-/// A name of a tool, a cutter or an edge; a fault joins `faults`.
+/// Checks a name of a tool, a cutter or an edge; a fault is added to `faults`.
 pub fn check_name(pointer: impl FnOnce() -> String, name: &str, faults: &mut FaultList) {
     let length = name.chars().count();
     let sound =
@@ -233,19 +233,20 @@ pub fn check_name(pointer: impl FnOnce() -> String, name: &str, faults: &mut Fau
     }
 }
 
-/// A note or a reason; a fault joins `faults`.
+/// Checks a note or a reason; a fault is added to `faults`.
 fn check_text(pointer: impl FnOnce() -> String, text: &str, faults: &mut FaultList) {
     let length = text.chars().count();
     if !(1..=MAX_TEXT).contains(&length) || text.contains('\0') {
         faults.push(|| {
-            let detail = format!("{length} characters; a text has 1 to {MAX_TEXT}, and none of them is NUL");
+            let detail =
+                format!("{length} characters; a text must have 1 to {MAX_TEXT} characters without NUL");
             Fault::new(pointer(), detail)
         });
     }
 }
 
 impl WithdrawalRequest {
-    /// Faults join `faults`.
+    /// Faults are added to `faults`.
     pub fn check(&self, faults: &mut FaultList) {
         check_text(|| "/reason".to_owned(), &self.reason, faults);
     }
@@ -261,7 +262,7 @@ impl WearEntriesRequest {
         }
     }
 
-    /// Where the entry of this index stands.
+    /// The location of the entry with this index.
     #[must_use]
     pub fn pointer(&self, index: usize) -> String {
         match self {
@@ -270,13 +271,16 @@ impl WearEntriesRequest {
         }
     }
 
-    /// Everything that is wrong with the entries joins `faults`, but for their times.
+    /// Checks everything but the times; faults are added to `faults`.
     pub fn check(&self, faults: &mut FaultList) {
         let entries = self.entries();
         if !(1..=MAX_WEAR_ENTRIES).contains(&entries.len()) {
             let count = entries.len();
             faults.push(|| {
-                Fault::new("", format!("{count} entries; a request has 1 to {MAX_WEAR_ENTRIES} of them"))
+                Fault::new(
+                    "",
+                    format!("{count} entries; a request must have 1 to {MAX_WEAR_ENTRIES} entries"),
+                )
             });
         }
         let mut quantities: BTreeMap<&str, WearQuantity> = BTreeMap::new();
@@ -293,18 +297,21 @@ impl WearEntriesRequest {
     }
 }
 
-/// That a cutter's entries are of the other quantity.
+/// The fault that a cutter already has entries of the other quantity.
 #[must_use]
 pub fn other_quantity(cutter_id: &str, quantity: WearQuantity) -> String {
     let other = match quantity {
         WearQuantity::Radius => WearQuantity::Flank,
         WearQuantity::Flank => WearQuantity::Radius,
     };
-    format!("cutter {cutter_id:?} has entries of {}, and one history has one quantity", other.member())
+    format!(
+        "cutter {cutter_id:?} already has entries of {}, and one history can have only one quantity",
+        other.member()
+    )
 }
 
 impl WearEntryRequest {
-    /// What was measured, and how much \[µm\]; `None` where neither or both are given.
+    /// The measured quantity and its value \[µm\]; `None` if neither or both are given.
     #[must_use]
     pub fn wear(&self) -> Option<(WearQuantity, f64)> {
         match (self.radius_wear_um, self.flank_wear_um) {
@@ -324,11 +331,11 @@ impl WearEntryRequest {
                 faults.check_range(|| at(quantity.member()), wear_um, 0.0, MAX_WEAR_UM);
             }
             None if self.radius_wear_um.is_none() => faults.push(|| {
-                let detail = "an entry has radius_wear_um or flank_wear_um, and this one has neither";
+                let detail = "missing: an entry needs radius_wear_um or flank_wear_um";
                 Fault::new(at("radius_wear_um"), detail)
             }),
             None => faults.push(|| {
-                let detail = "an entry has radius_wear_um or flank_wear_um, and this one has both";
+                let detail = "an entry has either radius_wear_um or flank_wear_um, but this one has both";
                 Fault::new(at("flank_wear_um"), detail)
             }),
         }

@@ -1,4 +1,4 @@
-//! One number, or many: a question and its answer take the same form.
+//! One number or many: a request and its answer have the same form.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,17 +9,17 @@ use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaT
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
-/// One number for every element, or one for each.
+/// One number for all elements, or one number for each.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Numbers {
-    /// The same for all.
+    /// The same number for all elements.
     One(f64),
-    /// One for each.
+    /// One number for each element.
     Many(Vec<f64>),
 }
 
 impl Numbers {
-    /// How many there are, where there are many.
+    /// How many numbers there are, if there are many.
     #[must_use]
     pub fn count(&self) -> Option<usize> {
         match self {
@@ -28,7 +28,7 @@ impl Numbers {
         }
     }
 
-    /// The number of the element of this index; not a number where there is none.
+    /// The number of the element with this index; NaN if there is none.
     #[must_use]
     pub fn at(&self, index: usize) -> f64 {
         match self {
@@ -37,7 +37,7 @@ impl Numbers {
         }
     }
 
-    /// Every number written.
+    /// All numbers as written.
     #[must_use]
     pub fn written(&self) -> &[f64] {
         match self {
@@ -95,24 +95,24 @@ impl Serialize for Numbers {
     }
 }
 
-/// Answers in the form of the question; null where there is none.
+/// Answers in the form of the request; null if there is no answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Answers {
-    /// To a question of single numbers.
+    /// For a request with single numbers.
     One(Option<f64>),
-    /// To a question of many.
+    /// For a request with arrays.
     Many(Vec<Option<f64>>),
 }
 
 impl Answers {
-    /// The answers to a question with arrays, or the only one.
+    /// The answers to a request with arrays, or the only answer.
     #[must_use]
     pub fn of(many: bool, answers: Vec<Option<f64>>) -> Self {
         if many { Self::Many(answers) } else { Self::One(answers.first().copied().flatten()) }
     }
 
-    /// The answer to the element of this index.
+    /// The answer for the element with this index.
     #[must_use]
     pub fn at(&self, index: usize) -> Option<f64> {
         match self {

@@ -1,4 +1,4 @@
-//! The parts that are left to a limit, and what that rests on.
+//! The number of parts left until a limit, and the basis of this number.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -8,85 +8,86 @@ use crate::wear::{
     CutterLife, LifeEnds, LifeKind, STAGE_RATES, STAGES_PER_SPAN, STANDSTILL_OF_AGE, STANDSTILLS, WearCourse,
 };
 
-/// What can be told of the parts that are left.
+/// What the entries say about the parts that are left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PartsOutlookKind {
-    /// Where the limit is most likely reached.
+    /// The number of parts at which the limit is most likely reached is known.
     Predicted,
-    /// Nothing but an early end: of no edge it is sure that it still wears.
+    /// Only the early end is known: it is not sure that any edge still wears.
     NoRise,
-    /// The limit lies beyond three times the stretch that was measured.
+    /// The limit is beyond three times the measured range of parts.
     BeyondReach,
-    /// The newest entry of an edge is at the limit or over it.
+    /// The newest entry of an edge is at or over the limit.
     Passed,
-    /// No edge was measured at three numbers of parts.
+    /// No edge was measured at three different numbers of parts.
     TooFewEntries,
 }
 
-/// Numbers of parts; 95 % lie between the earliest and the latest.
+/// Numbers of parts; the true number is between the earliest and the latest with 95 %.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PartsInterval {
-    /// The early end; null beyond what can be told.
+    /// Early end; null if it is beyond the reach.
     pub earliest: Option<u64>,
-    /// As likely less as more, if the wear goes on as it does now; null where there is no telling.
+    /// Median estimate, if the wear continues as now; null if no estimate is possible.
     pub estimate: Option<u64>,
-    /// The late end; null beyond what can be told.
+    /// Late end; null if it is beyond the reach.
     pub latest: Option<u64>,
 }
 
-/// What the entries of one edge say of how they were measured and of how steadily the edge wears.
+/// What the entries of one edge say about the measurement and about how steadily the edge wears.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct EdgeBasis {
-    /// The edge; null where the cutter was measured as a whole.
+    /// Name of the edge; null if the cutter was measured as a whole.
     pub edge: Option<String>,
-    /// Entries used.
+    /// Number of entries that were used.
     pub entries: usize,
-    /// Different numbers of parts among them.
+    /// Number of different part counts among these entries.
     pub numbers_of_parts: usize,
-    /// Parts at the first of them.
+    /// Parts at the first part count.
     pub first_parts: u32,
-    /// Parts at the last of them: the stretch measured is from the first to here.
+    /// Parts at the last part count; the measured range is from the first to the last.
     pub last_parts: u32,
-    /// Standard deviation of a typical entry about the course.
+    /// Standard deviation of a typical entry about the fitted course.
     pub scatter_um: f64,
     /// Correlation of the errors of neighbouring entries, 0 to 0.7.
     pub correlation: f64,
-    /// How far the rate strays over the stretch measured (standard deviation), as a share of the reference rate.
+    /// Standard deviation of the rate over the measured range, as a share of the reference rate.
     pub rate_drift: f64,
-    /// The mean rate that drift and stages are measured by.
+    /// The mean rate, to which drift and stages refer.
     pub reference_rate_um_per_part: f64,
 }
 
-/// The stages of wear that may come, as the ends count on them: the same for every cutter, no entry shows them.
+/// Wear stages that may come, as the two ends take them into account. They are the same for every cutter; no
+/// entry shows them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct StageBasis {
-    /// New stages that begin in as many parts as the stretch measured, in the mean.
+    /// Mean number of new stages that begin in as many parts as the measured range.
     pub stages_per_stretch: f64,
-    /// Share of the new stages in which the wear nearly stands still.
+    /// Share of the new stages in which wear nearly stops.
     pub standstill_share: f64,
-    /// Mean length of these, as a share of the parts since the cutter was new.
+    /// Mean length of such a standstill, as a share of the parts since the cutter was new.
     pub standstill_of_age: f64,
-    /// Least and largest rate of any other new stage, over the reference rate.
+    /// Smallest and largest rate of any other new stage, divided by the reference rate.
     pub rate_ratios: [f64; 2],
 }
 
-/// What the numbers of parts rest on.
+/// The basis of the numbers of parts.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct OutlookBasis {
     /// The model: `straying-rate-with-stages`.
     #[schema(example = "straying-rate-with-stages")]
     pub model: &'static str,
-    /// The parts beyond which nothing is told.
+    /// Number of parts up to which an outlook is given.
     pub reach_parts: u64,
-    /// Each edge that the numbers are from.
+    /// The edges that the numbers come from.
     pub edges: Vec<EdgeBasis>,
-    /// The stages that may come.
+    /// The wear stages that may come.
     pub stages: StageBasis,
 }
 
 impl OutlookBasis {
-    /// What numbers from these edges and courses rest on, told up to `reach` parts.
+    /// The basis of the numbers from these edges and courses, up to `reach` parts.
     pub(super) fn of<'a>(edges: impl Iterator<Item = (Option<&'a str>, &'a WearCourse)>, reach: f64) -> Self {
         let edges = edges.map(|(edge, course)| {
             let basis = course.basis();
@@ -112,29 +113,30 @@ impl OutlookBasis {
     }
 }
 
-/// The parts that are left to the limit.
+/// The parts left until the limit.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct PartsOutlook {
-    /// What can be told.
+    /// What can be said.
     pub kind: PartsOutlookKind,
-    /// Counted from the newest entry; null where nothing can be told, and once the limit is passed.
+    /// Parts from the newest entry on; null if nothing can be said, or if the limit has been passed.
     pub parts_left: Option<PartsInterval>,
-    /// The same counted since the cutter was new.
+    /// Parts since the cutter was new.
     pub parts_at_limit: Option<PartsInterval>,
-    /// The narrower interval that holds as long as no new stage of wear begins, counted since the cutter was new: a rapid
-    /// stage or a standstill makes it wrong.
+    /// A narrower interval, in parts since the cutter was new. It is valid only while no new stage of wear
+    /// begins; a rapid stage or a standstill makes it wrong.
     pub parts_at_limit_in_this_stage: Option<PartsInterval>,
-    /// The edge that is most likely first, or that has passed; null where the cutter was measured as a whole too.
+    /// The edge that most likely reaches the limit first, or has passed it; null also if the cutter was
+    /// measured as a whole.
     pub first_edge: Option<String>,
-    /// What the numbers rest on; null where there are none.
+    /// Basis of the numbers; null if there are no numbers.
     pub basis: Option<OutlookBasis>,
-    /// The same in words, and why a number is missing.
+    /// The outlook in words, with the reason if a number is missing.
     #[schema(example = "150 µm are most likely reached at 271 parts, 21 more than now")]
     pub words: String,
 }
 
 impl PartsOutlook {
-    /// Without numbers.
+    /// An outlook without numbers.
     pub(super) fn without_numbers(kind: PartsOutlookKind, first_edge: Option<String>, words: String) -> Self {
         Self {
             kind,
@@ -147,7 +149,7 @@ impl PartsOutlook {
         }
     }
 
-    /// What the life of a cutter tells, `now` being the parts at its newest entry.
+    /// The outlook from the life of a cutter; `now` is the number of parts at its newest entry.
     pub(super) fn told(
         life: &CutterLife,
         limit_um: f64,
@@ -169,7 +171,7 @@ impl PartsOutlook {
         };
         let reach = basis.reach_parts;
         let ends = format!(
-            "Whatever stage of wear comes next, it is {} (95 %). If no new stage begins, it is {}",
+            "With any next stage of wear it is {} (95 %). If no new stage begins, it is {}",
             between(&at, reach),
             between(&in_this_stage, reach)
         );
@@ -185,13 +187,13 @@ impl PartsOutlook {
             }
             LifeKind::NoRise => {
                 let words = format!(
-                    "it is less than 90 % sure that the wear still grows: nobody can tell when {limit_um} µm are reached. {ends}"
+                    "it is less than 90 % sure that the wear still grows, so no number of parts can be given for {limit_um} µm. {ends}"
                 );
                 (PartsOutlookKind::NoRise, words)
             }
             LifeKind::BeyondReach => {
                 let words = format!(
-                    "{limit_um} µm are most likely reached after {reach} parts: the stretch that was measured tells no farther. {ends}"
+                    "{limit_um} µm are most likely reached after {reach} parts: the measured range does not allow a longer outlook. {ends}"
                 );
                 (PartsOutlookKind::BeyondReach, words)
             }
@@ -208,14 +210,16 @@ impl PartsOutlook {
     }
 }
 
-/// Both ends in words.
+/// Both ends, in words.
 fn between(interval: &PartsInterval, reach: u64) -> String {
     match (interval.earliest, interval.latest) {
         (Some(earliest), Some(latest)) => format!("between {earliest} and {latest} parts"),
         (Some(earliest), None) => {
-            format!("not before {earliest} parts, with no late end up to {reach} parts, where telling ends")
+            format!(
+                "not before {earliest} parts, with no late end up to {reach} parts, where the outlook ends"
+            )
         }
-        (None, _) => format!("not before {reach} parts, where telling ends"),
+        (None, _) => format!("not before {reach} parts, where the outlook ends"),
     }
 }
 
@@ -224,7 +228,7 @@ pub(super) fn named(edge: Option<&str>) -> String {
     edge.map(|edge| format!(" of edge {edge}")).unwrap_or_default()
 }
 
-/// Whole parts below a number of them: what is cut when it is reached.
+/// The whole number of parts that are finished at this number of parts.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 4e9")]
 fn whole(parts: f64) -> u64 {
     parts.max(0.0) as u64

@@ -14,29 +14,29 @@ use crate::process::{self, ContactSource, CurvatureAcross, ProgramSetup, WornCut
 use crate::units::{Angle, Length};
 use crate::wear::{WearTable, WearTableFault};
 
-/// Which part of the cutter makes the surface.
+/// Part of the cutter that makes the surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Milling {
-    /// Its end.
+    /// The end of the cutter.
     #[default]
     End,
-    /// Its flank.
+    /// The flank of the cutter.
     Side,
 }
 
-/// Which length stands in the control while the written program runs.
+/// Length that the control has while the written program runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LengthInControl {
-    /// That of the nominal cutter; every point moves by what the worn one is shorter.
+    /// The length of the nominal cutter; every point moves by the missing length of the worn cutter.
     #[default]
     Nominal,
-    /// That of the worn cutter; only head axes without tool centre point control have to be told.
+    /// The length of the worn cutter; only head axes without tool centre point control need it.
     Measured,
 }
 
-/// Wear that differs along the corner: deviations over the contact angle, linear in between.
+/// Wear that varies along the corner: deviations over the contact angle, linear between the entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = WearTable)]
@@ -44,96 +44,101 @@ pub struct WearTableDoc {
     /// Angles between surface normal and tool axis, rising from 0 to at most 90.
     #[schema(example = json!([0.0, 45.0, 90.0]))]
     pub contact_angle_deg: Vec<f64>,
-    /// How much farther out the cutter's surface lies than the nominal corner; negative where worn.
+    /// How far the cutter's surface is outside the nominal corner; negative for wear.
     #[schema(example = json!([-5.0, -30.0, -12.0]))]
     pub deviation_um: Vec<f64>,
 }
 
-/// Where the wear of a cutter comes from.
+/// Source of a cutter's wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WearFrom {
-    /// The machine's wear entries: of the cutter named the newest ones that were not withdrawn.
+    /// The machine's wear entries: the newest entries of the named cutter that are not withdrawn.
     Entries,
 }
 
-/// The wear of a cutter in the machine's tool table, by its entries: the actual radius is the nominal one less the most of
-/// `radius_wear_um` over its edges. A length never follows from them.
+/// The wear of a cutter in the machine's tool table, from its entries: actual radius = nominal radius − the
+/// largest `radius_wear_um` of its edges. Entries never give a length.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearSource {
-    /// Where the wear comes from.
+    /// Source of the wear.
     pub from: WearFrom,
-    /// Which cutter is in the holder.
+    /// Id of the cutter in the holder.
     #[schema(example = "1", max_length = 100)]
     pub cutter_id: String,
 }
 
 program_parameters! {
-/// What the compensation for a worn cutter needs to know.
+/// Parameters of the compensation for a worn cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WearParameters {
-    /// The cutter the program was made for; that of the machine's tool table when absent.
+    /// The cutter that the program was made for. If it is absent, the machine's tool table gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal_tool: Option<ToolDoc>,
-    /// The cutter as measured; this, `wear_table` or `wear`.
+    /// The cutter as measured. Give `actual_tool`, `wear_table` or `wear`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actual_tool: Option<ToolDoc>,
-    /// The wear by the machine's entries, in place of `actual_tool`: both cutters are then the tool table's.
+    /// The wear from the machine's entries, instead of `actual_tool`; the tool table then gives both cutters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<WearSource>,
-    /// Wear along the corner, for end milling.
+    /// Wear along the corner; for end milling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear_table: Option<WearTableDoc>,
-    /// Which part of the cutter makes the surface.
+    /// Part of the cutter that makes the surface.
     #[serde(default)]
     pub milling: Milling,
-    /// Which length the control has; `nominal` where both lengths are given.
+    /// Length that the control has; default `nominal` if both lengths are given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_in_control: Option<LengthInControl>,
-    /// Where the cutter contact comes from; the tip is none here.
+    /// Where the cutter contact comes from; `tip` is not possible here.
     #[serde(default)]
     pub contact: Contact,
-    /// Millimetres of one unit of the uploaded surface: 25.4 for inches; 1 unless said.
+    /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// How far facets of the uploaded surface may stand off the smooth one that they stand for; 10 unless said.
+    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// A cutter touches the uploaded surface where it is no farther above or inside its facets; 100 unless said.
+    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
+    /// 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// Where the feed turns by more than this, an assumed contact (`feed-plane`) belongs to another pass.
+    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
+    /// (`feed-plane`).
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
-    /// The fastest F that is written: a block whose parts would need more stays as it is. The machine's `max_feed_mm_per_min`
-    /// when absent, and where that is not stated ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
+    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
-    /// Whether a program that leaves changed says so in a comment.
+    /// Whether a changed program gets a comment that says so.
     #[serde(default)]
     #[schema(default = "comment")]
     pub stamp: StampForm,
-    /// Do the steps `cc` and `singularity` again to a program that bears their stamp. Steps that move ends are never repeated.
+    /// Apply the steps `cc` and `singularity` again to a program that already has their stamp. Steps that
+    /// move ends are never repeated.
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// For the advice in the report, with `stepover_mm`: height that may be left above the surface.
+    /// For the advice in the report, with `stepover_mm`: the scallop height that is allowed above the
+    /// surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_scallop_um: Option<f64>,
-    /// For the advice: the program's step-over.
+    /// For the advice: step-over of the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepover_mm: Option<f64>,
-    /// For the advice: form of the surface across the feed; unless said as measured from the uploaded one, else flat.
+    /// For the advice: form of the surface across the feed. Default: as measured from the uploaded surface,
+    /// else flat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceKind>,
     /// For the advice: radius of the surface across the feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_radius_mm: Option<f64>,
-    /// For the advice: inclination of the tool axis in the feed direction, where a cutter is no ball.
+    /// For the advice: inclination of the tool axis in the feed direction, if a cutter is not a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_deg: Option<f64>,
 }
@@ -143,7 +148,8 @@ pub struct WearParameters {
 const MAX_ENTRIES: usize = 1000;
 
 impl WearFindings {
-    /// Motions that were looked at: those whose contact was found, or those that moved by the length alone where they are more.
+    /// Number of checked motions: those whose contact was found, or those moved by the length alone if these
+    /// are more.
     #[must_use]
     pub const fn motions_checked(&self) -> u64 {
         let contacts = self.contacts_kept + self.contacts_assumed;
@@ -152,7 +158,7 @@ impl WearFindings {
 }
 
 impl WearParameters {
-    /// Those of a program made for this cutter, everything else as where it is not stated.
+    /// The parameters of a program made for this cutter, with defaults for everything else.
     #[must_use]
     pub fn of(nominal_tool: Option<ToolDoc>) -> Self {
         Self {
@@ -197,8 +203,8 @@ impl WearParameters {
         }
     }
 
-    /// The parameters in the core's terms, the part and the program's set-up apart; `has_part` says whether the part came with the
-    /// program.
+    /// The parameters in the core's terms, without the part and the set-up of the program; `has_part` says
+    /// whether the part came with the program.
     ///
     /// # Errors
     /// Every bad value, with its pointer.
@@ -227,7 +233,7 @@ impl WearParameters {
         })
     }
 
-    /// The cutter that cuts; `None` where the machine's entries say so.
+    /// The cutter that cuts; `None` if the machine's entries give it.
     fn worn(&self, faults: &mut FaultList) -> Option<WornCutter> {
         if let Some(source) = &self.wear {
             self.check_source(source, faults);
@@ -248,12 +254,12 @@ impl WearParameters {
                 table.to_core(faults).map(WornCutter::Table)
             }
             (Some(_), Some(_)) => {
-                let detail = "the worn cutter is told by actual_tool or by wear_table, not by both";
+                let detail = "give the worn cutter as actual_tool or as wear_table, not as both";
                 faults.push(|| Fault::new("/wear_table", detail));
                 None
             }
             (None, None) => {
-                let detail = "missing: the cutter as measured, a wear_table, or wear with the cutter_id of the machine's wear entries";
+                let detail = "missing: give the cutter as measured, a wear_table, or wear with a cutter_id that has wear entries";
                 faults.push(|| Fault::new("/actual_tool", detail));
                 None
             }
@@ -267,19 +273,20 @@ impl WearParameters {
             ("wear_table", self.wear_table.is_some()),
         ] {
             if is_there {
-                let detail = "with wear from the entries both cutters are the machine's: leave it out";
+                let detail =
+                    "wear from the entries takes both cutters from the machine; leave this member out";
                 faults.push(|| Fault::new(format!("/{name}"), detail));
             }
         }
         check_name(|| "/wear/cutter_id".to_owned(), &source.cutter_id, faults);
     }
 
-    /// ΔL and who knows of it: without both lengths there is none.
+    /// ΔL and who knows it; without both lengths it is missing.
     fn length(&self, faults: &mut FaultList) -> (Length, process::LengthInControl) {
         let length_mm = |tool: Option<ToolDoc>| tool.and_then(|tool| tool.length_mm);
         let lengths = length_mm(self.nominal_tool).zip(length_mm(self.actual_tool));
         if lengths.is_none() && self.length_in_control.is_some() {
-            let detail = "needs length_mm of both cutters";
+            let detail = "needs length_mm of both cutters; give both or leave this member out";
             faults.push(|| Fault::new("/length_in_control", detail));
         }
         let shorter_by = Length::from_mm(lengths.map_or(0.0, |(full, left)| full - left));
@@ -316,14 +323,14 @@ impl WearParameters {
             ("lead_deg", self.lead_deg.is_some()),
         ] {
             if given && !asked {
-                let detail = "only serves the advice, which needs allowed_scallop_um and stepover_mm";
+                let detail = "is used only for the advice, which needs allowed_scallop_um and stepover_mm";
                 faults.push(|| Fault::new(format!("/{name}"), detail));
             }
         }
         if !asked {
             return;
         }
-        let missing = |name: &str| Fault::new(format!("/{name}"), "missing: the advice needs it");
+        let missing = |name: &str| Fault::new(format!("/{name}"), "missing: the advice needs this member");
         for (name, given) in [
             ("allowed_scallop_um", self.allowed_scallop_um.is_some()),
             ("stepover_mm", self.stepover_mm.is_some()),
@@ -334,7 +341,7 @@ impl WearParameters {
                 faults.push(|| missing(name));
             }
         }
-        // What is wrong with the cutters has been said.
+        // The faults of the cutters have already been reported.
         if !faults.is_empty() {
             return;
         }
@@ -363,8 +370,8 @@ impl WearParameters {
         })
     }
 
-    /// The advice for the contacts of a program, where it was asked for: for the surface as it was stated, else for
-    /// the worst of the curvatures measured, else for a flat one.
+    /// The advice for the contacts of a program, if it was requested: for the stated surface, else for the
+    /// worst measured curvature, else for a flat surface.
     #[must_use]
     pub fn advice(
         &self,
@@ -389,7 +396,7 @@ impl WearTableDoc {
         let (angles, deviations) = (&self.contact_angle_deg, &self.deviation_um);
         if angles.len() != deviations.len() || angles.len() > MAX_ENTRIES {
             let detail = format!(
-                "{} angles and {} deviations; there are as many of both, and at most {MAX_ENTRIES}",
+                "{} angles and {} deviations; give as many of each, at most {MAX_ENTRIES}",
                 angles.len(),
                 deviations.len()
             );
@@ -418,13 +425,13 @@ impl WearTableDoc {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurvatureAcrossFeed)]
 pub struct CurvatureDoc {
-    /// Least radius where the part is convex; null where it nowhere is.
+    /// Smallest radius where the part is convex; null if it is nowhere convex.
     pub convex_radius_mm: Option<f64>,
-    /// Line of the upload that ends there.
+    /// Line of the upload whose motion ends there.
     pub convex_line: Option<u64>,
-    /// Least radius where it is concave; null where it nowhere is.
+    /// Smallest radius where the part is concave; null if it is nowhere concave.
     pub concave_radius_mm: Option<f64>,
-    /// Line of the upload that ends there.
+    /// Line of the upload whose motion ends there.
     pub concave_line: Option<u64>,
 }
 
@@ -440,21 +447,22 @@ impl From<&CurvatureAcross> for CurvatureDoc {
     }
 }
 
-/// How much of a program an assumed contact says anything about: the motions at feed, and their length.
+/// How much of a program an assumed contact covers: the motions at feed, and their length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AssumedContacts)]
 pub struct AssumptionDoc {
     /// Straight motions at feed.
     pub cuts: u64,
-    /// Of these, the ones at whose end a contact is assumed: what the cutter leaves there can be compensated at all.
+    /// Motions at whose end a contact is assumed; only there can the cutter's residual be compensated.
     pub compensated: u64,
-    /// The feed leaves the contact open: the tool plunges, or is fed across its axis, as along a wall or on a floor.
+    /// Motions whose feed direction does not determine the contact: the tool plunges, or moves across its
+    /// axis, as along a wall or on a floor.
     pub open: u64,
-    /// No rotary axis turns next to the point, and nothing is assumed.
+    /// Motions next to whose end no rotary axis turns; nothing is assumed there.
     pub not_turning: u64,
-    /// Way of the tip in all of these cuts.
+    /// Path length of the tip in all of these cuts.
     pub path_mm: f64,
-    /// Way of the tip in those that are compensated.
+    /// Path length of the tip in the compensated cuts.
     pub compensated_path_mm: f64,
 }
 
@@ -472,71 +480,71 @@ impl From<&process::Assumption> for AssumptionDoc {
     }
 }
 
-/// What the compensation for a worn cutter found and did.
+/// Results of the compensation for a worn cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearFindings {
-    /// Form the text was read in.
+    /// Dialect in which the text was read.
     pub dialect: Dialect,
-    /// What the control was taken to interpolate: `tcp` where the program switches it on or the parameter says so.
+    /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
-    /// Where the cutter contact came from.
+    /// Source of the cutter contact.
     pub contact: Contact,
-    /// Blocks of the upload.
+    /// Number of blocks in the upload.
     pub blocks_in: u64,
-    /// Blocks of the answer; more only by blocks with F alone before calls.
+    /// Number of blocks in the answer; there are more only because of blocks with F alone before calls.
     pub blocks_out: u64,
-    /// Blocks whose bytes changed.
+    /// Number of blocks whose bytes changed.
     pub blocks_changed: u64,
-    /// Motions at whose end a contact was found, and kept.
+    /// Number of motions at whose end a contact was found and kept.
     pub contacts_kept: u64,
-    /// Motions at whose end a contact was assumed from the feed, and the assumed one kept.
+    /// Number of motions at whose end a contact was assumed from the feed and kept.
     #[serde(default)]
     pub contacts_assumed: u64,
-    /// With an assumed contact: of how much of the program it says anything at all. Null with a stated one.
+    /// For an assumed contact: how much of the program it covers. Null for a stated contact.
     #[serde(default)]
     pub assumption: Option<AssumptionDoc>,
-    /// Motions that end elsewhere in the answer.
+    /// Number of motions that end at another point in the answer.
     pub motions_shifted: u64,
-    /// Blocks whose F was lowered, so that none runs faster than the source's.
+    /// Number of blocks whose F was lowered, so that no block runs faster than in the source.
     pub feeds_lowered: u64,
-    /// Blocks that only got the source's F word back, behind such ones.
+    /// Number of blocks that only got the source's F word back, after such blocks.
     pub feeds_restored: u64,
     /// Largest shift of a tip.
     pub max_shift_um: f64,
-    /// Line of the upload with it; null where nothing moved.
+    /// Line of the upload with this shift; null if nothing moved.
     pub max_shift_line: Option<u64>,
-    /// Least and largest angle between surface normal and tool axis; null without a contact.
+    /// Smallest and largest angle between surface normal and tool axis; null without a contact.
     pub contact_angle_deg: Option<Fixed<2>>,
-    /// How tightly the uploaded surface is curved across the feed at the contacts; null without one.
+    /// Tightest curvature of the uploaded surface across the feed at the contacts; null without a surface.
     pub curvature: Option<CurvatureDoc>,
-    /// What the worn cutter leaves along the normal with the program as it was, scallops apart.
+    /// Residual of the worn cutter along the normal with the unchanged program, without scallops.
     pub before: DeviationSummary,
-    /// Distance of the worn cutter's contact from the nominal one's, from the text that was written. What rests on an assumed contact
-    /// is as before.
+    /// Distance between the contacts of the worn and the nominal cutter, computed from the written text.
+    /// Values that depend on an assumed contact are as in `before`.
     pub after: DeviationSummary,
-    /// With an assumed contact: what `after` is if the assumption is right.
+    /// For an assumed contact: the values of `after` if the assumption is right.
     #[serde(default)]
     pub after_if_assumed: Option<DeviationSummary>,
-    /// Chords between contacts, summed.
+    /// Sum of the chords between contacts.
     pub cc_path_length_mm: f64,
-    /// Both along the path.
+    /// Both deviations along the path.
     pub series: DeviationSeries,
-    /// What to do about the scallops, for the contacts of this program; null where it was not asked for.
+    /// Advice about the scallops for the contacts of this program; null if it was not requested.
     pub advice: Option<WearAdviceAnswer>,
-    /// What the caller should know.
+    /// Warnings to the caller.
     pub warnings: Vec<Warning>,
 }
 
 /// The report of a compensation for a worn cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearReport {
-    /// What it was computed from.
+    /// The data that the result was computed from.
     #[serde(flatten)]
     pub provenance: Provenance,
-    /// What it rests on beside its parameters.
+    /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// What was found and done.
+    /// Results.
     #[serde(flatten)]
     pub findings: WearFindings,
 }

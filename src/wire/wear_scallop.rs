@@ -1,4 +1,4 @@
-//! Scallop heights: the question in single numbers or arrays, the answer in the same form.
+//! Scallop heights: the request has single numbers or arrays, and the answer has the same form.
 
 use std::ops::ControlFlow;
 
@@ -14,11 +14,11 @@ use crate::wear::{CutterPass, LEAD_RANGE_DEG, PassFault, ScallopQuantity, Surfac
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceKind {
-    /// Bulges toward the tool.
+    /// The surface bulges toward the tool.
     Convex,
-    /// Hollow; not narrower than the tool.
+    /// The surface is hollow; its radius is not smaller than the tool's.
     Concave,
-    /// No curvature.
+    /// The surface has no curvature.
     Flat,
 }
 
@@ -33,7 +33,7 @@ impl SurfaceKind {
         }
     }
 
-    /// As the contract calls it.
+    /// The word in the contract.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -44,8 +44,8 @@ impl SurfaceKind {
     }
 }
 
-/// Passes of a cutter beside each other. Every number may be an array: all arrays of one length, single numbers count
-/// for every element.
+/// Neighbouring passes of a cutter. Every number may be an array: all arrays have the same length, and a
+/// single number is used for every element.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScallopRequest {
@@ -53,35 +53,35 @@ pub struct ScallopRequest {
     pub stepover_mm: Numbers,
     /// Radius of the ball, or of the cutter.
     pub tool_radius_mm: Numbers,
-    /// Corner radius of a bull-nose cutter, 0 for a flat one; a ball where it is left out.
+    /// Corner radius of a bull-nose cutter, 0 for a flat cutter; if it is absent, the cutter is a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<Numbers>,
-    /// Inclination of the tool axis in the feed direction; needed where the cutter is no ball.
+    /// Inclination of the tool axis in the feed direction; needed if the cutter is not a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_deg: Option<Numbers>,
     /// Form of the surface across the feed.
     pub surface: SurfaceKind,
-    /// Radius of the surface's normal curvature across the feed; not for a flat one.
+    /// Radius of the surface's normal curvature across the feed; leave it out for a flat surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_radius_mm: Option<Numbers>,
-    /// Height allowed: also asks for the largest step-over and the smallest tool.
+    /// Allowed height. If it is given, the answer also has the largest step-over and the smallest tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_scallop_um: Option<Numbers>,
 }
 
-/// What the passes leave.
+/// The scallop that the passes leave.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct ScallopAnswer {
     /// Height of the scallop between neighbouring passes, above the surface.
     pub scallop_height_um: Answers,
-    /// Radius with which the cutter cuts across the feed; where a corner radius was given.
+    /// Radius with which the cutter cuts across the feed; only if a corner radius was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_radius_mm: Option<Answers>,
-    /// Largest step-over that leaves the height allowed.
+    /// Largest step-over that keeps the allowed height.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_stepover_mm: Option<Answers>,
-    /// Smallest cutter radius that leaves the height allowed at this step-over, with the same corner radius and lead;
-    /// null where no cutter does.
+    /// Smallest cutter radius that keeps the allowed height at this step-over, with the same corner radius
+    /// and lead angle; null if no cutter does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_tool_radius_mm: Option<Answers>,
 }
@@ -94,13 +94,14 @@ const LEAD: &str = "lead_deg";
 const SURFACE_RADIUS: &str = "surface_radius_mm";
 const ALLOWED: &str = "allowed_scallop_um";
 
-/// Ranges that are taken for real: lengths from a nanometre, and surfaces up to where they are planes. \[mm\]
+/// Ranges that are accepted: lengths from a nanometre, and surface radii up to a practically flat surface.
+/// \[mm\]
 const STEPOVER_RANGE_MM: [f64; 2] = [0.0, 1e6];
 const SURFACE_RANGE_MM: [f64; 2] = [1e-6, 1e9];
-/// Heights that somebody may allow \[µm\].
+/// Accepted values of the allowed height \[µm\].
 const ALLOWED_RANGE_UM: [f64; 2] = [0.0, 1e9];
 
-/// One element of a question.
+/// One element of a request.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Element {
     pub(super) pass: CutterPass,
@@ -108,7 +109,7 @@ pub(super) struct Element {
 }
 
 impl ScallopRequest {
-    /// How many elements there are; 1 without arrays.
+    /// The number of elements; 1 without arrays.
     #[must_use]
     pub fn count(&self) -> usize {
         self.members().filter_map(|(_, numbers)| numbers.count()).max().unwrap_or(1)
@@ -127,10 +128,11 @@ impl ScallopRequest {
             .chain(perhaps.into_iter().filter_map(|(name, numbers)| Some((name, numbers.as_ref()?))))
     }
 
-    /// Every height, with largest step-overs and smallest tools where a height is allowed. `stop` is asked now and then.
+    /// Computes every height, and the largest step-overs and smallest tools if a height is allowed. `stop` is
+    /// called from time to time.
     ///
     /// # Errors
-    /// Every bad element; nothing where it was stopped.
+    /// Every bad element; no fault if it was stopped.
     pub fn solve(&self, stop: &dyn Fn() -> ControlFlow<()>) -> Result<Option<ScallopAnswer>, Vec<Fault>> {
         let mut faults = FaultList::default();
         self.check_form(&mut faults);
@@ -162,7 +164,7 @@ impl ScallopRequest {
                 }
                 Err((members, detail)) => {
                     let pointer = self.pointer(members, index);
-                    // Single numbers are as wrong for every element: that is said once.
+                    // A bad single number is bad for every element: it is reported once.
                     let single = !pointer.ends_with(&format!("/{index}"));
                     if !(single && said) {
                         said |= single;
@@ -181,7 +183,7 @@ impl ScallopRequest {
         }))
     }
 
-    /// Arrays of one length; a radius for a curved surface and none for a flat one.
+    /// Checks that arrays have one length, and that a curved surface has a radius and a flat one has none.
     fn check_form(&self, faults: &mut FaultList) {
         let count = self.count();
         let longest = self.members().find(|(_, numbers)| numbers.count() == Some(count));
@@ -190,7 +192,10 @@ impl ScallopRequest {
                 && own != count
             {
                 faults.push(|| {
-                    Fault::new(format!("/{name}"), format!("{own} numbers, where {other} has {count}"))
+                    Fault::new(
+                        format!("/{name}"),
+                        format!("{own} numbers, but {other} has {count}; arrays need the same length"),
+                    )
                 });
             }
         }
@@ -206,7 +211,7 @@ impl ScallopRequest {
         }
     }
 
-    /// Every number written, each in its own range.
+    /// Checks every number as written, each in its own range.
     fn check_ranges(&self, faults: &mut FaultList) {
         for (name, numbers) in self.members() {
             let [min, max] = range(name);
@@ -227,7 +232,7 @@ impl ScallopRequest {
         })
     }
 
-    /// The place of a fault: of these members the first that is an array, else the first.
+    /// The location of a fault: the first of these members that is an array, else the first.
     fn pointer(&self, members: &[&'static str], index: usize) -> String {
         let is_array = |name: &&&str| {
             self.members().any(|(member, numbers)| member == **name && numbers.count().is_some())
@@ -238,7 +243,7 @@ impl ScallopRequest {
         }
     }
 
-    /// One element, all of it.
+    /// One complete element.
     pub(super) fn element(&self, index: usize) -> Result<Element, Blame> {
         let at = |numbers: &Option<Numbers>| numbers.as_ref().map(|numbers: &Numbers| numbers.at(index));
         let radius_mm = self.tool_radius_mm.at(index);
@@ -254,7 +259,10 @@ impl ScallopRequest {
             Some(lead_deg) => lead_deg,
             None if tool.is_ball() => LEAD_RANGE_DEG[1],
             None => {
-                return Err((&[LEAD], "missing: a cutter that is no ball needs its lead angle".to_owned()));
+                return Err((
+                    &[LEAD],
+                    "missing: a cutter that is not a ball needs its lead angle".to_owned(),
+                ));
             }
         };
         let surface =
@@ -278,7 +286,7 @@ impl ScallopRequest {
     }
 }
 
-/// Members to blame, the first of them most, and what is wrong.
+/// The members to blame, most likely first, and the fault.
 pub(super) type Blame = (&'static [&'static str], String);
 
 fn blame(fault: PassFault) -> Blame {

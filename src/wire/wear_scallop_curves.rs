@@ -1,4 +1,4 @@
-//! Curves of scallop heights through the elements of a question.
+//! Curves of scallop heights through the elements of a request.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::plot::ScallopCurve;
 use crate::units::Length;
 use crate::wear::{CutterPass, Surface};
 
-/// What a curve of scallop heights runs over.
+/// The variable of a curve of scallop heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScallopAxis {
@@ -27,15 +27,15 @@ pub enum ScallopAxis {
 const MAX_CURVES: usize = 6;
 const CURVE_POINTS: u32 = 96;
 const MAX_DOTS: usize = 400;
-/// Elements looked at for a figure, evenly chosen \[count\].
+/// Most elements that a figure uses, evenly chosen \[count\].
 const MAX_ELEMENTS: usize = 10_000;
-/// A curve runs on past what was asked by this share.
+/// A curve extends beyond the requested values by this share.
 const BEYOND: f64 = 0.25;
 
 impl ScallopRequest {
-    /// Curves of the height \[µm\] through the elements of a question that was answered, with the elements as dots:
-    /// elements that differ in nothing but what the curves run over share one. Of many curves as many as there are
-    /// colours, evenly chosen; and how many there are.
+    /// Curves of the height \[µm\] through the elements of an answered request, with the elements as dots.
+    /// Elements that differ only in the variable share a curve. If there are more curves than colours, they
+    /// are chosen evenly. The number is the count of all curves.
     #[must_use]
     pub fn curves(&self, answer: &ScallopAnswer, axis: ScallopAxis) -> (Vec<ScallopCurve>, usize) {
         let step = self.count().div_ceil(MAX_ELEMENTS).max(1);
@@ -68,7 +68,7 @@ impl ScallopRequest {
     }
 }
 
-/// What elements of one curve have in common.
+/// The values that the elements of one curve have in common.
 fn key(element: &Element, axis: ScallopAxis) -> [u64; 5] {
     let CutterPass { tool, lead, surface } = element.pass;
     let radius_mm = match surface {
@@ -110,7 +110,7 @@ fn curve(members: &[&(Element, f64)], axis: ScallopAxis) -> Option<ScallopCurve>
         };
         height.ok().map(Length::um)
     };
-    // Places that cannot be cut are left out: they lie at the ends.
+    // Points that cannot be cut are left out; they are at the ends.
     let line = (0..=CURVE_POINTS)
         .filter_map(|k| {
             let place_mm = from_mm + (to_mm - from_mm) * f64::from(k) / f64::from(CURVE_POINTS);

@@ -1,4 +1,4 @@
-//! A cutter of a question about wear.
+//! A cutter in a request about wear.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -16,19 +16,20 @@ pub struct ToolDoc {
     /// Cutter radius.
     #[schema(example = 5.0)]
     pub radius_mm: f64,
-    /// Corner radius: the radius for a ball (where it is left out), 0 for a flat cutter.
+    /// Corner radius: equal to the radius for a ball (the default), 0 for a flat cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
-    /// Length. Given for both cutters, the control keeps the nominal one; else it has the measured one.
+    /// Length. If both cutters have one, the control keeps the nominal length; else it has the measured
+    /// length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_mm: Option<f64>,
 }
 
-/// Longest tool taken for real \[mm\].
+/// Longest tool that is accepted \[mm\].
 const MAX_LENGTH_MM: f64 = 10_000.0;
 
 impl ToolDoc {
-    /// The cutter; faults join `faults` under `pointer`.
+    /// The cutter; faults are added to `faults` under `pointer`.
     pub fn to_core(self, pointer: &str, faults: &mut FaultList) -> Option<Tool> {
         if let Some(length_mm) = self.length_mm {
             faults.check_range(|| format!("{pointer}/length_mm"), length_mm, 0.0, MAX_LENGTH_MM);
@@ -47,8 +48,8 @@ impl ToolDoc {
         }
     }
 
-    /// Where one of two cutters is stated as no ball the other's corner radius has to be stated too: who measures a
-    /// radius alone does not say that a corner has become a ball.
+    /// If one of two cutters is stated not to be a ball, the other's corner radius must be stated too: a
+    /// measured radius alone does not mean that the corner has become a ball.
     pub fn check_corners(nominal: &Self, actual: &Self, faults: &mut FaultList) {
         for (tool, other, pointer) in [
             (actual, nominal, "/actual_tool/corner_radius_mm"),
@@ -56,12 +57,17 @@ impl ToolDoc {
         ] {
             let is_no_ball = other.corner_radius_mm.is_some_and(|corner_mm| corner_mm < other.radius_mm);
             if tool.corner_radius_mm.is_none() && is_no_ball {
-                faults.push(|| Fault::new(pointer, "missing: the other cutter is no ball"));
+                faults.push(|| {
+                    Fault::new(
+                        pointer,
+                        "missing: the other cutter is not a ball, so state the corner radius of this one",
+                    )
+                });
             }
         }
     }
 
-    /// A worn cutter against its nominal one; faults join `faults`.
+    /// A worn cutter against its nominal one; faults are added to `faults`.
     pub fn wear(nominal: &Self, actual: &Self, faults: &mut FaultList) -> Option<CutterWear> {
         Self::check_corners(nominal, actual, faults);
         let tools = [nominal.to_core("/nominal_tool", faults), actual.to_core("/actual_tool", faults)];

@@ -1,4 +1,4 @@
-//! How a cutter wore, and the parts that are left to a limit.
+//! The wear of a cutter over time, and the parts left until a limit.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -12,115 +12,115 @@ use crate::wear::{CutterLife, WearCourse, WearReading, cutter_life};
 /// One entry of a trend.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WearTrendPoint {
-    /// The entry.
+    /// Id of the entry.
     #[schema(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub id: String,
-    /// When it was measured.
+    /// Time of the measurement.
     #[schema(example = "2025-03-14T09:26:53.000Z")]
     pub measured_at: String,
     /// Parts cut since the cutter was new.
     pub parts_cut: u32,
     /// The wear.
     pub wear_um: f64,
-    /// Its standard uncertainty; null where none was stated.
+    /// Standard uncertainty of the wear; null if none was stated.
     pub standard_uncertainty_um: Option<f64>,
-    /// The wear there, all entries of the edge known; null without a fit.
+    /// Fitted wear at this entry, from all entries of the edge; null without a fit.
     pub fitted_um: Option<f64>,
 }
 
-/// What the entries of an edge say of it at the last of them.
+/// What the entries of an edge say about it at the last entry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct WearFit {
-    /// The wear.
+    /// Fitted wear.
     pub wear_um: f64,
-    /// How fast it grows.
+    /// Rate of growth.
     pub rate_um_per_part: f64,
-    /// Whether it is more than 90 % sure that it grows at all.
+    /// True if it is more than 90 % sure that the wear grows.
     pub is_rising: bool,
     /// Standard deviation of a typical entry about the fit.
     pub scatter_um: f64,
 }
 
-/// One edge.
+/// The wear of one edge.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WearEdge {
-    /// Its name; null where the cutter was measured as a whole.
+    /// Name of the edge; null if the cutter was measured as a whole.
     pub edge: Option<String>,
-    /// Its entries, by the number of parts.
+    /// Entries of the edge, ordered by the number of parts.
     pub entries: Vec<WearTrendPoint>,
-    /// Null where there are too few entries.
+    /// The fit; null if there are too few entries.
     pub fit: Option<WearFit>,
 }
 
-/// Something that a person should look at.
+/// Something that a person should check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WearWarning {
     /// `wear-falls`, `edge-without-fit`, `edge-behind`, `uncertainties-left-out`.
     #[schema(example = "wear-falls")]
     pub kind: &'static str,
-    /// The edge; null where the cutter was measured as a whole, or where it is about all.
+    /// Name of the edge; null if the cutter was measured as a whole, or if the warning concerns all edges.
     pub edge: Option<String>,
-    /// In words.
+    /// The warning in words.
     pub detail: String,
 }
 
-/// How a cutter wore.
+/// The wear of a cutter over time.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WearTrend {
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// The tool.
+    /// Id of the tool.
     #[schema(example = "T12")]
     pub tool_id: String,
-    /// The cutter; null where the tool has no entries.
+    /// Id of the cutter; null if the tool has no entries.
     #[schema(example = "1")]
     pub cutter_id: Option<String>,
-    /// What was measured; null without entries.
+    /// Quantity that was measured; null without entries.
     pub quantity: Option<WearQuantity>,
     /// Parts at the newest entry; null without entries.
     pub parts_now: Option<u32>,
-    /// The limit asked for.
+    /// The requested limit.
     pub limit_um: Option<f64>,
-    /// Its edges.
+    /// The edges of the cutter.
     pub edges: Vec<WearEdge>,
-    /// The parts that are left; null where no limit was asked for.
+    /// The parts left until the limit; null if no limit was requested.
     pub outlook: Option<PartsOutlook>,
-    /// What a person should look at.
+    /// Points that a person should check.
     pub warnings: Vec<WearWarning>,
 }
 
-/// Which cutter is followed, and to what limit.
+/// The cutter of the trend, and the limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearTrendHead {
-    /// The machine.
+    /// Id of the machine.
     pub machine_id: String,
-    /// The tool.
+    /// Id of the tool.
     pub tool_id: String,
-    /// The cutter, where the tool has any.
+    /// Id of the cutter, if the tool has any.
     pub cutter_id: Option<String>,
     /// The limit \[µm\].
     pub limit_um: Option<f64>,
 }
 
-/// A trend with what it was computed from.
+/// A trend with the data that it was computed from.
 #[derive(Debug, Clone)]
 pub struct FollowedWear {
     /// The document.
     pub trend: WearTrend,
-    /// The course of each edge, where it has one.
+    /// The course of each edge, if it has one.
     pub courses: Vec<Option<WearCourse>>,
-    /// When the first edge reaches the limit, unless one has.
+    /// When the first edge reaches the limit; `None` if an edge has reached it.
     pub life: Option<CutterLife>,
 }
 
-/// Falling by more than so many standard deviations of an entry is no scatter.
+/// A fall by more than this many standard deviations of an entry is not scatter.
 const FALL: f64 = 4.0;
-/// Times that of neighbours, which a standard deviation is not larger than: errors that hang together make it twice as large at
-/// most, while a misread entry or a changed cutter widens the fit as much as it likes.
+/// Upper bound of a standard deviation, as a multiple of that of neighbouring entries. Correlated errors make
+/// it at most twice as large, but a misread entry or a changed cutter can widen the fit without limit.
 const OF_NEIGHBOURS: f64 = 3.0;
 
 impl FollowedWear {
-    /// The trend of entries that are in the order of edges and parts.
+    /// The trend of entries that are ordered by edge and parts.
     #[must_use]
     pub fn of(head: WearTrendHead, entries: &[WearEntry]) -> Self {
         let by_edge: Vec<&[WearEntry]> = entries.chunk_by(|one, next| one.edge == next.edge).collect();
@@ -210,7 +210,7 @@ fn edge_doc(edge: &[WearEntry], course: Option<&WearCourse>) -> WearEdge {
     WearEdge { edge: edge.first().and_then(|entry| entry.edge.clone()), entries, fit }
 }
 
-/// That an edge's newest entry is at the limit.
+/// The outlook if an edge's newest entry is at the limit.
 fn passed(edges: &[WearEdge], limit_um: f64) -> Option<PartsOutlook> {
     let over = |edge: &&WearEdge| edge.entries.last().is_some_and(|newest| newest.wear_um >= limit_um);
     let begun = |edge: &&WearEdge| {
@@ -234,11 +234,13 @@ fn passed(edges: &[WearEdge], limit_um: f64) -> Option<PartsOutlook> {
 fn too_few(edges: &[WearEdge]) -> PartsOutlook {
     let most = edges.iter().map(places).max().unwrap_or(0);
     let needed = crate::wear::LEAST_PLACES;
-    let words = format!("entries at {most} numbers of parts say nothing of the next; {needed} are needed");
+    let words = format!(
+        "entries at {most} different numbers of parts are not enough for an outlook; {needed} are needed"
+    );
     PartsOutlook::without_numbers(PartsOutlookKind::TooFewEntries, None, words)
 }
 
-/// Different numbers of parts that an edge was measured at.
+/// How many different numbers of parts an edge was measured at.
 fn places(edge: &WearEdge) -> usize {
     edge.entries.chunk_by(|one, next| one.parts_cut == next.parts_cut).count()
 }
@@ -251,7 +253,10 @@ fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Optio
         if any_fit && edge.fit.is_none() {
             warn(
                 "edge-without-fit",
-                format!("measured at {} numbers of parts; it is left out of the outlook", places(edge)),
+                format!(
+                    "measured at {} different numbers of parts; the outlook leaves this edge out",
+                    places(edge)
+                ),
             );
         }
         if let (Some(newest), Some(now)) = (edge.entries.last(), parts_now)
@@ -259,7 +264,7 @@ fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Optio
         {
             warn(
                 "edge-behind",
-                format!("last measured at {} parts, the newest entry is at {now}", newest.parts_cut),
+                format!("last measured at {} parts, but the newest entry is at {now}", newest.parts_cut),
             );
         }
         let stated = edge.entries.iter().filter(|entry| entry.standard_uncertainty_um.is_some()).count();
@@ -267,7 +272,9 @@ fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Optio
             let count = edge.entries.len();
             warn(
                 "uncertainties-left-out",
-                format!("{stated} of {count} entries state an uncertainty; they weigh only where all do"),
+                format!(
+                    "{stated} of {count} entries state an uncertainty; it is used only if all entries state it"
+                ),
             );
         }
         if let Some(course) = course {
@@ -284,7 +291,7 @@ fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Optio
                 warn(
                     "wear-falls",
                     format!(
-                        "{count} entries lie far below an earlier one, the first at {} parts: withdraw what was misread; a new or reground cutter needs a cutter_id of its own",
+                        "{count} entries are far below an earlier one, the first at {} parts: withdraw a misread entry; a new or reground cutter needs a cutter_id of its own",
                         first.parts_cut
                     ),
                 );
@@ -297,7 +304,7 @@ fn warnings(edges: &[WearEdge], courses: &[Option<WearCourse>], parts_now: Optio
 /// The entries of a trend as a table.
 ///
 /// # Errors
-/// The table cannot be written, which memory never refuses.
+/// The table cannot be written; this does not happen in memory.
 pub fn wear_trend_table(trend: &WearTrend) -> Result<Vec<u8>, csv::Error> {
     let member = trend.quantity.map_or("wear_um", WearQuantity::member);
     let mut table = csv::Writer::from_writer(Vec::new());

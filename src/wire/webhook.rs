@@ -1,4 +1,4 @@
-//! What is told of a job's end, how it went to tell it, and the secret that signs it.
+//! The webhook about a job's end: the event, its delivery, and the secret that signs it.
 
 use std::fmt;
 
@@ -7,10 +7,11 @@ use utoipa::ToSchema;
 
 use super::JobDocument;
 
-/// The event that tells a job's end, as it is sent: `type`, `timestamp` and, as `data`, the job without its progress.
+/// The event about a job's end as it is sent: `type`, `timestamp` and, as `data`, the job without its
+/// progress.
 ///
 /// # Errors
-/// None that is known: a job always prints.
+/// No case is known: a job can always be printed.
 pub fn job_event(job: &JobDocument) -> Result<Vec<u8>, serde_json::Error> {
     #[derive(Serialize)]
     struct Event<'a> {
@@ -32,28 +33,28 @@ pub fn event_type(job: &JobDocument) -> String {
     format!("job.{}", job.state.as_str())
 }
 
-/// The id under which a job's end is told, however often: a job ends once.
+/// The id of the message about a job's end. It is the same for every attempt, because a job ends once.
 #[must_use]
 pub fn webhook_id(job_id: &str) -> String {
     format!("msg_{job_id}")
 }
 
-/// Where the delivery of an end stands.
+/// State of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeliveryState {
     /// There will be another attempt.
     Waiting,
-    /// The receiver has taken it.
+    /// The receiver has accepted the message.
     Delivered,
-    /// Every attempt failed, or the receiver wants no more of them.
+    /// Every attempt failed, or the receiver wants no more attempts.
     GivenUp,
 }
 
 /// Declares the outcomes with their words.
 macro_rules! outcomes {
     ($($name:ident = $word:literal, $doc:literal;)+) => {
-        /// What came of an attempt.
+        /// Result of an attempt.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
         #[serde(rename_all = "kebab-case")]
         pub enum DeliveryOutcome {
@@ -78,37 +79,39 @@ macro_rules! outcomes {
 outcomes! {
     Delivered = "delivered", "The receiver answered 2xx.";
     Refused = "refused", "The receiver answered another status; redirections are not followed.";
-    Gone = "gone", "The receiver answered 410: it wants no more of this, and there is no other attempt.";
+    Gone = "gone", "The receiver answered 410: it wants no more messages, and there is no further attempt.";
     TimedOut = "timed-out", "The receiver did not answer in time.";
-    Unreachable = "unreachable", "There is no such name, no connection, or it broke off.";
-    AddressRefused = "address-refused", "The address is not one that may be called.";
+    Unreachable = "unreachable", "The name is unknown, no connection was made, or the connection broke.";
+    AddressRefused = "address-refused", "The address is not allowed.";
     TlsFailed = "tls-failed", "The receiver's certificate is not trusted, or it does not speak TLS.";
 }
 
-/// One attempt to tell a job's end.
+/// One attempt to deliver the message about a job's end.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct DeliveryAttempt {
-    /// When it began.
+    /// Time at which the attempt began.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub started_at: String,
-    /// How long it took (ms); null where the receiver did not answer and the key lacks the scope `admin`.
+    /// Duration of the attempt (ms); null if the receiver did not answer and the key lacks the scope `admin`.
     #[schema(example = 42, minimum = 0)]
     pub duration_ms: Option<i64>,
-    /// What the receiver answered; null where it did not.
+    /// Status that the receiver answered; null if it did not answer.
     #[schema(example = 503)]
     pub status: Option<u16>,
-    /// What came of it. Without the scope `admin` every attempt that met no answer is `unreachable`.
+    /// Result of the attempt. For a key without the scope `admin`, every attempt without an answer is
+    /// `unreachable`.
     pub outcome: DeliveryOutcome,
-    /// The same in words.
+    /// The result in words.
     #[schema(example = "the receiver answered 503")]
     pub detail: String,
 }
 
-/// What is said of every attempt without an answer to whom its cause is not told.
-const NO_ANSWER: &str = "no answer; the service's log and keys with the scope `admin` tell why";
+/// The text for an attempt without an answer, if the client may not see the cause.
+const NO_ANSWER: &str = "no answer; the service's log and keys with the scope `admin` show why";
 
 impl DeliveryOutcome {
-    /// The same for whom the network of the service is no concern: an answer as it was, and without one `unreachable`.
+    /// The outcome for a client that may not see the cause: an answer stays as it was; without an answer it
+    /// is `unreachable`.
     #[must_use]
     pub const fn without_cause(self) -> Self {
         match self {
@@ -119,9 +122,9 @@ impl DeliveryOutcome {
 }
 
 impl DeliveryAttempt {
-    /// The attempt as it is shown to whom the network of the service is no concern: an answer as it was, and where there was
-    /// none, nothing of the cause. Whether a name is known, an address refused, a port open or a certificate trusted would tell
-    /// what stands in that network.
+    /// The attempt for a client that must not learn about the service's network: an answer stays as it was;
+    /// without an answer, the cause is hidden. The cause (unknown name, refused address, open port, untrusted
+    /// certificate) would reveal what is in that network.
     #[must_use]
     pub fn without_cause(self) -> Self {
         match self.outcome.without_cause() {
@@ -137,22 +140,22 @@ impl DeliveryAttempt {
     }
 }
 
-/// How the delivery of a job's end goes.
+/// State of the delivery of a job's end.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = Delivery)]
 pub struct DeliveryDocument {
     /// The header `webhook-id` of every attempt.
     #[schema(example = "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     pub webhook_id: String,
-    /// What is told: `job.succeeded`, `job.failed` or `job.cancelled`.
+    /// The event: `job.succeeded`, `job.failed` or `job.cancelled`.
     #[schema(example = "job.succeeded")]
     pub event: String,
-    /// Where it stands.
+    /// State of the delivery.
     pub state: DeliveryState,
-    /// Attempts made since it was last asked for.
+    /// Number of attempts since the delivery was last requested.
     #[schema(example = 1, minimum = 0)]
     pub attempts: i64,
-    /// When the next attempt is made; null where there is none.
+    /// Time of the next attempt; null if there is none.
     #[schema(example = "2026-03-14T09:26:58.701Z")]
     pub next_attempt_at: Option<String>,
 }
@@ -160,15 +163,15 @@ pub struct DeliveryDocument {
 /// The delivery of a job's end, with a page of the attempts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Deliveries {
-    /// How it goes; null where the job was posted without `callback_url` or has not ended.
+    /// State of the delivery; null if the job has no `callback_url` or has not ended.
     pub delivery: Option<DeliveryDocument>,
-    /// The attempts, newest first; of earlier rounds too.
+    /// The attempts, newest first; attempts of earlier rounds are included.
     pub items: Vec<DeliveryAttempt>,
-    /// For the next page; null at the end.
+    /// Cursor of the next page; null on the last page.
     pub next_cursor: Option<String>,
 }
 
-/// A secret that signs. It is shown to whoever may see it and never printed otherwise.
+/// A secret that signs webhooks. It is shown only to a client that may see it, and never printed otherwise.
 #[derive(Clone, PartialEq, Eq, Serialize)]
 pub struct WebhookSecret(pub String);
 
@@ -178,27 +181,27 @@ impl fmt::Debug for WebhookSecret {
     }
 }
 
-/// What deliveries are signed with.
+/// The secret that signs deliveries.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = WebhookSecrets)]
 pub struct WebhookSecretDocument {
     /// The secret, as libraries for Standard Webhooks take it.
     #[schema(value_type = String, example = "whsec_C2FVsBQIhrscChlQIMV+b5sSYspob7oDAAAAAAAAAAA=")]
     pub secret: WebhookSecret,
-    /// When it was made.
+    /// Time at which the secret was created.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub created_at: String,
-    /// Secrets before it that still sign beside it, newest first.
+    /// Earlier secrets that still sign too, newest first.
     pub previous: Vec<PreviousSecret>,
 }
 
-/// A secret that signs beside the newest for a while.
+/// An earlier secret that still signs for some time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PreviousSecret {
-    /// When it was made.
+    /// Time at which the secret was created.
     #[schema(example = "2026-01-02T08:00:00.000Z")]
     pub created_at: String,
-    /// Until when it signs.
+    /// Time until which it signs.
     #[schema(example = "2026-03-15T09:26:53.589Z")]
     pub signs_until: String,
 }

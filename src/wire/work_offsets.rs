@@ -1,4 +1,4 @@
-//! Work offsets by the names that programs call them by.
+//! Work offsets by their names in programs.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,14 +14,16 @@ use super::reading::escape;
 use super::{CcParameters, Fault, FaultList, Fixed};
 use crate::motion::WorkOffset;
 
-/// Work offsets by name, as a program calls them: `G54`, `G54.1 P3`, `G505`. Each is the place of W's origin in M at zero pose.
+/// Work offsets by their names in programs: `G54`, `G54.1 P3`, `G505`. Each value is the position of W's
+/// origin in M at zero pose.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct WorkOffsets(
-    /// In the order of the names as they were given.
+    /// Offsets by name as given.
     BTreeMap<String, Fixed<3>>,
 );
 
-/// Most work offsets in one table. A control of today has at most 300 of `G54.1` and some hundred of its own.
+/// Most work offsets in one table. A present-day control has at most 300 of `G54.1` and some hundred of its
+/// own.
 const MAX_WORK_OFFSETS: usize = 400;
 /// Longest name of a work offset \[characters\].
 const MAX_NAME: usize = 32;
@@ -32,7 +34,7 @@ impl WorkOffsets {
         self.0.iter().map(|(name, offset_mm)| (name.as_str(), offset_mm.0))
     }
 
-    /// Everything that is wrong with names and numbers joins `faults` under `pointer`.
+    /// Checks names and numbers; faults are added to `faults` under `pointer`.
     pub fn check(&self, pointer: &str, faults: &mut FaultList) {
         let max_mm = CcParameters::MAX_OFFSET_MM;
         let mut known: BTreeMap<WorkOffset, &str> = BTreeMap::new();
@@ -53,7 +55,7 @@ impl WorkOffsets {
                     if let Some(first) = known.insert(offset, name) {
                         faults.push(|| {
                             let detail = format!(
-                                "{shown:?} and {first:?} are the same work offset for a program. Leave one of them out"
+                                "{shown:?} and {first:?} are the same work offset in a program. Leave one of them out"
                             );
                             Fault::new(at(), detail)
                         });
@@ -63,7 +65,7 @@ impl WorkOffsets {
         }
     }
 
-    /// The same offsets; one that is −0 is 0.
+    /// The same offsets, with −0 replaced by 0.
     pub(super) fn without_negative_zeros(mut self) -> Self {
         for offset_mm in self.0.values_mut() {
             offset_mm.0 = offset_mm.0.map(|value_mm| value_mm + 0.0);
@@ -85,7 +87,7 @@ impl<'de> Visitor<'de> for Named {
         let mut offsets = BTreeMap::new();
         while let Some((name, offset_mm)) = map.next_entry::<String, Fixed<3>>()? {
             if offsets.contains_key(&name) {
-                // In the words of serde, from which the pointer is made.
+                // In serde's words, because the pointer is made from them.
                 return Err(A::Error::custom(format_args!("duplicate field `{name}`")));
             }
             if offsets.len() == MAX_WORK_OFFSETS {

@@ -223,7 +223,10 @@ async fn what_a_run_cannot_tell_apart_is_said_in_words() {
         assert_eq!(trend["points"][0]["identifiable"], is_told, "{axis} {error}: {trend}");
     }
     let blind = &document["blind"][0];
-    assert!(blind["words"].as_str().unwrap().contains("cannot be told from the set-up error"), "{blind}");
+    assert!(
+        blind["words"].as_str().unwrap().contains("cannot be separated from the set-up error"),
+        "{blind}"
+    );
     assert!(blind["separated_by"].as_str().unwrap().contains("spindle step"), "{blind}");
     // What only the set-up error hides needs no confirmation.
     let (tag, _) = machine(&app).await;
@@ -244,7 +247,10 @@ async fn what_a_run_cannot_tell_apart_is_said_in_words() {
     let (tag, _) = machine(&app).await;
     let id = document["id"].as_str().unwrap();
     let refused = problem(apply(&app, id, &tag, "").await, "confirmation-needed").await;
-    assert!(refused["errors"][0]["detail"].as_str().unwrap().contains("leaves this open"), "{refused}");
+    assert!(
+        refused["errors"][0]["detail"].as_str().unwrap().contains("does not determine this"),
+        "{refused}"
+    );
     assert_eq!(apply(&app, id, &tag, r#"{"confirm": true}"#).await.status(), StatusCode::OK);
 }
 

@@ -122,12 +122,12 @@ async fn what_is_not_whole_or_no_member_is_refused_and_nothing_is_kept() {
         for (coding, pack) in CODINGS {
             let members = [pack(head), pack(tail)].concat();
             let after = |junk: &[u8]| [&members, junk].concat();
-            refused(&app, at, coding, &after(b"JUNKJUNK"), "begin no member").await;
-            refused(&app, at, coding, &after(&[0; 16]), "begin no member").await;
+            refused(&app, at, coding, &after(b"JUNKJUNK"), "do not belong to its coding").await;
+            refused(&app, at, coding, &after(&[0; 16]), "do not belong to its coding").await;
             // So few that they could be the beginning of one of zstd.
-            let few = if pack(b"")[0] == 0x1f { "begin no member" } else { "" };
+            let few = if pack(b"")[0] == 0x1f { "do not belong to its coding" } else { "" };
             refused(&app, at, coding, &after(b"\0"), few).await;
-            refused(&app, at, coding, &content, "begin no member").await;
+            refused(&app, at, coding, &content, "do not belong to its coding").await;
             for missing in [1, 4, 7] {
                 let cut = &members[..members.len() - missing];
                 refused(&app, at, coding, cut, "ends within a member").await;
@@ -148,7 +148,7 @@ async fn a_length_that_does_not_fit_is_found() {
     let app = spawn().await;
     let mut wrong = gzip(PROGRAM.as_bytes());
     *wrong.last_mut().unwrap() = 1;
-    refused(&app, (COMPENSATE, "text/plain"), "gzip", &wrong, "length does not fit").await;
+    refused(&app, (COMPENSATE, "text/plain"), "gzip", &wrong, "length does not match").await;
 }
 
 #[tokio::test]

@@ -477,7 +477,7 @@ fn a_result_replaces_nothing_that_it_is_made_of_but_the_program() {
     ] {
         let done = run(output, more);
         assert_eq!(done.status.code(), Some(2), "{more:?}: {}", said(&done));
-        assert!(said(&done).contains("is read by this command"), "{more:?}: {}", said(&done));
+        assert!(said(&done).contains("is an input of this command"), "{more:?}: {}", said(&done));
         assert_eq!(contents(), before, "{more:?}");
     }
     let done = run(&input, &[]);
@@ -506,9 +506,9 @@ fn the_unit_of_a_program_can_be_stated_on_the_command_line() {
     assert!(made[1] > made[0] + 500.0, "{made:?}");
     // An object without a member, one that has the member already, and another unit.
     let done = bench.compensate(&["--unit", "mm", "--parameters", " { } "]);
-    assert!(said(&done).contains("nothing is asked for"), "{}", said(&done));
+    assert!(said(&done).contains("no step is given"), "{}", said(&done));
     let twice = ["--unit", "mm", "--parameters", "{\"unit\": \"mm\"}"];
-    assert!(said(&bench.compensate(&twice)).contains("nothing is asked for"));
+    assert!(said(&bench.compensate(&twice)).contains("no step is given"));
     let done = bench.compensate(&["--unit", "inch", "--parameters", "{\"unit\": \"mm\"}"]);
     let told = said(&done);
     assert!(told.contains("inch") && told.contains("mm") && done.status.code() == Some(2), "{told}");

@@ -217,7 +217,7 @@ async fn a_service_whose_keys_are_gone_stays_closed() {
     tokio::time::sleep(Duration::from_millis(1200)).await;
     let client = reqwest::Client::builder().no_proxy().build().unwrap();
     let refused = problem(client.get(app.url("/v1/machines")).send().await.unwrap(), "unauthenticated").await;
-    assert!(refused["detail"].as_str().unwrap().contains("lost its keys"), "{refused}");
+    assert!(refused["detail"].as_str().unwrap().contains("lost its API keys"), "{refused}");
     assert_eq!(client.get(app.url("/healthz")).send().await.unwrap().status(), 200);
 }
 

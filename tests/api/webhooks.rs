@@ -248,14 +248,14 @@ async fn the_doctor_counts_what_waits_to_be_told_and_what_was_given_up() {
     }
     app.stop().await;
     let text = told(directory.path());
-    assert!(text.contains("0 wait to be delivered, 2 were given up"), "{text}");
+    assert!(text.contains("0 are waiting for delivery, 2 were given up"), "{text}");
     let app = spawn_in(directory.path(), pausing(&[5000.0])).await;
     let place = accepted(&app, &calling(&url), "g3\n").await;
     ended(&app, &place).await;
     attempted(&app, &place, 1).await;
     app.stop().await;
     let text = told(directory.path());
-    assert!(text.contains("1 wait to be delivered, 2 were given up"), "{text}");
+    assert!(text.contains("1 are waiting for delivery, 2 were given up"), "{text}");
 }
 
 #[tokio::test]

@@ -1,4 +1,4 @@
-//! Lists the changes.
+//! Lists the audit log.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -16,29 +16,30 @@ use crate::wire::{AuditAction, AuditEntry};
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
-/// Which changes, and which page of them.
+/// Filters and page.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct AuditQuery {
-    /// How many items.
+    /// Number of items.
     #[param(minimum = 1, maximum = 200, default = 50)]
     limit: Option<u64>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
-    /// Only about this machine.
+    /// Only changes that concern this machine.
     machine_id: Option<String>,
-    /// Only by this key.
+    /// Only changes made with this key.
     key_id: Option<String>,
-    /// Only of this kind.
+    /// Only changes of this kind.
     #[param(inline)]
     action: Option<AuditAction>,
 }
 
 /// Read the audit log
 ///
-/// Every change of what is stored, newest first: who, by which request, from which revision of the machine to which. A
-/// row is written with the change it tells of, and never changes. Calls that changed nothing are not in it.
+/// Every change of the stored data, newest first: who made it, with which request, and the machine's revision before
+/// and after. An entry is written together with its change, and never changes. Calls that changed nothing have no
+/// entry.
 #[utoipa::path(
     get,
     path = "/v1/audit",

@@ -1,4 +1,4 @@
-//! Makes a run's errors those of the machine.
+//! Applies the errors of a run to the machine.
 
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -25,25 +25,27 @@ refusals!(
 
 /// Apply a calibration run
 ///
-/// The run's location errors replace those of the axes it measured, as a new revision of the machine that names the run.
-/// Applied again to that revision it is the same revision. Going back is applying an older run. Needs `If-Match` with
-/// the machine's `ETag`. A value that changes by more than 0.2 mm or 1000 µrad, an error that the run leaves open, or a
-/// change of the squareness since, needs `{"confirm": true}`. A run of an axis alone is refused where the error of the axis
-/// that carries it has changed since: post its readings again.
+/// The run's location errors replace those of the measured axes. This makes a new revision of the machine, which
+/// names the run. If the run is applied again to that revision, the revision stays the same. To go back, apply an
+/// older run. `If-Match` with the machine's `ETag` is required.
+///
+/// `{"confirm": true}` is needed in three cases: a value changes by more than 0.2 mm or 1000 µrad, the run leaves an
+/// error undetermined, or the squareness has changed since the run. A run of only one axis is refused if the error of
+/// the axis that carries it has changed since: post its readings again.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/calibrations/{id}/apply",
     tag = "calibrations",
     operation_id = "apply_calibration",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("If-Match" = String, Header, description = "ETag of the machine's current revision", example = "\"r3-9f86d081884c7d65\""),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and request give the same answer again"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
-    request_body(content = Option<ApplyRequest>, description = "Nothing, or whether a large change is meant", example = json!({"confirm": true})),
+    request_body(content = Option<ApplyRequest>, description = "No body, or the confirmation of a large change", example = json!({"confirm": true})),
     responses(
-        (status = 200, description = "The machine with the run's errors", body = MachineDocument,
+        (status = 200, description = "The machine with the errors of the run", body = MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
                 ("Trunnion-Calibration" = String, description = "The run"))),
         Refusals,
@@ -66,7 +68,7 @@ pub(super) async fn apply_calibration(
     } else if media_type(&parts.headers).as_deref().is_none_or(is_json) {
         read_json(&text)?
     } else {
-        let detail = "the operation takes application/json or no body";
+        let detail = "send application/json or no body";
         return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
     };
     let expected = expected(&parts.headers)?;
@@ -78,7 +80,7 @@ pub(super) async fn apply_calibration(
     let run = find(&app, &machine_id, &id).await?;
     let current =
         app.store.machine(&machine_id).await?.ok_or_else(|| Problem::machine_not_found(&machine_id))?;
-    // The profile that is changed is the one that is read here: nothing may come in between.
+    // The profile that is changed is the one that is read here: no other change may come between.
     let this = Expected::OneOf(vec![(current.document.revision, current.sha256.clone())]);
     match &expected {
         None => return Err(stale(Stale::Unconditional, &machine_id)),
@@ -89,9 +91,9 @@ pub(super) async fn apply_calibration(
     let AppliedProfile { profile, to_confirm } =
         run.document.apply_to(&current.document.profile, &measured.document.profile).map_err(|other| {
             let what = match other {
-                OtherAxes::Nominal => "whose nominal rotary axes are not those",
+                OtherAxes::Nominal => "whose nominal rotary axes differ from those",
                 OtherAxes::Carrier => {
-                    "where the axis that carries the measured one has not the location error"
+                    "where the axis that carries the measured axis has another location error than that"
                 }
             };
             let (then, now) = (measured.document.revision, current.document.revision);

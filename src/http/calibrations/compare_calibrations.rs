@@ -1,4 +1,4 @@
-//! How two runs differ.
+//! Compares two runs.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -15,27 +15,27 @@ use crate::wire::CalibrationDifference;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest);
 
-/// Which run is subtracted.
+/// The run to subtract.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct ComparedWith {
-    /// The run that is subtracted.
+    /// Id of the run to subtract.
     #[param(example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")]
     from: String,
 }
 
 /// Compare two calibration runs
 ///
-/// Each error of this run minus that of another run of the machine, with the standard uncertainty of the difference and
-/// whether it is significant (more than twice that).
+/// Each error of this run minus the same error of another run of the machine. The answer has the standard uncertainty
+/// of each difference, and says whether the difference is significant (more than twice its uncertainty).
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/difference",
     tag = "calibrations",
     operation_id = "compare_calibrations",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ComparedWith,
     ),

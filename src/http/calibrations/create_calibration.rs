@@ -1,4 +1,4 @@
-//! Stores a run with what it says about the machine.
+//! Stores a run with its results.
 
 use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
@@ -26,17 +26,17 @@ refusals!(
 
 /// Store a calibration run
 ///
-/// The readings, as they were taken with nominal kinematics in the control, are kept for ever with what they say: the
-/// location errors of both rotary axes with their uncertainties, and what the run cannot tell apart. Nothing about the
-/// machine changes until the run is applied.
+/// Post the readings as taken with nominal kinematics in the control. The service keeps them for ever together with
+/// their results: the location errors of both rotary axes with uncertainties, and the errors that the run cannot
+/// separate. The machine does not change until the run is applied.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/calibrations",
     tag = "calibrations",
     operation_id = "create_calibration",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and request give the same answer again"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(content = CalibrationRequest, description = "The run", example = json!({
         "kind": "rtcp-ballbar", "measured_at": "2025-03-14T09:26:53Z", "temperature_c": 20.1, "note": "after the crash",
@@ -51,8 +51,8 @@ refusals!(
                 {"angle_deg": 90, "length_change_um": 10.2}]}]
     })),
     responses(
-        (status = 201, description = "What the run says", body = CalibrationDocument,
-            headers(("ETag" = String, description = "Its tag"), ("Location" = String, description = "The run"))),
+        (status = 201, description = "The run with its results", body = CalibrationDocument,
+            headers(("ETag" = String, description = "Tag of the content"), ("Location" = String, description = "The run"))),
         Refusals,
     )
 )]
@@ -102,7 +102,7 @@ pub(super) async fn create_calibration(
         let NewCalibration { document, text, document_sha256, run } = new;
         return Ok(created(&CalibrationRow { text, document, document_sha256, run }));
     }
-    // The same key came in twice at once; the other request was stored.
+    // The same key arrived twice at the same time; the other request was stored.
     match answered(&app, used.as_ref()).await? {
         Some(Remembered::Calibration(first)) => Ok(created(&first)),
         _ => Err(key_reused()),

@@ -1,4 +1,4 @@
-//! Hands the calibrated axes to a control.
+//! Exports the calibrated axes to a control.
 
 use std::num::NonZeroU16;
 
@@ -23,7 +23,7 @@ refusals!(
     ControlDoesNotFit
 );
 
-/// What reads the text.
+/// The control or program that reads the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum ExportFormat {
@@ -37,15 +37,15 @@ pub(super) enum ExportFormat {
     SiemensToolCarrier,
 }
 
-/// Which text.
+/// Format and options of the text.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct ExportQuery {
-    /// What reads the text.
+    /// The control or program that reads the text.
     #[param(inline, example = "iso230")]
     format: ExportFormat,
-    /// With `linuxcnc`: radius for which the error that stays is told.
+    /// With `linuxcnc`: radius at which the remaining error is given.
     #[param(default = 100.0)]
     radius_mm: Option<f64>,
     /// With `siemens-tool-carrier`: number of the tool carrier.
@@ -53,20 +53,20 @@ pub(super) struct ExportQuery {
     tool_carrier: Option<NonZeroU16>,
 }
 
-/// Radius at which what a module cannot take is told \[mm\].
+/// Radius at which the error that a module cannot represent is given \[mm\].
 const RADIUS_MM: f64 = 100.0;
 
 /// Export a calibration run to a control
 ///
-/// The machine with the errors of this run, as text. Each text says its sign convention, its sources, and what the
-/// control cannot be told.
+/// The machine with the errors of this run, as text. Each text states its sign convention, its sources, and the
+/// errors that the control cannot represent.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/export",
     tag = "calibrations",
     operation_id = "export_calibration",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ExportQuery,
     ),
@@ -106,7 +106,7 @@ pub(super) async fn export_calibration(
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response())
 }
 
-/// A radius that is none is the request's fault, all else the control's.
+/// A bad radius is a fault of the request; all other faults are limits of the control.
 fn refused(faults: &[LinuxCncFault]) -> Problem {
     let of_radius = |fault: &LinuxCncFault| matches!(fault, LinuxCncFault::Radius { .. });
     let kind = if faults.iter().any(of_radius) {

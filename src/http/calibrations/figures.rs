@@ -99,8 +99,8 @@ pub(super) fn eccentricities(document: &CalibrationDocument) -> Result<String, P
     eccentricity_bars(&EccentricityFigure { title: &title, bars: &bars })
 }
 
-/// The residuals of each test that has readings, or of only one, about the bar's circle: the run is evaluated again, on
-/// the revision that it measured.
+/// The residuals of each test with readings, or of only one test, about the bar's circle. The run is evaluated again
+/// on the revision that it measured.
 pub(super) async fn residuals(
     app: &AppState,
     run: &CalibrationRow,
@@ -174,6 +174,6 @@ pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
     })
 }
 
-/// Runs beyond which a figure shows no more by drawing more.
+/// A figure with more runs than this would not show more.
 const MOST_DRAWN: usize = 2000;
 const SECONDS_PER_DAY: f64 = 86_400.0;

@@ -19,24 +19,24 @@ refusals!(
 
 /// Read a calibration run
 ///
-/// JSON as it was first answered; with `Accept: image/svg+xml` a figure (`plot`), with `Accept: text/html` a report with
-/// all of them, for people.
+/// JSON as first answered. With `Accept: image/svg+xml`: a figure (`plot`). With `Accept: text/html`: a report for
+/// people, with all figures.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}",
     tag = "calibrations",
     operation_id = "get_calibration",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         CalibrationFigure,
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
         (status = 200, description = "The run", content(
             (CalibrationDocument = "application/json"), (String = "image/svg+xml"), (String = "text/html")),
-            headers(("ETag" = String, description = "Its tag"))),
-        (status = 304, description = "It is as you know it"),
+            headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

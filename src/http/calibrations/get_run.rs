@@ -1,4 +1,4 @@
-//! Reads what was measured.
+//! Reads the readings of a run.
 
 use axum::extract::State;
 use axum::response::Response;
@@ -17,20 +17,20 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotA
 
 /// Read the readings of a run
 ///
-/// What was posted, with defaults left out; its SHA-256 is `run_sha256` of the run, and its `ETag`.
+/// The run as posted, with defaults left out. Its SHA-256 is `run_sha256` of the run, and also its `ETag`.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/run",
     tag = "calibrations",
     operation_id = "get_calibration_run",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The readings", body = CalibrationRequest, headers(("ETag" = String, description = "Its SHA-256"))),
-        (status = 304, description = "They are as you know them"),
+        (status = 200, description = "The readings", body = CalibrationRequest, headers(("ETag" = String, description = "SHA-256 of the readings"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

@@ -1,4 +1,4 @@
-//! How one location error went over the runs.
+//! The trend of one location error over the runs.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -20,7 +20,7 @@ use crate::wire::{Fault, Trend, trend_table, trend_unit};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
-/// Which error, and which runs.
+/// The error, and the runs.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
@@ -28,19 +28,19 @@ pub(super) struct TrendParameters {
     /// Letter of the axis.
     #[param(example = "A")]
     axis: String,
-    /// Cascaded (`e_x e_y e_z e_a e_b e_c`) or against the machine's frame (`E_Y0A` …).
+    /// Name of the error: cascaded (`e_x e_y e_z e_a e_b e_c`) or against the machine's frame (`E_Y0A` …).
     #[param(example = "e_y")]
     error: String,
-    /// At most so many runs, the newest.
+    /// Largest number of runs; the newest are taken.
     #[param(minimum = 1, maximum = 100_000, default = 10_000)]
     limit: Option<i64>,
-    /// Only measured at this time or later (RFC 3339).
+    /// Only runs measured at this time or later (RFC 3339).
     measured_from: Option<String>,
-    /// Only measured at this time or earlier (RFC 3339).
+    /// Only runs measured at this time or earlier (RFC 3339).
     measured_to: Option<String>,
 }
 
-/// Runs of a trend unless asked otherwise, and most.
+/// Default and largest number of runs in a trend.
 const DEFAULT_RUNS: i64 = 10_000;
 const MAX_RUNS: i64 = 100_000;
 
@@ -53,7 +53,7 @@ const MAX_RUNS: i64 = 100_000;
     path = "/v1/machines/{machine_id}/calibrations/trend",
     tag = "calibrations",
     operation_id = "get_calibration_trend",
-    params(("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"), TrendParameters),
+    params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), TrendParameters),
     responses(
         (status = 200, description = "The runs", content(
             (Trend = "application/json"), (String = "text/csv"), (String = "image/svg+xml"))),
@@ -74,11 +74,13 @@ pub(super) async fn get_calibration_trend(
         faults.push(Fault::new("/limit", format!("limit is not between 1 and {MAX_RUNS}")));
     }
     if !["A", "B", "C"].contains(&axis.as_str()) {
-        faults.push(Fault::new("/axis", "a rotary axis is named A, B or C"));
+        faults.push(Fault::new("/axis", "the name of a rotary axis must be A, B or C"));
     }
     let unit = trend_unit(&axis, &error);
     if unit.is_none() {
-        let detail = format!("{error:?} is none of e_x e_y e_z e_a e_b e_c nor E_X0{axis} … E_C0{axis}");
+        let detail = format!(
+            "{error:?} is not an error of this axis; use e_x e_y e_z e_a e_b e_c or E_X0{axis} … E_C0{axis}"
+        );
         faults.push(Fault::new("/error", detail));
     }
     let (from, to) = bounds(measured_from.as_deref(), measured_to.as_deref()).unwrap_or_else(|found| {

@@ -18,26 +18,26 @@ use crate::wire::{CalibrationDocument, CalibrationKind, Fault};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
-/// Which runs, and which page of them.
+/// Filters and page.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct CalibrationQuery {
-    /// How many items.
+    /// Number of items.
     #[param(minimum = 1, maximum = 200, default = 50)]
     limit: Option<u64>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
-    /// Only of this kind.
+    /// Only runs of this kind.
     #[param(inline)]
     kind: Option<CalibrationKind>,
-    /// Only measured at this time or later (RFC 3339).
+    /// Only runs measured at this time or later (RFC 3339).
     measured_from: Option<String>,
-    /// Only measured at this time or earlier (RFC 3339).
+    /// Only runs measured at this time or earlier (RFC 3339).
     measured_to: Option<String>,
 }
 
-/// The bounds of a query as stored times are compared, and every fault of them.
+/// The bounds of a query in the form in which stored times are compared; adds every fault.
 pub(super) fn bounds(
     from: Option<&str>,
     to: Option<&str>,
@@ -52,13 +52,13 @@ pub(super) fn bounds(
 
 /// List calibration runs
 ///
-/// The last stored first; also of a deleted machine.
+/// The last stored run comes first. Runs of a deleted machine are listed too.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/calibrations",
     tag = "calibrations",
     operation_id = "list_calibrations",
-    params(("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"), CalibrationQuery),
+    params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), CalibrationQuery),
     responses(
         (status = 200, description = "A page of runs", body = Listed<CalibrationDocument>,
             example = json!({"items": [], "next_cursor": null})),

@@ -49,7 +49,7 @@ async fn measured_revision(app: &AppState, run: &CalibrationRow) -> Result<Revis
     found.ok_or_else(|| Problem::internal(&"the revision that a calibration names is not stored"))
 }
 
-/// A machine that was deleted keeps its history.
+/// A deleted machine keeps its history.
 async fn ever_existed(app: &AppState, machine_id: &str) -> Result<(), Problem> {
     let first = app.store.machine_revision(machine_id, 1).await?;
     first.map(drop).ok_or_else(|| Problem::machine_not_found(machine_id))
@@ -62,7 +62,7 @@ fn tag(run: &CalibrationRow) -> &str {
     run.document_sha256.get(..DIGEST_DIGITS).unwrap_or(&run.document_sha256)
 }
 
-/// The run's document, or 304 where the client has it.
+/// The run's document, or 304 if the client has it.
 fn document(headers: &HeaderMap, run: &CalibrationRow) -> Result<axum::response::Response, Problem> {
     unless_known(headers, tag(run), || json_response(run.text.clone()))
 }

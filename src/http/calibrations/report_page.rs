@@ -1,4 +1,4 @@
-//! A run as a page that a person reads and prints.
+//! A run as a page for people to read and print.
 
 use super::figures::{eccentricities, residuals};
 use crate::http::AppState;
@@ -6,7 +6,7 @@ use crate::http::problem::Problem;
 use crate::store::CalibrationRow;
 use crate::wire::{CalibrationDocument, Estimate};
 
-/// The page: what was measured, what it says with its uncertainties, what it cannot say, and the figures.
+/// The page: the measurement, the results with uncertainties, the errors that are not determined, and the figures.
 pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, Problem> {
     let figures = residuals(app, &run, None).await?;
     let document = run.document;
@@ -35,7 +35,7 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
         estimates(cascaded, &document.unidentifiable),
         "<h2>Location errors against the machine's frame (ISO 230-7)</h2>".to_owned(),
         estimates(absolute, &document.unidentifiable),
-        list("What the run cannot tell apart", hidden),
+        list("Errors that the run cannot separate", hidden),
         list("Questions", questions),
         "<h2>Figures</h2>".to_owned(),
         bars,
@@ -98,7 +98,7 @@ fn estimates(rows: impl Iterator<Item = (String, Estimate)>, open: &[String]) ->
     format!("<table>\n{head}\n{}\n</table>", rows.join("\n"))
 }
 
-/// A list under its heading; nothing where it is empty.
+/// A list under its heading; empty text for an empty list.
 fn list(heading: &str, items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.map(|item| format!("<li>{}</li>", escaped(&item))).collect();
     if items.is_empty() {

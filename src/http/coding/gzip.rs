@@ -24,7 +24,7 @@ pub(super) struct Gzip {
     content: Crc,
 }
 
-/// Where in a member the reader stands.
+/// Position of the reader within a member.
 #[derive(Debug)]
 enum At {
     /// Before a member, or at the end.
@@ -37,15 +37,15 @@ enum At {
     },
 }
 
-/// A header being read.
+/// A header that is being read.
 #[derive(Debug)]
 struct Header {
     field: Field,
-    /// Optional fields still to come.
+    /// Optional fields that are still to come.
     flags: u8,
-    /// Length of all that was read.
+    /// Length of all bytes that were read.
     length: usize,
-    /// Of all that was read.
+    /// Check of all bytes that were read.
     check: Crc,
 }
 
@@ -70,12 +70,12 @@ impl Gzip {
         Self { at: At::Between, inflater: Decompress::new(false), content: Crc::new() }
     }
 
-    /// Whether the last member is whole.
+    /// Whether the last member is complete.
     pub(super) fn is_between(&self) -> bool {
         matches!(self.at, At::Between)
     }
 
-    /// Reads on.
+    /// Continues to read.
     pub(super) fn step(&mut self, input: &[u8], room: &mut [u8]) -> Result<Step, CodingFault> {
         let mut taken = 0;
         loop {
@@ -85,7 +85,7 @@ impl Gzip {
                     let (read, made) = (self.inflater.total_in(), self.inflater.total_out());
                     let status = self.inflater.decompress(rest, room, FlushDecompress::None);
                     let status = status.map_err(|_unreadable| CodingFault::Damaged)?;
-                    // Neither is more than a slice has.
+                    // Neither number is larger than the length of a slice.
                     let count = |now: u64, before: u64| usize::try_from(now - before).unwrap_or(usize::MAX);
                     taken += count(self.inflater.total_in(), read);
                     let made = count(self.inflater.total_out(), made);
@@ -142,7 +142,7 @@ impl Header {
         Self { field: Field::Fixed { read: 0 }, flags: 0, length: 0, check: Crc::new() }
     }
 
-    /// Takes one byte; whether the header is whole.
+    /// Takes one byte; true if the header is complete.
     fn take(&mut self, byte: u8) -> Result<bool, CodingFault> {
         self.length += 1;
         if self.length > MAX_HEADER_BYTES {
@@ -187,7 +187,7 @@ impl Header {
         Ok(field_ends && !self.begins_another())
     }
 
-    /// Begins the next optional field, where there is one.
+    /// Begins the next optional field, if there is one.
     fn begins_another(&mut self) -> bool {
         let next = [EXTRA, NAME, COMMENT, HEADER_CHECK].into_iter().find(|flag| self.flags & flag != 0);
         let Some(flag) = next else { return false };

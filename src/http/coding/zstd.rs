@@ -1,4 +1,4 @@
-//! The zstd coding (RFC 8878): frames one after the other, among them frames to be skipped.
+//! The zstd coding (RFC 8878): frames one after the other, including skippable frames.
 
 use std::fmt;
 
@@ -6,13 +6,13 @@ use zstd_safe::{DCtx, DParameter, InBuffer, OutBuffer, get_error_name};
 
 use super::{CodingFault, Step};
 
-/// Binary logarithm of the widest window: 8 MiB, the widest that the coding may have over HTTP (RFC 9659 §3).
+/// Binary logarithm of the largest window: 8 MiB, the limit of the coding over HTTP (RFC 9659 §3).
 const WINDOW_LOG: u32 = 23;
 
 /// Reads frames.
 pub(super) struct Zstd {
     context: DCtx<'static>,
-    /// Whether a frame is begun and not whole.
+    /// Whether a frame was begun and is not complete.
     within: bool,
 }
 
@@ -32,17 +32,17 @@ impl Zstd {
         Ok(Self { context, within: false })
     }
 
-    /// Whether the last frame is whole.
+    /// Whether the last frame is complete.
     pub(super) fn is_between(&self) -> bool {
         !self.within
     }
 
-    /// What the reader holds now, its window included \[bytes\].
+    /// Memory that the reader holds now, its window included \[bytes\].
     pub(super) fn bytes(&self) -> usize {
         self.context.sizeof()
     }
 
-    /// Reads on.
+    /// Continues to read.
     pub(super) fn step(&mut self, input: &[u8], room: &mut [u8]) -> Result<Step, CodingFault> {
         let size = room.len();
         let mut given = InBuffer::around(input);

@@ -19,8 +19,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, JobEnded, Inva
 
 /// Cancel a job
 ///
-/// A job that waits is cancelled at once (200). One that runs is told to stop (202) and is cancelled when it has, which
-/// takes a tenth of a second. One that has ended stays as it is (409).
+/// A waiting job is cancelled at once (200). A running job gets a stop signal (202) and is cancelled when it has
+/// stopped, which takes about a tenth of a second. A finished job stays as it is (409).
 #[utoipa::path(
     delete,
     path = "/v1/jobs/{id}",
@@ -28,10 +28,10 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, JobEnded, Inva
     operation_id = "cancel_job",
     params(("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")),
     responses(
-        (status = 200, description = "The job, cancelled", body = JobDocument,
-            headers(("ETag" = String, description = "Its tag"))),
-        (status = 202, description = "The job, which is told to stop", body = JobDocument,
-            headers(("ETag" = String, description = "Its tag"))),
+        (status = 200, description = "The cancelled job", body = JobDocument,
+            headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 202, description = "The job, which will stop", body = JobDocument,
+            headers(("ETag" = String, description = "Tag of the content"))),
         Refusals,
     )
 )]

@@ -38,32 +38,32 @@ refusals!(
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct JobForm {
-    /// What is asked for.
+    /// The request for the job.
     job: JobRequestDoc,
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
-    /// The part's surface as STL, for operations that look at it.
+    /// The part's surface as STL, for operations that use it.
     #[schema(value_type = Option<String>, format = Binary)]
     surface: Option<Vec<u8>>,
 }
 
-/// What is asked for.
+/// The request for a job.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = JobRequest)]
 struct JobRequestDoc {
-    /// The machine; its current revision is fixed when the job is accepted.
+    /// Id of the machine; its current revision is fixed when the job is accepted.
     #[schema(example = "example-ac-table")]
     machine_id: String,
-    /// What is to be computed.
+    /// The operation to compute.
     operation: JobOperation,
-    /// The same as of the operation's own endpoint.
+    /// Parameters, the same as at the operation's own endpoint.
     parameters: AnyParameters,
-    /// Your own id.
+    /// Your own id of the job.
     #[schema(min_length = 1, max_length = 200, example = "WO-4711/20")]
     external_id: Option<String>,
-    /// Who is told of the job's end, an `http` or `https` address that is public or that the operator allows; signed as
-    /// Standard Webhooks describes.
+    /// Address that gets a webhook when the job ends. It must be an `http` or `https` address that is public or that
+    /// the operator allows. The webhook is signed as Standard Webhooks describes.
     #[schema(max_length = 2048, example = "https://mes.example.com/trunnion")]
     callback_url: Option<String>,
 }
@@ -73,32 +73,32 @@ struct JobRequestDoc {
 #[serde(untagged)]
 #[expect(dead_code, reason = "describes the request")]
 enum AnyParameters {
-    /// Of `cc-compensation`.
+    /// Parameters of `cc-compensation`.
     CcCompensation(CcParameters),
-    /// Of `wear-compensation`.
+    /// Parameters of `wear-compensation`.
     WearCompensation(WearParameters),
-    /// Of `compensation`.
+    /// Parameters of `compensation`.
     Compensation(CompensationParameters),
-    /// Of `verification`.
+    /// Parameters of `verification`.
     Verification(VerificationParameters),
-    /// Of `servo-simulation`.
+    /// Parameters of `servo-simulation`.
     ServoSimulation(ServoProgramParameters),
-    /// Of `posting`.
+    /// Parameters of `posting`.
     Posting(PostingParameters),
 }
 
 /// Post a job
 ///
-/// Any operation on a program, computed when its turn comes. Everything that can be checked without reading the program is
-/// checked now. What is accepted is on the disk, survives the end of the process and is finished once. The job is at
-/// `Location`; it is followed there or by its events.
+/// Queues any operation on a program; it is computed when its turn comes. Everything that can be checked without
+/// reading the program is checked now. An accepted job is on the disk: it survives the end of the process and is
+/// finished once. Read the job at `Location`, or follow its events.
 #[utoipa::path(
     post,
     path = "/v1/jobs",
     tag = "jobs",
     operation_id = "create_job",
     params(
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request makes the job once"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request creates only one job"),
     ),
     request_body(
         content(
@@ -112,10 +112,10 @@ enum AnyParameters {
         ),
     ),
     responses(
-        (status = 202, description = "The job, accepted", body = JobDocument,
+        (status = 202, description = "The accepted job", body = JobDocument,
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Its tag"),
+                ("ETag" = String, description = "Tag of the content"),
             )),
         Refusals,
     )
@@ -150,7 +150,7 @@ pub(super) async fn create_job(
         return Ok(accepted(job));
     }
     if surface.is_some() && !order.looks_at_part {
-        return Err(invalid("/surface", "the operation does not look at a surface"));
+        return Err(invalid("/surface", "this operation does not use a surface; remove the field"));
     }
     let on = Arc::unwrap_or_clone(current_machine(&app, &order.machine_id).await?);
     let on = with_wear(&app.store, &app.sources, on, order.cutter_id.as_deref()).await?;
@@ -159,7 +159,7 @@ pub(super) async fn create_job(
     let repeats = repeated_step(&app.store, &program.sha256(), order.steps, machines).await?;
     let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
     let work = order.work(on, sizes, &app.means())?;
-    // What never has room is refused now; what has none at the moment waits.
+    // Work that can never have memory is refused now; work that has none at present waits.
     if let Some(facets) = sizes.surface_facets
         && let Err(fault) = app.compute.surface_memory(facets)
         && fault.is_too_large()

@@ -1,4 +1,4 @@
-//! Tells a job's end once more.
+//! Delivers a job's end once more.
 
 use axum::extract::{Request, State};
 use axum::response::{IntoResponse, Response};
@@ -23,8 +23,8 @@ refusals!(
 
 /// Deliver a job's end again
 ///
-/// The `callback_url` is told now, whatever came of it before, and again with the usual pauses if that fails. The delivery
-/// carries the `webhook-id` that it always had.
+/// Sends the webhook to `callback_url` now, whatever the result of earlier attempts. If that fails, further attempts
+/// follow after the usual pauses. The delivery keeps its `webhook-id`.
 #[utoipa::path(
     post,
     path = "/v1/jobs/{id}/deliveries",
@@ -32,10 +32,10 @@ refusals!(
     operation_id = "deliver_job_again",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key asks for one delivery"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key asks for only one delivery"),
     ),
     responses(
-        (status = 202, description = "It will be delivered", body = DeliveryDocument,
+        (status = 202, description = "The delivery is scheduled", body = DeliveryDocument,
             headers(("Location" = String, description = "The deliveries of the job")),
             example = json!({
                 "webhook_id": "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60", "event": "job.succeeded", "state": "waiting",
@@ -58,7 +58,7 @@ pub(super) async fn deliver_job_again(
         match app.store.deliver_again(&id, &app.sources.timestamp(), used.as_ref(), &actor).await? {
             Redelivery::Asked => app.courier.wake(),
             Redelivery::Nothing => return Err(nothing(&job)),
-            // The same key came in twice at once; the other request was first.
+            // The same key arrived twice at the same time; the other request was first.
             Redelivery::KeyTaken => {
                 remembered(&app, used.as_ref()).await?.ok_or_else(key_reused)?;
             }
@@ -71,7 +71,7 @@ pub(super) async fn deliver_job_again(
 
 fn nothing(job: &JobDocument) -> Problem {
     let detail = if job.callback_url.is_none() {
-        "the job was posted without callback_url".to_owned()
+        "the job has no callback_url".to_owned()
     } else {
         format!("the job is {} and has not ended", job.state.as_str())
     };

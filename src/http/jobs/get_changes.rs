@@ -1,4 +1,4 @@
-//! Reads what a compensation in one pass did to every motion.
+//! Reads the changes that a compensation in one pass made to every motion.
 
 use axum::extract::State;
 use axum::response::Response;
@@ -16,8 +16,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 
 /// Read the changes of a compensation in one pass
 ///
-/// Every motion that any step did something to, one a row: its line of the upload, how far its end was moved for location
-/// errors and for wear, how far its course was corrected, how many blocks it became, and the sum of its errors before
+/// One row for every motion that any step changed: its line of the upload, how far its end was moved for location
+/// errors and for wear, the correction of its path, the number of blocks it became, and the sum of its errors before
 /// and after.
 #[utoipa::path(
     get,
@@ -26,16 +26,16 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
     operation_id = "get_job_changes",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
         ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
-        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
+        ("If-Range" = Option<String>, Header, description = "ETag of the version that the range belongs to; if it has changed, the answer is the whole content"),
     ),
     responses(
         (status = 200, description = "The table", body = String, content_type = "text/csv",
-            headers(("ETag" = String, description = "Its tag"), ("Content-Disposition" = String, description = "Its file name"))),
+            headers(("ETag" = String, description = "Tag of the content"), ("Content-Disposition" = String, description = "File name"))),
         (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/csv",
-            headers(("Content-Range" = String, description = "Which bytes of how many"))),
-        (status = 304, description = "It is as you know it"),
+            headers(("Content-Range" = String, description = "Position of the bytes, and total length"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

@@ -27,21 +27,21 @@ use crate::wire::{JobDocument, JobState, NoParameters};
 refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest, Busy);
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
-/// Tells proxies that follow this word not to hold events back.
+/// Proxies that know this header do not hold events back.
 const ACCEL_BUFFERING: HeaderName = HeaderName::from_static("x-accel-buffering");
-/// Time between two looks at the progress of a job that runs.
+/// Time between two checks of a running job's progress.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(250);
 /// Time between two comments that keep a silent connection open.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
-/// Time between two looks whether the key that a client came with still opens anything.
+/// Time between two checks of whether the client's key is still valid.
 const BETWEEN_KEY_LOOKS: Duration = Duration::from_secs(1);
 
 /// Follow a job
 ///
-/// Server-sent events: `state` with state and progress, once for the state there is and again at every change; `progress`
-/// while the job runs. The stream ends after a final state, and when the API key is revoked
-/// or ends. A client that comes back with `Last-Event-ID` is not told
-/// again what it knows; where that was a final state, the answer is 204.
+/// Server-sent events. `state` has state and progress; it comes once for the present state and again at every change.
+/// `progress` comes while the job runs. The stream ends after a final state, and when the API key is revoked or
+/// expires. A client that reconnects with `Last-Event-ID` does not get known events again. If it already has the
+/// final state, the answer is 204.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/events",
@@ -49,12 +49,12 @@ const BETWEEN_KEY_LOOKS: Duration = Duration::from_secs(1);
     operation_id = "get_job_events",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event that is known"),
+        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event that you received"),
     ),
     responses(
         (status = 200, description = "The events", body = String, content_type = "text/event-stream",
             example = "event: state\nid: running-0\ndata: {\"state\":\"running\",\"progress\":0}\n\nevent: progress\nid: running-412\ndata: {\"progress\":0.412}\n\nevent: state\nid: succeeded-1000\ndata: {\"state\":\"succeeded\",\"progress\":1}\n\n"),
-        (status = 204, description = "The job has ended, and you know it"),
+        (status = 204, description = "The job has ended, and you have its final state"),
         Refusals,
     )
 )]
@@ -66,7 +66,7 @@ pub(super) async fn get_job_events(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     choose(&headers, &["text/event-stream"])?;
-    // Changes are heard before the job is read, so that none falls between.
+    // The stream subscribes to changes before it reads the job, so that it misses none.
     let changes = app.queue.changes();
     let now = Seen::of(&find(&app, &id).await?.document);
     let known = headers.get(LAST_EVENT_ID).and_then(|value| value.to_str().ok());
@@ -75,9 +75,10 @@ pub(super) async fn get_job_events(
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let place = app.followers.take(&asker(), 1).map_err(|refused| match refused {
-        NoShare::Full { total, .. } => {
-            Problem::new(ProblemType::Busy, format!("{total} clients follow jobs already"))
-        }
+        NoShare::Full { total, .. } => Problem::new(
+            ProblemType::Busy,
+            format!("{total} clients already follow jobs, which is the limit"),
+        ),
         over @ NoShare::OverShare { .. } => over.into(),
     })?;
     let first = if known { None } else { Some(now) };
@@ -93,11 +94,11 @@ pub(super) async fn get_job_events(
     Ok(response)
 }
 
-/// What there is to tell of a job.
+/// The state of a job that an event reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Seen {
     state: JobState,
-    /// Thousandths.
+    /// Progress in thousandths.
     progress: u16,
 }
 
@@ -110,7 +111,7 @@ impl Seen {
         format!("{}-{}", self.state.as_str(), self.progress)
     }
 
-    /// The event that tells this, all of it or the progress alone.
+    /// The event for this state: all of it, or only the progress.
     fn event(self, whole: bool) -> Event {
         let progress = f64::from(self.progress) / 1000.0;
         let event = Event::default().id(self.id());
@@ -131,19 +132,20 @@ fn thousandths(share: f64) -> u16 {
 struct Follower {
     app: AppState,
     id: String,
-    /// The key that the client came with.
+    /// The key of the client.
     key_id: Option<Arc<str>>,
-    /// When it is looked at again.
+    /// Time of the next check of the key.
     key_look: Instant,
     changes: Receiver<Arc<str>>,
     told: Seen,
-    /// Told at once.
+    /// Reported at once.
     first: Option<Seen>,
     _place: Held,
 }
 
 impl Follower {
-    /// The next event; none after a final state, when the service stops, or when the client would not be let in any more.
+    /// The next event; `None` after a final state, when the service stops, or when the client's key is no longer
+    /// valid.
     async fn next(&mut self) -> Option<Event> {
         if let Some(first) = self.first.take() {
             return Some(first.event(true));
@@ -181,7 +183,7 @@ impl Follower {
 
     async fn is_let_in(&self) -> bool {
         let now = || self.app.sources.clock.now();
-        // As long as the keys cannot be read, nobody new is let in either.
+        // While the keys cannot be read, new clients are not admitted either.
         self.app
             .keys
             .current(&self.app.store)

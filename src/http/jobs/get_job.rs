@@ -17,7 +17,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest
 
 /// Read a job
 ///
-/// What was asked, of which machine revision, of which bytes, and what came of it.
+/// The request, the machine revision, the digest of the upload, and the result.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}",
@@ -25,11 +25,11 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest
     operation_id = "get_job",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The job", body = JobDocument, headers(("ETag" = String, description = "Its tag"))),
-        (status = 304, description = "It is as you know it"),
+        (status = 200, description = "The job", body = JobDocument, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

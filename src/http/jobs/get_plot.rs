@@ -18,8 +18,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 
 /// Draw the plot of a job
 ///
-/// Of a compensation the deviation along the path, or the worn cutter's offset, before and after; of a servo simulation
-/// the contour error.
+/// For a compensation: the deviation along the path, or the worn cutter's offset, before and after. For a servo
+/// simulation: the contour error.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/plot",
@@ -27,12 +27,12 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
     operation_id = "get_job_plot",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
         (status = 200, description = "The plot", body = String, content_type = "image/svg+xml",
-            headers(("ETag" = String, description = "Its tag"))),
-        (status = 304, description = "It is as you know it"),
+            headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

@@ -18,7 +18,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 
 /// Read the program of a job
 ///
-/// The same bytes that were answered first.
+/// The same bytes as in the first answer.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/program",
@@ -26,20 +26,20 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
     operation_id = "get_job_program",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
         ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
-        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
+        ("If-Range" = Option<String>, Header, description = "ETag of the version that the range belongs to; if it has changed, the answer is the whole content"),
     ),
     responses(
         (status = 200, description = "The program", body = String, content_type = "text/plain",
             headers(
-                ("ETag" = String, description = "Its tag"),
-                ("Content-Disposition" = String, description = "Its file name"),
-                ("Trunnion-Motions-Checked" = i64, description = "Motions of a compensated program that were looked at"),
+                ("ETag" = String, description = "Tag of the content"),
+                ("Content-Disposition" = String, description = "File name"),
+                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked in a compensated program"),
             )),
         (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/plain",
-            headers(("Content-Range" = String, description = "Which bytes of how many"))),
-        (status = 304, description = "It is as you know it"),
+            headers(("Content-Range" = String, description = "Position of the bytes, and total length"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

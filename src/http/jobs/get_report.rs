@@ -25,17 +25,17 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 #[serde(untagged)]
 #[expect(dead_code, reason = "describes the answer")]
 enum AnyReport {
-    /// Of `cc-compensation`.
+    /// Report of `cc-compensation`.
     CcCompensation(CcReport),
-    /// Of `servo-simulation`.
+    /// Report of `servo-simulation`.
     ServoSimulation(ServoReport),
-    /// Of `wear-compensation`.
+    /// Report of `wear-compensation`.
     WearCompensation(WearReport),
-    /// Of `verification`.
+    /// Report of `verification`.
     Verification(VerificationReport),
-    /// Of `compensation`.
+    /// Report of `compensation`.
     Compensation(Box<CompensationReport>),
-    /// Of `posting`.
+    /// Report of `posting`.
     Posting(PostingReport),
 }
 
@@ -49,15 +49,15 @@ enum AnyReport {
     operation_id = "get_job_report",
     params(
         ("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
         ("Range" = Option<String>, Header, description = "One range of bytes, such as `bytes=0-1023`"),
-        ("If-Range" = Option<String>, Header, description = "ETag under which the range is meant; all of it otherwise"),
+        ("If-Range" = Option<String>, Header, description = "ETag of the version that the range belongs to; if it has changed, the answer is the whole content"),
     ),
     responses(
-        (status = 200, description = "The report", body = AnyReport, headers(("ETag" = String, description = "Its tag"))),
+        (status = 200, description = "The report", body = AnyReport, headers(("ETag" = String, description = "Tag of the content"))),
         (status = 206, description = "The bytes of the JSON text that Range asks for", body = String, content_type = "application/json",
-            headers(("Content-Range" = String, description = "Which bytes of how many"))),
-        (status = 304, description = "It is as you know it"),
+            headers(("Content-Range" = String, description = "Position of the bytes, and total length"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]

@@ -1,4 +1,4 @@
-//! Lists the attempts to tell a job's end.
+//! Lists the attempts to deliver a job's end.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -20,8 +20,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest
 
 /// List the deliveries of a job's end
 ///
-/// How it goes to tell the `callback_url` of the job's end, and every attempt, newest first. Why an attempt met no answer is told
-/// to keys with the scope `admin`.
+/// The state of the delivery to `callback_url`, and every attempt, newest first. If an attempt got no answer, only a
+/// key with the scope `admin` sees the cause.
 #[utoipa::path(
     get,
     path = "/v1/jobs/{id}/deliveries",

@@ -19,37 +19,37 @@ use crate::wire::{FaultList, JobDocument, JobOperation, JobState};
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
-/// Which jobs, and which page of them.
+/// Filters and page.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct JobQuery {
-    /// How many items.
+    /// Number of items.
     #[param(minimum = 1, maximum = 200, default = 50)]
     limit: Option<u64>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
-    /// Only of this machine.
+    /// Only jobs of this machine.
     machine_id: Option<String>,
-    /// Only in this state.
+    /// Only jobs in this state.
     #[param(inline)]
     state: Option<JobState>,
-    /// Only with this id of your own.
+    /// Only jobs with this client id.
     external_id: Option<String>,
-    /// Only that compute this.
+    /// Only jobs with this operation.
     #[param(inline)]
     operation: Option<JobOperation>,
-    /// Only asked for then or later (RFC 3339).
+    /// Only jobs created at this time or later (RFC 3339).
     #[param(format = "date-time", example = "2026-03-14T09:26:53.589Z")]
     created_after: Option<String>,
-    /// Only asked for earlier (RFC 3339).
+    /// Only jobs created before this time (RFC 3339).
     #[param(format = "date-time", example = "2026-03-15T00:00:00.000Z")]
     created_before: Option<String>,
 }
 
 /// List jobs
 ///
-/// Newest first; of the machines that the API key reaches.
+/// Newest first; only jobs of machines that the API key reaches.
 #[utoipa::path(
     get,
     path = "/v1/jobs",

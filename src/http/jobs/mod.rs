@@ -1,4 +1,4 @@
-//! Jobs: what waits, what runs, and everything that was computed, with its report and its program.
+//! Jobs: waiting, running and finished computations, with reports and programs.
 
 mod cancel_job;
 mod create_job;
@@ -45,7 +45,7 @@ async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {
     Ok(with_progress(app, job))
 }
 
-/// The job with how far it is now: that is not stored.
+/// The job with its present progress, which is not stored.
 fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
     if job.document.state == JobState::Running {
         job.document.progress = app.queue.progress(&job.document.id).unwrap_or(job.document.progress);
@@ -53,7 +53,7 @@ fn with_progress(app: &AppState, mut job: JobRow) -> JobRow {
     job
 }
 
-/// The tag of a job as it stands.
+/// The tag of a job in its present state.
 fn job_tag(job: &JobDocument) -> String {
     format!("{}-{}-{}-{}", job.id, job.state.as_str(), job.attempts, job.progress)
 }

@@ -1,4 +1,4 @@
-//! Makes a key.
+//! Creates a key.
 
 use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
@@ -21,9 +21,9 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, Busy
 );
 
-/// Make an API key
+/// Create an API key
 ///
-/// The answer is the only place where the key is ever shown: only a digest is stored. The first key closes the service,
+/// The key is shown only in this answer, because the service stores only its digest. The first key closes the service
 /// from the next request on, so it needs the scope `admin`.
 #[utoipa::path(
     post,
@@ -31,9 +31,9 @@ refusals!(
     tag = "keys",
     operation_id = "create_api_key",
     params(
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and request make one API key; its secret is in the first answer alone"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request creates only one API key; only the first answer has its secret"),
     ),
-    request_body(content = ApiKeyRequest, description = "Who carries it and what it allows", example = json!({
+    request_body(content = ApiKeyRequest, description = "Who uses the key, and its scopes", example = json!({
         "name": "Office of hall 3", "scopes": ["read", "compute", "machines", "calibrations", "admin"],
         "expires_at": "2099-01-01T00:00:00Z"
     })),
@@ -59,7 +59,7 @@ pub(super) async fn create_api_key(
         return Ok(created(known));
     }
     if actor.key_id.is_none() && !request.scopes.contains(&Scope::Admin) {
-        let detail = "the first key closes the service, so it needs the scope admin to let more be made";
+        let detail = "the first key closes the service, so it needs the scope admin; without it no further key could be created";
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/scopes", detail)]));
     }
     let IssuedKey { row, key } = issue_key(&request, &app.sources).map_err(|fault| match fault {
@@ -71,7 +71,7 @@ pub(super) async fn create_api_key(
     if added? {
         return Ok(created(NewApiKeyDocument { key: Some(key), document: row.document }));
     }
-    // The same key came in twice at once; the other request was stored.
+    // The same key arrived twice at the same time; the other request was stored.
     made_before(&app, used.as_ref()).await?.map(created).ok_or_else(key_reused)
 }
 
@@ -80,7 +80,7 @@ async fn made_before(app: &AppState, used: Option<&KeyUse>) -> Result<Option<New
     match app.store.api_key_made_by(used).await? {
         Some(Some(document)) => Ok(Some(NewApiKeyDocument { key: None, document })),
         Some(None) => Err(key_reused()),
-        // It may stand for something else that was stored.
+        // The key may belong to something else that was stored.
         None if app.store.remembered(used).await?.is_some() => Err(key_reused()),
         None if app.store.webhook_secret_made_by(used).await?.is_some() => Err(key_reused()),
         None => Ok(None),

@@ -17,7 +17,7 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, NotAcceptable, InvalidRequest
 
 /// Read an API key
 ///
-/// What it allows, when it ends, when it was last used; never its secret.
+/// Its scopes, its expiry and its last use; never its secret.
 #[utoipa::path(
     get,
     path = "/v1/keys/{id}",
@@ -25,11 +25,11 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, NotAcceptable, InvalidRequest
     operation_id = "get_api_key",
     params(
         ("id" = String, Path, description = "The key's id", example = "5f1c2d4e9a07"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The key", body = ApiKeyDocument, headers(("ETag" = String, description = "Its tag"))),
-        (status = 304, description = "It is as you know it"),
+        (status = 200, description = "The key", body = ApiKeyDocument, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]
@@ -41,7 +41,7 @@ pub(super) async fn get_api_key(
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
     let key = app.store.api_key(&id).await?.ok_or_else(|| key_not_found(&id))?;
-    // All that ever changes of a key.
+    // These are the only members of a key that ever change.
     let [revoked, used] = [&key.revoked_at, &key.last_used_at].map(|time| time.as_deref().unwrap_or("never"));
     let tag = format!("{id}-{revoked}-{used}");
     unless_known(&headers, &tag, || Json(key))

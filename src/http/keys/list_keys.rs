@@ -15,8 +15,8 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
 /// List the API keys
 ///
-/// Newest first, with revoked and expired ones: a key is never deleted, because the audit log names it. Secrets are
-/// stored nowhere.
+/// Newest first, including revoked and expired keys. A key is never deleted, because the audit log names it. Secrets
+/// are not stored.
 #[utoipa::path(
     get,
     path = "/v1/keys",

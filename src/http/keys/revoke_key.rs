@@ -15,14 +15,15 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, InvalidRequest);
 
 /// Revoke an API key
 ///
-/// It opens nothing from now on. A service whose keys are all revoked stays closed; the command line makes new ones.
+/// The key is invalid from now on. A service whose keys are all revoked stays closed; create a new key on the command
+/// line.
 #[utoipa::path(
     delete,
     path = "/v1/keys/{id}",
     tag = "keys",
     operation_id = "revoke_api_key",
     params(("id" = String, Path, description = "The key's id", example = "5f1c2d4e9a07")),
-    responses((status = 204, description = "It is revoked"), Refusals)
+    responses((status = 204, description = "The key is revoked"), Refusals)
 )]
 pub(super) async fn revoke_api_key(
     State(app): State<AppState>,

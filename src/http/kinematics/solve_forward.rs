@@ -22,7 +22,7 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, TooCostly, ResultTooLarge, Busy
 );
 
-/// The options as query parameters, where the body is CSV.
+/// The options as query parameters, if the body is CSV.
 #[derive(Debug, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[expect(dead_code, reason = "describes what the operation takes of the options of both directions")]
@@ -30,9 +30,9 @@ struct ForwardOptions {
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[param(value_type = [f64], required = false, style = Form, explode = false, example = json!([0.0, 0.0, 0.0]))]
     work_offset_mm: Option<Vec<f64>>,
-    /// Tool length, added along the zero-pose tool axis; matters to head axes only.
+    /// Tool length, added along the zero-pose tool axis; it matters only for head axes.
     tool_length_mm: Option<f64>,
-    /// Whether measured errors count.
+    /// Whether measured errors are applied.
     #[param(inline)]
     location_errors: Option<crate::wire::LocationErrors>,
 }
@@ -40,7 +40,7 @@ struct ForwardOptions {
 /// Tool poses.
 #[derive(Debug, Serialize, ToSchema)]
 struct ForwardAnswer {
-    /// Revision it was computed on.
+    /// Revision of the machine that was used.
     machine_revision: i64,
     /// Tool poses in the workpiece.
     poses: Vec<Pose>,
@@ -48,7 +48,7 @@ struct ForwardAnswer {
 
 /// Turn axis words into tool poses
 ///
-/// JSON, or `text/csv` with a header row both ways; the options are then query parameters.
+/// Request and answer are JSON, or `text/csv` with a header row. With CSV the options are query parameters.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/forward-kinematics",
@@ -78,7 +78,10 @@ pub(super) async fn solve_forward_kinematics(
     let revision = on.revision;
     let (joints, options) = read(&app, table, request).await?;
     if options.selection.is_some() || options.start.is_some() {
-        let fault = crate::wire::Fault::new("/selection", "selection and start belong to the inverse");
+        let fault = crate::wire::Fault::new(
+            "/selection",
+            "selection and start are only for inverse kinematics; remove them",
+        );
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     }
     let limits = app.limits();

@@ -29,8 +29,8 @@ refusals!(
 
 /// Turn tool poses into axis words
 ///
-/// JSON, or `text/csv` with a header row both ways; the options are then query parameters, `selection=all` adds a
-/// `pose` column, and the header `Trunnion-Warnings` counts the warnings.
+/// Request and answer are JSON, or `text/csv` with a header row. With CSV the options are query parameters,
+/// `selection=all` adds a `pose` column, and the header `Trunnion-Warnings` has the number of warnings.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/inverse-kinematics",
@@ -80,7 +80,7 @@ pub(super) async fn solve_inverse_kinematics(
     let solved = if trifling {
         solve(&|| ControlFlow::Continue(()))
     } else {
-        // Boxed: the room it takes would be part of every small request's.
+        // Boxed: otherwise its memory would be part of every small request's.
         Box::pin(app.compute.run(solve)).await?
     };
     let (printed, warnings) = solved?;
@@ -92,7 +92,7 @@ pub(super) async fn solve_inverse_kinematics(
     Ok(response)
 }
 
-/// The table, if it fits into as many bytes as a result may have.
+/// The table, if it does not exceed the largest length of a result.
 fn rows(
     columns: JointColumns,
     joints: &[JointWords],

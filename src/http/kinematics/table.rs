@@ -1,4 +1,4 @@
-//! What both directions share: a body of JSON or CSV in, rows out.
+//! The part that both directions share: a body of JSON or CSV in, rows out.
 
 use std::io::{self, Write};
 
@@ -20,20 +20,20 @@ use crate::wire::RowFault;
 pub(super) const ANSWERS: &[&str] = &["application/json", CSV];
 /// Media type of a table.
 pub(super) const CSV: &str = "text/csv";
-/// The revision that was computed on, where the body has no place for it.
+/// The revision that was used, for a body that has no member for it.
 const REVISION: HeaderName = HeaderName::from_static("trunnion-machine-revision");
 
 /// Bytes printed at a time.
 const PRINTED_AT_ONCE: usize = 64 << 10;
 
-/// Whether the body is a table; neither JSON nor CSV is refused.
+/// Whether the body is a table; a body that is neither JSON nor CSV is refused.
 pub(super) fn is_table(headers: &HeaderMap) -> Result<bool, Problem> {
     match media_type(headers).as_deref() {
         Some(CSV) => Ok(true),
         Some(kind) if is_json(kind) => Ok(false),
         found => {
             let found = found.unwrap_or("none");
-            let detail = format!("the operation takes application/json and text/csv, not {found}");
+            let detail = format!("send application/json or text/csv, not {found}");
             Err(Problem::new(ProblemType::UnsupportedMediaType, detail))
         }
     }
@@ -63,8 +63,8 @@ pub(super) async fn feed(
         if length > limit {
             return Err(incoming.refuse_length(limit).await);
         }
-        // Rows are paid as they arrive, many at a time.
-        // Twice, as their list grows by doubling and is moved.
+        // Memory for rows is reserved as they arrive, for many rows at a time.
+        // Twice, because their list grows by doubling and is moved.
         unpaid += 2 * memchr::memchr_iter(b'\n', &chunk).count() * row_bytes;
         if unpaid > PAID_AT_ONCE {
             if let Err(fault) = memory::keep(unpaid as u64) {
@@ -81,28 +81,28 @@ pub(super) async fn feed(
     Ok(())
 }
 
-/// Rows pay for so much at a time \[bytes\].
+/// Memory for rows is reserved in steps of this size \[bytes\].
 const PAID_AT_ONCE: usize = 64 << 10;
 
-/// Longest number in a cell with the comma behind it (bytes).
+/// Longest number in a cell, with the comma after it (bytes).
 const CELL: usize = 25;
 
-/// Refuses an answer of so many bytes over the limit.
+/// Refuses an answer that is longer than the limit.
 pub(super) fn within(limit: u64, length: u64) -> Result<(), Problem> {
     if length <= limit {
         return Ok(());
     }
-    let detail = format!("the answer can have {length} bytes, {limit} are allowed");
+    let detail = format!("the answer may need {length} bytes, but the limit is {limit}; send fewer rows");
     Err(Problem::new(ProblemType::ResultTooLarge, detail))
 }
 
-/// The most bytes that so many rows can have under this header.
+/// The largest number of bytes that this many rows can have with this header.
 pub(super) fn most_bytes(header: &[u8], rows: usize) -> u64 {
     let cells = header.split(|byte| *byte == b',').count();
     (rows as u64).saturating_mul((cells * CELL) as u64).saturating_add(header.len() as u64)
 }
 
-/// Prints rows under their header.
+/// Prints rows after their header.
 pub(super) fn print<T>(
     header: &[u8],
     rows: &[T],

@@ -1,4 +1,4 @@
-//! Takes a machine out of the list.
+//! Deletes a machine.
 
 use axum::extract::State;
 use http::{HeaderMap, StatusCode};
@@ -18,18 +18,19 @@ refusals!(
 
 /// Delete a machine
 ///
-/// Needs `If-Match`. Its tools are deleted with it. Revisions of both stay readable, for the jobs that name them, and so do its
-/// calibrations and wear entries; a machine put again under the same id goes on counting.
+/// `If-Match` is required. The tools of the machine are deleted too. The revisions of both stay readable for the jobs
+/// that name them, and so do calibrations and wear entries. If a machine is stored again under the same id, the
+/// revision numbers continue.
 #[utoipa::path(
     delete,
     path = "/v1/machines/{machine_id}",
     tag = "machines",
     operation_id = "delete_machine",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "dmu-80-t"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "dmu-80-t"),
         ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
     ),
-    responses((status = 204, description = "The machine is gone"), Refusals)
+    responses((status = 204, description = "The machine is deleted"), Refusals)
 )]
 pub(super) async fn delete_machine(
     State(app): State<AppState>,

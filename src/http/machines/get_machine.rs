@@ -16,21 +16,21 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
 
 /// Read a machine
 ///
-/// The current revision. With `If-None-Match` of its `ETag` the answer is 304.
+/// The current revision. If `If-None-Match` has its `ETag`, the answer is 304.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}",
     tag = "machines",
     operation_id = "get_machine",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
         (status = 200, description = "The current revision", body = MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
-                ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors it carries, where it comes from one"))),
-        (status = 304, description = "The revision is the one that is known"),
+                ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors the revision has, if it comes from a run"))),
+        (status = 304, description = "Not changed: your revision is current"),
         Refusals,
     )
 )]

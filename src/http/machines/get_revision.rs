@@ -16,22 +16,22 @@ refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRe
 
 /// Read one revision of a machine
 ///
-/// A revision never changes and stays when its machine is deleted.
+/// A revision never changes, and stays after its machine is deleted.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/revisions/{revision}",
     tag = "machines",
     operation_id = "get_machine_revision",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("revision" = i64, Path, description = "Its number", example = 1),
-        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("revision" = i64, Path, description = "Number of the revision", example = 1),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
         (status = 200, description = "The revision", body = MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
-                ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors it carries, where it comes from one"))),
-        (status = 304, description = "The revision is the one that is known"),
+                ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors the revision has, if it comes from a run"))),
+        (status = 304, description = "Not changed: your revision is current"),
         Refusals,
     )
 )]

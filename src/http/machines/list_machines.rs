@@ -16,7 +16,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
 /// List machines
 ///
-/// At their current revisions, newest machine first; those that the API key reaches.
+/// The machines that the API key reaches, at their current revisions; newest machine first.
 #[utoipa::path(
     get,
     path = "/v1/machines",

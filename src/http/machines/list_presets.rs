@@ -23,7 +23,7 @@ pub(super) struct Presets {
 
 /// List the machine presets
 ///
-/// Common layouts as profiles, to be filled in and put as a machine.
+/// Common layouts as profiles. Fill in the numbers and store the profile as a machine.
 #[utoipa::path(
     get,
     path = "/v1/machine-presets",

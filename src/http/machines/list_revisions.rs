@@ -15,13 +15,13 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
 
 /// List the revisions of a machine
 ///
-/// Newest first; also of a deleted machine.
+/// Newest first. Revisions of a deleted machine are listed too.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/revisions",
     tag = "machines",
     operation_id = "list_machine_revisions",
-    params(("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"), PageQuery),
+    params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), PageQuery),
     responses(
         (status = 200, description = "A page of revisions", body = Listed<MachineDocument>,
             example = json!({"items": [], "next_cursor": null})),

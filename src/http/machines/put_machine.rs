@@ -22,18 +22,18 @@ refusals!(
 
 /// Store a machine
 ///
-/// A new id makes a machine (201). An existing one gets a new revision (200) and needs `If-Match` with the `ETag` of
-/// the revision that was read; an identical profile is the same revision. `If-None-Match: *` refuses to replace. Where both
-/// conditions are sent, both must fit.
+/// A new id creates a machine (201). An existing machine gets a new revision (200) and needs `If-Match` with the
+/// `ETag` of the revision that you read. An identical profile keeps the same revision. `If-None-Match: *` refuses to
+/// replace a machine. If both conditions are sent, both must be met.
 #[utoipa::path(
     put,
     path = "/v1/machines/{machine_id}",
     tag = "machines",
     operation_id = "put_machine",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "dmu-80-t", pattern = "^[a-z0-9][a-z0-9-]{0,63}$"),
-        ("If-Match" = Option<String>, Header, description = "ETag of the revision to be replaced"),
-        ("If-None-Match" = Option<String>, Header, description = "`*`: only make a new machine"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "dmu-80-t", pattern = "^[a-z0-9][a-z0-9-]{0,63}$"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the revision to replace"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: store only a new machine"),
     ),
     request_body(content = MachineProfile, description = "The profile", example = json!({
         "name": "DMU 80 T",

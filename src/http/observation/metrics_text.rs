@@ -1,4 +1,4 @@
-//! Every count in the text form that Prometheus reads.
+//! All counts in the text format that Prometheus reads.
 
 use std::fmt::Write;
 
@@ -9,24 +9,24 @@ use crate::meter::{self, CLASSES_S, Counter, Times};
 use crate::store::SoundnessReading;
 use crate::wire::DeliveryOutcome;
 
-/// What is asked of others at the moment of reading.
+/// Values that are read from other parts at the time of the request.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::http) struct Readings {
-    /// Requests whose client left.
+    /// Requests whose client left before the answer.
     pub(in crate::http) abandoned: u64,
-    /// Memory of the process, where the system tells \[bytes\].
+    /// Memory of the process, if the system reports it \[bytes\].
     pub(in crate::http) resident_bytes: Option<u64>,
-    /// Since the service started \[s\].
+    /// Time since the service started \[s\].
     pub(in crate::http) uptime_s: f64,
-    /// What waits and runs of posted jobs, where the store tells.
+    /// Posted jobs that wait and run, if the store answers.
     pub(in crate::http) queue: Option<QueueReading>,
-    /// What waits of webhooks, where the store tells.
+    /// Webhooks that wait, if the store answers.
     pub(in crate::http) deliveries: Option<DeliveriesReading>,
-    /// What is known of damage to what is stored.
+    /// Known damage of stored data.
     pub(in crate::http) soundness: SoundnessReading,
 }
 
-/// The whole text. Series that never counted are left out.
+/// The whole text. Series that never counted anything are left out.
 pub(in crate::http) fn metrics_text(
     operations: &Operations,
     readings: &Readings,
@@ -36,19 +36,19 @@ pub(in crate::http) fn metrics_text(
     let build = format!("trunnion_build_info{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
     text.family("trunnion_build_info", "gauge", "The running version.");
     text.sample(&build, 1);
-    text.single("trunnion_uptime_seconds", "gauge", "Since the service started.", readings.uptime_s);
+    text.single("trunnion_uptime_seconds", "gauge", "Time since the service started.", readings.uptime_s);
     if let Some(bytes) = readings.resident_bytes {
         text.single("process_resident_memory_bytes", "gauge", "Memory of the process.", bytes);
     }
     if let Some(QueueReading { queued, running, oldest_s }) = readings.queue {
-        text.single("trunnion_jobs_queued", "gauge", "Posted jobs that wait.", queued);
-        text.single("trunnion_jobs_running", "gauge", "Posted jobs that are computed.", running);
-        let help = "Since when the oldest of the jobs that wait does.";
+        text.single("trunnion_jobs_queued", "gauge", "Posted jobs that are waiting.", queued);
+        text.single("trunnion_jobs_running", "gauge", "Posted jobs that are being computed.", running);
+        let help = "Time since when the oldest waiting job has been waiting.";
         text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
     }
     if let Some(DeliveriesReading { waiting, oldest_s }) = readings.deliveries {
-        text.single("trunnion_webhooks_waiting", "gauge", "Ends of jobs that are to be told.", waiting);
-        let help = "Since when the oldest of them is.";
+        text.single("trunnion_webhooks_waiting", "gauge", "Webhooks that are waiting for delivery.", waiting);
+        let help = "Time since when the oldest waiting webhook has been waiting.";
         text.single("trunnion_webhooks_oldest_waiting_seconds", "gauge", help, oldest_s);
     }
     let attempts = "trunnion_webhook_attempts_total";
@@ -64,7 +64,7 @@ pub(in crate::http) fn metrics_text(
         (
             "trunnion_http_requests_in_flight",
             "gauge",
-            "Requests of which the answer has not begun.",
+            "Requests whose answer has not begun.",
             meter::IN_FLIGHT.get(),
         ),
         (
@@ -77,26 +77,26 @@ pub(in crate::http) fn metrics_text(
         (
             "trunnion_received_bytes_total",
             "counter",
-            "Bytes that arrived over the wire.",
+            "Bytes received over the network.",
             signed(meter::BYTES_IN.get()),
         ),
         (
             "trunnion_sent_bytes_total",
             "counter",
-            "Bytes that left over the wire.",
+            "Bytes sent over the network.",
             signed(meter::BYTES_OUT.get()),
         ),
-        ("trunnion_computations_running", "gauge", "Computations under way.", meter::COMPUTING.get()),
+        ("trunnion_computations_running", "gauge", "Computations that are running.", meter::COMPUTING.get()),
         (
             "trunnion_computations_waiting",
             "gauge",
-            "Computations that wait for their turn.",
+            "Computations that are waiting for their turn.",
             meter::WAITING.get(),
         ),
         (
             "trunnion_damaged_reads_total",
             "counter",
-            "Reads of something stored that was found damaged.",
+            "Reads of stored data that was found damaged.",
             signed(meter::DAMAGED_FILES_MET.get()),
         ),
         (
@@ -108,7 +108,7 @@ pub(in crate::http) fn metrics_text(
         (
             "trunnion_program_blocks_total",
             "counter",
-            "Blocks of programs that were worked on.",
+            "Program blocks that were processed.",
             signed(meter::PROGRAM_BLOCKS.get()),
         ),
     ] {
@@ -118,7 +118,7 @@ pub(in crate::http) fn metrics_text(
         ("trunnion_store_read_duration_seconds", "Reads of the database.", &meter::STORE_READS),
         (
             "trunnion_store_write_duration_seconds",
-            "Write transactions of the database, with their wait.",
+            "Write transactions of the database, including the time they waited.",
             &meter::STORE_WRITES,
         ),
     ] {
@@ -128,26 +128,26 @@ pub(in crate::http) fn metrics_text(
     text.0
 }
 
-/// Who was not let in.
+/// Requests that were not admitted.
 fn refusals(text: &mut Text, security: &SecurityLog) {
     let (refusals, unwritten) = security.counts();
     let refused = "trunnion_refusals_total";
-    text.family(refused, "counter", "Requests that were not let in.");
+    text.family(refused, "counter", "Requests that were not admitted.");
     for (reason, count) in refusals {
         text.sample(&format!("{refused}{{reason=\"{}\"}}", reason.as_str()), count);
     }
-    let help = "Refusals that the security log does not have.";
+    let help = "Refusals that are missing from the security log.";
     text.single("trunnion_refusals_unwritten_total", "counter", help, unwritten);
 }
 
-/// What is known of damage.
+/// Known damage.
 fn soundness(text: &mut Text, soundness: &SoundnessReading) {
     let help = "Stored files and reports that are known to be damaged.";
     text.single("trunnion_stored_files_damaged", "gauge", help, soundness.damaged);
-    let help = "What the last scrub found in the database.";
+    let help = "Findings of the last scrub in the database.";
     text.single("trunnion_scrub_findings", "gauge", help, soundness.findings);
     if let Some(at_s) = soundness.scrubbed_at_s {
-        let help = "When everything stored was last read through.";
+        let help = "Time when all stored data was last read completely.";
         text.single("trunnion_scrub_last_timestamp_seconds", "gauge", help, at_s);
     }
 }
@@ -167,7 +167,7 @@ fn requests(text: &mut Text, operations: &Operations) {
         }
     }
     let duration = "trunnion_http_request_duration_seconds";
-    text.family(duration, "histogram", "From the header of a request to the header of its answer.");
+    text.family(duration, "histogram", "Time from the header of a request to the header of its answer.");
     for series in operations.iter() {
         let labels = format!("operation=\"{}\",method=\"{}\"", series.operation, series.method);
         text.histogram(duration, &labels, &series.times);
@@ -182,7 +182,7 @@ struct Text(String);
 
 impl Text {
     fn family(&mut self, name: &str, kind: &str, help: &str) {
-        // Writing into a string does not fail.
+        // Writing into a string cannot fail.
         let _written = writeln!(self.0, "# HELP {name} {help}\n# TYPE {name} {kind}");
     }
 

@@ -1,4 +1,4 @@
-//! What is seen of requests: a span and a log line for each, its place in a trace, counts and times.
+//! Observation of requests: a span and a log line for each, its trace, counts and times.
 
 mod export;
 mod metrics_text;

@@ -1,5 +1,5 @@
-//! What is counted of requests: one series for each operation, method and status, and no other. All of them exist from
-//! the start, so that nothing a client sends makes memory grow.
+//! Counts of requests: one series for each operation, method and status, and no others. All series exist from the
+//! start, so that no request of a client makes memory grow.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use http::{Method, StatusCode};
 
 use crate::meter::{Counter, Times};
 
-/// Name of what belongs to no operation.
+/// Name for requests that belong to no operation.
 pub(super) const UNMATCHED: &str = "unmatched";
 
-/// The methods told apart where no operation is met.
+/// The methods that are distinguished if no operation matches.
 const METHODS: [&str; 8] = ["GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "other"];
 
-/// The statuses told apart; every other one counts as the last.
+/// The statuses that are distinguished; every other status counts as the last.
 pub(super) const STATUSES: [u16; 32] = [
     101, 200, 201, 202, 204, 206, 301, 302, 303, 304, 307, 308, 400, 401, 403, 404, 405, 406, 408, 409, 410,
     412, 413, 414, 415, 416, 422, 428, 429, 431, 500, 503,
@@ -26,7 +26,7 @@ pub(in crate::http) struct Series {
     pub(in crate::http) operation: Box<str>,
     /// The request's method.
     pub(in crate::http) method: &'static str,
-    /// By status, the last being any other.
+    /// Counts by status; the last entry is for any other status.
     pub(super) answered: [Counter; STATUSES.len() + 1],
     /// From the header of a request to the header of its answer.
     pub(in crate::http) times: Times,
@@ -51,12 +51,12 @@ impl Series {
 #[derive(Debug)]
 pub(in crate::http) struct Operations {
     series: Vec<Series>,
-    /// Places in `series` of what a path can be asked.
+    /// For each path: the indices in `series` of its methods.
     paths: HashMap<Box<str>, Vec<usize>>,
 }
 
 impl Operations {
-    /// The series of these operations: method, pattern of the path, id. A GET can be asked as HEAD.
+    /// The series of these operations: method, pattern of the path, id. A GET operation also answers HEAD.
     pub(in crate::http) fn new<'a>(
         operations: impl Iterator<Item = (&'static str, &'a str, &'a str)>,
     ) -> Self {
@@ -75,7 +75,7 @@ impl Operations {
         Self { series, paths }
     }
 
-    /// Where a request counts.
+    /// The series in which a request counts.
     pub(in crate::http) fn of(&self, path: Option<&str>, method: &Method) -> Option<&Series> {
         let met = path.and_then(|path| self.paths.get(path)).and_then(|places| {
             let mut all = places.iter().filter_map(|place| self.series.get(*place));
@@ -87,7 +87,7 @@ impl Operations {
         })
     }
 
-    /// All of them.
+    /// All series.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Series> {
         self.series.iter()
     }

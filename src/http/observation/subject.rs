@@ -1,9 +1,9 @@
-//! Which machine and which job a request is about, as far as its path says.
+//! The machine and the job that a request concerns, as far as its path names them.
 
 /// Longest id that is logged \[bytes\].
 const LONGEST: usize = 64;
 
-/// The machine and the job that a path names where its pattern has places for them.
+/// The machine and the job in a path, if its pattern has places for them.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub(in crate::http) struct Subject<'a> {
     pub(in crate::http) machine_id: Option<&'a str>,
@@ -11,7 +11,7 @@ pub(in crate::http) struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Of this path, met by this pattern.
+    /// From this path, which matched this pattern.
     pub(in crate::http) fn of(pattern: &str, path: &'a str) -> Self {
         let mut found = Self::default();
         let mut before = "";
@@ -26,13 +26,13 @@ impl<'a> Subject<'a> {
         found
     }
 
-    /// Likewise of the reference that an answer carries to what it has made.
+    /// The job in the address of an answer's `Location`.
     pub(in crate::http) fn job_of_location(location: &'a str) -> Option<&'a str> {
         plain(location.strip_prefix("/v1/jobs/")?.split('/').next()?)
     }
 }
 
-/// Ids are plain; what is not is no id and does not enter the log.
+/// Ids are plain text; any other text is not an id and does not enter the log.
 fn plain(segment: &str) -> Option<&str> {
     let sound = !segment.is_empty()
         && segment.len() <= LONGEST

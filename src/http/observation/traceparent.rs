@@ -1,5 +1,5 @@
-//! The trace that a request belongs to (W3C Trace Context): the `traceparent` that comes in, the `traceresponse` that
-//! goes out.
+//! The trace that a request belongs to (W3C Trace Context): the `traceparent` of the request, the `traceresponse` of
+//! the answer.
 
 use std::fmt;
 
@@ -12,22 +12,22 @@ const TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 /// Bytes of a `traceparent` of the first version.
 const LENGTH: usize = 55;
 
-/// Where a request stands in a trace.
+/// The position of a request in a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trace {
     /// Id of the trace, not zero.
     pub trace_id: u128,
-    /// Span of the caller, where one was named.
+    /// Span of the caller, if the request names one.
     pub parent_id: Option<u64>,
-    /// Our span in it, not zero.
+    /// Our span in the trace, not zero.
     pub span_id: u64,
-    /// Whether the caller records the trace; ours are.
+    /// Whether the caller records the trace; our traces are recorded.
     pub sampled: bool,
 }
 
 impl Trace {
-    /// The trace that the headers name, or a new one: a `traceparent` that is not of the form, or that is there twice,
-    /// counts as none. `fresh` gives the new ids; its lower half is random enough for a span, its whole for a trace.
+    /// The trace that the headers name, or a new one. A `traceparent` that has another form, or that occurs twice, is
+    /// ignored. `fresh` gives the new ids: its lower half is random enough for a span, the whole for a trace.
     #[must_use]
     pub fn of(headers: &HeaderMap, fresh: Uuid) -> Self {
         let (trace_id, span_id) = (fresh.as_u128(), fresh.as_u64_pair().1);
@@ -40,7 +40,7 @@ impl Trace {
         }
     }
 
-    /// The same text as displayed, written digit by digit: every answer has it.
+    /// The same text as `Display`, written digit by digit: every answer has it.
     pub(in crate::http) fn text(&self) -> [u8; LENGTH] {
         let mut text = *b"00-00000000000000000000000000000000-0000000000000000-00";
         let parts = [(3..35, self.trace_id), (36..52, self.span_id.into()), (53..55, self.sampled.into())];
@@ -55,14 +55,14 @@ impl Trace {
     }
 }
 
-/// As `traceparent` and `traceresponse` have it, with our span.
+/// The form of `traceparent` and `traceresponse`, with our span.
 impl fmt::Display for Trace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&String::from_utf8_lossy(&self.text()))
     }
 }
 
-/// Trace, span and whether it is sampled. Later versions may go on after the flags.
+/// Trace, span and sampled flag. Later versions may have more text after the flags.
 fn parsed(value: &[u8]) -> Option<(u128, u64, bool)> {
     let dash = |at: usize| value.get(at) == Some(&b'-');
     let whole =
@@ -77,7 +77,7 @@ fn parsed(value: &[u8]) -> Option<(u128, u64, bool)> {
     (version != 0xff && trace_id != 0 && parent_id != 0).then_some((trace_id, parent_id, flags & 1 == 1))
 }
 
-/// Lower-case digits only.
+/// Accepts only lower-case digits.
 fn hex(digits: &[u8]) -> Option<u128> {
     digits.iter().try_fold(0, |sum, digit| {
         let value = match digit {
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!(found.to_string(), "00-4bf92f3577b34da6a3ce929d0e0e4736-80000000000000ff-01");
         let unsampled = trace(&["00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-00"]);
         assert!(unsampled.to_string().ends_with("-00"));
-        // A later version may say more.
+        // A later version may have more text.
         let later = trace(&["cc-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-03-what-comes"]);
         assert_eq!(later.trace_id, found.trace_id);
         assert!(later.sampled);

@@ -1,17 +1,17 @@
-//! Examples of answers: what the service answered to the examples of requests. `tests/api/examples.rs` asks for every one of
-//! them and writes them down (`BLESS=1`); nobody makes them up.
+//! Examples of answers: the service's real answers to the examples of requests. `tests/api/examples.rs` requests each
+//! of them and writes it down (`BLESS=1`); no example is invented.
 
 use serde_json::{Map, Value, json};
 
-/// By operation and media type.
+/// Answers by operation and media type.
 const ANSWERS: &str = include_str!("answers.json");
 
-/// All of them; none where they cannot be read, which the test of the description finds.
+/// All answers; empty if they cannot be read, which the test of the description finds.
 pub(super) fn all() -> Map<String, Value> {
     serde_json::from_str(ANSWERS).unwrap_or_default()
 }
 
-/// Puts an operation's answers into its responses that have no example.
+/// Adds an operation's answers to its responses that have no example.
 pub(super) fn insert(operation: &mut Map<String, Value>, answers: &Map<String, Value>) {
     let id = operation.get("operationId").and_then(Value::as_str).unwrap_or_default();
     let answers = answers.get(id).unwrap_or(&Value::Null);
@@ -21,8 +21,8 @@ pub(super) fn insert(operation: &mut Map<String, Value>, answers: &Map<String, V
         let contents = response.get_mut("content").and_then(Value::as_object_mut);
         for (kind, content) in contents.into_iter().flatten() {
             let Some(content) = content.as_object_mut() else { continue };
-            // A part of the bytes is of the same media type, and no document of it. A stream is no text that ends: there is no
-            // way to say the form of its events before OpenAPI 3.2.
+            // A part of the bytes has the same media type but is not a document. A stream has no end; OpenAPI before
+            // 3.2 cannot describe the form of its events.
             if (status == "206" && kind == "application/json") || kind == "text/event-stream" {
                 content.remove("schema");
                 continue;

@@ -1,5 +1,5 @@
-//! The description of the interface, made from the routes themselves and put into a form that strict readers and generators of
-//! clients take.
+//! The description of the interface. It is made from the routes and converted to a form that strict readers and
+//! client generators accept.
 
 mod answers;
 mod parameters;
@@ -16,32 +16,32 @@ use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
 use super::webhooks::describe;
 
-/// What no route says.
+/// The parts of the description that no route states.
 #[derive(OpenApi)]
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are mm and angles degrees unless a name says otherwise; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. Examples of answers are what the service answered to the examples of requests, with lists cut to three items and long texts to their beginning.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to three items, long texts to their beginning.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),
     tags(
         (name = "machines", description = "Machine profiles as immutable revisions"),
-        (name = "tools", description = "The tool table of a machine: what programs call, with radius, corner radius and length"),
+        (name = "tools", description = "The tool table of a machine: number or name, radius, corner radius and length"),
         (name = "kinematics", description = "Tool poses to axis words and back"),
-        (name = "programs", description = "NC programs in, compensated programs out"),
-        (name = "servo", description = "What loop gains and feed do to the part"),
-        (name = "wear", description = "What a worn cutter leaves, and what to do about it"),
-        (name = "calibrations", description = "Where the rotary axes really are, from measured runs"),
-        (name = "jobs", description = "Everything that was computed, with its report and its program"),
-        (name = "webhooks", description = "The ends of jobs, told to who posted them and signed"),
-        (name = "keys", description = "Who may do what, and who did what"),
+        (name = "programs", description = "Compensation, verification and posting of NC programs"),
+        (name = "servo", description = "Effect of loop gains and feed on the part"),
+        (name = "wear", description = "Scallops, wear entries, and advice for worn cutters"),
+        (name = "calibrations", description = "Location errors of the rotary axes from measured runs"),
+        (name = "jobs", description = "Computations, with their reports and programs"),
+        (name = "webhooks", description = "Signed messages to your system when a job ends"),
+        (name = "keys", description = "API keys and the audit log"),
         (name = "service", description = "The service itself"),
     ),
 )]
 pub(super) struct Base;
 
-/// The description with everything that the routes do not say.
+/// The description with the parts that the routes do not state.
 pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
@@ -50,8 +50,8 @@ pub(super) fn completed(mut document: Document) -> Document {
     document
 }
 
-/// The description as it is given away: `completed` in a form that strict readers and generators of clients take, with the
-/// service's own answers for examples.
+/// The published description: `completed` in a form that strict readers and client generators accept, with the
+/// service's own answers as examples.
 pub(super) fn published(document: &Document) -> Value {
     let mut document = serde_json::to_value(document).unwrap_or_default();
     schemas::bound_unsigned(&mut document);
@@ -79,7 +79,7 @@ fn operations_mut(document: &mut Value) -> impl Iterator<Item = &mut Map<String,
     items.flat_map(|item| item.values_mut().filter_map(Value::as_object_mut))
 }
 
-/// Fields of a form are left out, not null, and have media types of their own; there are no others.
+/// Fields of a form are left out instead of null, have their own media types, and there are no other fields.
 fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, Value>) {
     let contents = operation.get_mut("requestBody").and_then(|body| body.get_mut("content"));
     let Some(Value::Object(form)) = contents.and_then(|all| all.get_mut("multipart/form-data")) else {
@@ -100,12 +100,12 @@ fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, 
     form.insert("encoding".to_owned(), Value::Object(encoding));
 }
 
-/// Name of the way in which keys are sent.
+/// Name of the security scheme for API keys.
 const SCHEME: &str = "api_key";
 
-/// Says of every operation which scope it needs, and what it answers who does not have it.
+/// Adds to every operation the scope that it needs, and the answers to a caller without it.
 fn guarded(document: &mut Document) {
-    let words = "An API key, `trn_…`, with the scope that each operation names. A service for which no key was ever made is open and asks for none.";
+    let words = "An API key, `trn_…`, with the scope that each operation names. A service without keys, where none was ever created, is open and asks for none.";
     let bearer = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).description(Some(words)).build();
     let components = document.components.get_or_insert_default();
     components.add_security_scheme(SCHEME, SecurityScheme::Http(bearer));

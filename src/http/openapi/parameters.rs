@@ -1,4 +1,5 @@
-//! Parameters as they are sent: a query has no objects but dotted names, and no header or parameter is null.
+//! Parameters in the form in which they are sent: a query has dotted names instead of objects, and no header or
+//! parameter is null.
 
 use std::collections::BTreeMap;
 
@@ -6,16 +7,16 @@ use serde_json::{Map, Value, json};
 
 use super::schemas::{reference, resolved};
 
-/// Letters by which parameters for each axis are named.
+/// Letters in the names of parameters for each axis.
 const AXES: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 
-/// A header's text as the service reads it.
+/// Schemas of headers that the service reads.
 const HEADERS: &[(&str, &str)] =
     &[("Idempotency-Key", "^[!-~]([ -~]{0,253}[!-~])?$"), ("If-Match", TAGS), ("If-None-Match", TAGS)];
 /// `*`, or entity tags (RFC 9110 §8.8.3).
 const TAGS: &str = r#"^(\*|(W/)?"[!#-~]*"(, (W/)?"[!#-~]*")*)$"#;
 
-/// Puts the parameters of an operation into the form in which they are sent.
+/// Converts the parameters of an operation to the form in which they are sent.
 pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Value>) {
     let named = of_the_form(operation, schemas);
     if !named.is_empty() {
@@ -52,8 +53,8 @@ pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Val
     }
 }
 
-/// The query of an operation on a program: each parameter that the field `parameters` of its form has. None is required: a form
-/// has them all.
+/// The query of an operation on a program: each parameter that the field `parameters` of its form has. None is
+/// required, because the form may have them all.
 fn of_the_form(operation: &Map<String, Value>, schemas: &Map<String, Value>) -> Vec<Value> {
     let form = operation
         .get("requestBody")
@@ -70,7 +71,7 @@ fn of_the_form(operation: &Map<String, Value>, schemas: &Map<String, Value>) -> 
     members.into_iter().flatten().map(parameter).collect()
 }
 
-/// The description of a schema, taken out of it. One or null has it at the one.
+/// Takes the description out of a schema. In a schema "value or null", the value has it.
 fn taken_description(schema: &mut Value) -> Option<Value> {
     let members = schema.as_object_mut()?;
     if let Some(description) = members.remove("description") {
@@ -85,7 +86,7 @@ fn taken_description(schema: &mut Value) -> Option<Value> {
     }
 }
 
-/// A request by query has the example of the form.
+/// A request by query gets the example of the form.
 fn take_examples_of_the_form(operation: &mut Map<String, Value>) {
     let form = operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data"));
     let example = form.and_then(|form| form.pointer("/example/parameters")).cloned().unwrap_or_default();
@@ -102,7 +103,7 @@ fn take_examples_of_the_form(operation: &mut Map<String, Value>) {
     }
 }
 
-/// Every value of a document by the name that a query has for it.
+/// Every value of a document by its name in a query.
 fn dotted(name: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
     let Some(members) = value.as_object() else {
         into.insert(name.to_owned(), value.clone());
@@ -114,8 +115,8 @@ fn dotted(name: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
     }
 }
 
-/// Defaults in words: parameters come in the query or in a field of the form, not in both, and there are clients that
-/// send every default they know.
+/// States defaults in words: parameters come in the query or in a field of the form, but not in both, and some
+/// clients send every default that they know.
 fn tell_defaults(operation: &mut Map<String, Value>) {
     let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
     for parameter in parameters.into_iter().flatten().filter_map(Value::as_object_mut) {
@@ -154,7 +155,7 @@ fn flatten(parameter: Value, schemas: &Map<String, Value>, into: &mut Vec<Value>
                 .map(|(member, schema)| (member.clone(), schema.clone(), needed && is_needed(member)))
                 .collect()
         } else if let Some(one) = schema.get("additionalProperties").filter(|one| one.is_object()) {
-            // A map by other names says which ones people use most.
+            // For a map with other names, the example shows the usual ones.
             let names = schema.pointer("/propertyNames/examples").and_then(Value::as_array);
             let names = names.map(|names| names.iter().filter_map(Value::as_str).collect::<Vec<_>>());
             let names = names.unwrap_or_else(|| AXES.to_vec());
@@ -182,7 +183,8 @@ fn flatten(parameter: Value, schemas: &Map<String, Value>, into: &mut Vec<Value>
     }
 }
 
-/// A schema with what it refers to in its place: `allOf` of words and a default is both, one or null is the one.
+/// A schema with its references replaced: `allOf` with words and a default becomes one schema, "value or null"
+/// becomes the value.
 fn joined(schema: &Value, schemas: &Map<String, Value>) -> Value {
     let choice = |key: &str| schema.get(key).and_then(Value::as_array);
     let parts = if let Some(parts) = choice("allOf") {
@@ -198,7 +200,7 @@ fn joined(schema: &Value, schemas: &Map<String, Value>) -> Value {
     for part in parts {
         let part = resolved(part, schemas).as_object().cloned().unwrap_or_default();
         for (key, value) in part {
-            // The first part says the type; of a default alone the type is made up.
+            // The first part states the type; the type of a default alone would be invented.
             if key != "type" || !whole.contains_key("type") {
                 whole.insert(key, value);
             }
@@ -215,7 +217,7 @@ fn text<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
     value.get(key).and_then(Value::as_str)
 }
 
-/// The same schema for what is there: what is not there is left out, not null.
+/// The same schema without null: a missing value is left out.
 pub(super) fn without_null(schema: &mut Value) {
     if let Some(Value::Array(kinds)) = schema.get_mut("type") {
         kinds.retain(|kind| kind != "null");

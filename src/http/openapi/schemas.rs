@@ -1,14 +1,14 @@
-//! Schemas as strict readers and generators of clients need them: one name for each thing, no part that excludes what another
-//! part adds, alternatives that a member tells apart, nothing that nobody uses.
+//! Schemas in the form that strict readers and client generators need: one name for each thing, no part that forbids
+//! what another part adds, alternatives that one member distinguishes, no unused schemas.
 //!
-//! Alternatives have no `discriminator`: the one word that their member has in each of them says it already, and generators that
-//! make an enum of one write that member twice.
+//! Alternatives have no `discriminator`: their member has one fixed word in each of them, which is enough. Generators
+//! that make an enum from a discriminator write that member twice.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-/// Where schemas stand.
+/// The path of the schemas in the document.
 pub(super) const SCHEMAS: &str = "#/components/schemas/";
 
 /// Every operation of a job and the schema of its parameters.
@@ -21,7 +21,7 @@ const JOBS: &[(&str, &str)] = &[
     ("posting", "PostingParameters"),
 ];
 
-/// Mends all of them.
+/// Corrects all schemas.
 pub(super) fn mend(schemas: &mut Map<String, Value>) {
     name_items(schemas);
     merge_parts(schemas);
@@ -36,7 +36,7 @@ pub(super) fn mend(schemas: &mut Map<String, Value>) {
     }
 }
 
-/// Says how large a number of 32 bits without a sign can be: of its format, `int32`, a reader takes half.
+/// States the upper bound of an unsigned 32-bit number: readers take its format, `int32`, for half of that range.
 pub(super) fn bound_unsigned(value: &mut Value) {
     match value {
         Value::Array(items) => items.iter_mut().for_each(bound_unsigned),
@@ -70,7 +70,7 @@ fn member<'a>(schemas: &'a mut Map<String, Value>, name: &str, property: &str) -
     schemas.get_mut(name)?.get_mut("properties")?.get_mut(property)
 }
 
-/// Items of a list by name, where they were written out again.
+/// Names the items of a list where they were written out again.
 fn name_items(schemas: &mut Map<String, Value>) {
     let lists: Vec<String> = schemas.keys().filter(|name| name.starts_with("Listed_")).cloned().collect();
     for list in lists {
@@ -83,18 +83,19 @@ fn name_items(schemas: &mut Map<String, Value>) {
     }
 }
 
-/// One object in place of the parts it is made of: a part that allows no other members would exclude those of the next.
+/// Replaces the parts of an object by one object: a part that allows no other members would forbid those of the next
+/// part.
 fn merge_parts(schemas: &mut Map<String, Value>) {
     let merged: Vec<(String, Value)> =
         schemas.iter().filter_map(|(name, schema)| Some((name.clone(), whole(schema, schemas)?))).collect();
     schemas.extend(merged);
 }
 
-/// The object that `allOf` makes; nothing where it is none.
+/// The object that `allOf` makes; `None` if it is not an object.
 fn whole(schema: &Value, schemas: &Map<String, Value>) -> Option<Value> {
     let (mut properties, mut required) = (Map::new(), Vec::new());
     for part in schema.get("allOf")?.as_array()? {
-        // A part that may be missing is written as one or null.
+        // An optional part is written as "part or null".
         let optional = part.get("oneOf").and_then(Value::as_array);
         let named = optional.and_then(|all| all.iter().find(|one| one.get("$ref").is_some())).unwrap_or(part);
         let part = resolved(named, schemas);
@@ -110,7 +111,7 @@ fn whole(schema: &Value, schemas: &Map<String, Value>) -> Option<Value> {
     )
 }
 
-/// Alternatives that are written out and told apart by a member get names of their own.
+/// Gives names to alternatives that are written out and that a member distinguishes.
 fn name_alternatives(schemas: &mut Map<String, Value>) {
     let mut named = Map::new();
     for (name, schema) in schemas.iter_mut() {
@@ -125,7 +126,7 @@ fn name_alternatives(schemas: &mut Map<String, Value>) {
     schemas.extend(named);
 }
 
-/// The member that has one word in each of the alternatives.
+/// The member that has one fixed word in each of the alternatives.
 fn common_tag(parts: &[Value]) -> Option<String> {
     let first = parts.first()?.get("properties")?.as_object()?;
     first.keys().find(|name| parts.iter().all(|part| only_word(part, name).is_some())).cloned()
@@ -147,7 +148,7 @@ fn pascal(word: &str) -> String {
     parts.collect()
 }
 
-/// One or null, where the one may be null already, is just the one: `oneOf` wants that a single choice fits.
+/// "Value or null" becomes the value if the value may already be null: `oneOf` requires that exactly one choice fits.
 fn null_once(schemas: &mut Map<String, Value>) {
     let takes_null: BTreeSet<String> = schemas
         .iter()
@@ -167,7 +168,7 @@ fn null_once(schemas: &mut Map<String, Value>) {
     }
 }
 
-/// Whether a schema says itself that null fits.
+/// Whether a schema itself allows null.
 fn fits_null(schema: &Value) -> bool {
     match schema.get("type") {
         Some(Value::String(kind)) => kind == "null",
@@ -178,7 +179,7 @@ fn fits_null(schema: &Value) -> bool {
     }
 }
 
-/// A request for a job has the parameters that its operation takes.
+/// A job request has the parameters of its operation.
 fn jobs_by_operation(schemas: &mut Map<String, Value>) {
     let Some(base) = schemas.get("JobRequest").cloned() else { return };
     let mut choices = Vec::new();
@@ -188,12 +189,14 @@ fn jobs_by_operation(schemas: &mut Map<String, Value>) {
         if let Some(properties) = request.get_mut("properties").and_then(Value::as_object_mut) {
             properties.insert(
                 "operation".to_owned(),
-                json!({ "type": "string", "enum": [operation], "description": "What is to be computed." }),
+                json!({ "type": "string", "enum": [operation], "description": "The operation to compute." }),
             );
             let mut fitting = reference(parameters);
             if let Some(fitting) = fitting.as_object_mut() {
-                fitting
-                    .insert("description".to_owned(), json!("The same as of the operation's own endpoint."));
+                fitting.insert(
+                    "description".to_owned(),
+                    json!("Parameters, the same as at the operation's own endpoint."),
+                );
             }
             properties.insert("parameters".to_owned(), fitting);
         }
@@ -205,7 +208,7 @@ fn jobs_by_operation(schemas: &mut Map<String, Value>) {
     schemas.insert("JobRequest".to_owned(), request);
 }
 
-/// Drops what nothing in the rest of the document leads to.
+/// Removes schemas that the rest of the document does not refer to.
 pub(super) fn prune(rest: &Value, schemas: &mut Map<String, Value>) {
     let mut used = BTreeSet::new();
     let mut open = Vec::new();
@@ -220,7 +223,7 @@ pub(super) fn prune(rest: &Value, schemas: &mut Map<String, Value>) {
     schemas.retain(|name, _| used.contains(name));
 }
 
-/// Every schema that something refers to.
+/// The names of all schemas that a value refers to.
 fn named_in(value: &Value, names: &mut Vec<String>) {
     match value {
         Value::String(text) => names.extend(text.strip_prefix(SCHEMAS).map(str::to_owned)),

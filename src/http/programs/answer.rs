@@ -1,4 +1,4 @@
-//! The faces of a finished job: its program or its table of residuals, its report, its plot.
+//! The representations of a finished job: its program or its table of residuals, its report, its plot.
 
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -38,7 +38,7 @@ pub(in crate::http) async fn program(
     let sha256 = job.document.output_sha256.as_deref();
     let sha256 = sha256.filter(|_| job.document.operation != JobOperation::Verification);
     let sha256 = sha256.ok_or_else(|| without_result(job, "program"))?;
-    // A table stays a table unless something else was asked for by name.
+    // A table stays a table unless the client names another type.
     let kind = if kind == "text/plain" && job.file_name.to_ascii_lowercase().ends_with(".csv") {
         "text/csv"
     } else {
@@ -55,15 +55,15 @@ pub(in crate::http) async fn program(
     Ok(response)
 }
 
-/// How many motions of a compensated program were looked at.
+/// Number of motions that were checked in a compensated program.
 const MOTIONS_CHECKED: &str = "trunnion-motions-checked";
 
 /// A table that an operation makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::http) enum Table {
-    /// What a verification found.
+    /// The residuals of a verification.
     Residuals,
-    /// What a compensation in one pass did to every motion.
+    /// The changes that a compensation in one pass made to every motion.
     Changes,
 }
 
@@ -104,7 +104,7 @@ fn residuals_sha256(job: &JobRow) -> Result<&str, Problem> {
     sha256.ok_or_else(|| without_result(job, "residuals"))
 }
 
-/// A kept file under a name to save it by, or the part of it that `headers` ask for.
+/// A stored file with a file name for saving, or the part of it that `headers` ask for.
 async fn streamed(
     app: &AppState,
     sha256: &str,
@@ -130,7 +130,7 @@ pub(in crate::http) fn part_of_json(headers: &HeaderMap, tag: &str, text: String
     let asked = asked(headers, length, tag);
     let part = match &asked {
         Asked::Part(part) => {
-            // Both ends lie within the text.
+            // Both ends are within the text.
             let at = |place: u64| usize::try_from(place).unwrap_or(text.len());
             text.slice(at(part.start)..at(part.end))
         }
@@ -192,7 +192,7 @@ fn read<T: serde::de::DeserializeOwned>(report: &str) -> Result<T, Problem> {
     serde_json::from_str(report).map_err(|fault| Problem::internal(&fault))
 }
 
-/// A job that is just done, in the form the client takes: its program, its report, or its plot.
+/// A job that has just finished, in the form that the client accepts: its program, its report, or its plot.
 pub(in crate::http) async fn job(app: &AppState, job: &JobRow, kind: &str) -> Result<Response, Problem> {
     let (tag, response) = match kind {
         "application/json" => (report_tag(job, kind), json_response(report(app, job)?.to_owned())),
@@ -220,7 +220,7 @@ pub(in crate::http) fn report_tag(job: &JobRow, kind: &str) -> String {
     if kind == SVG { format!("{digest}-svg") } else { digest.to_owned() }
 }
 
-/// The refusal of what a job has not, or not yet.
+/// The refusal of a result that a job does not have, or does not have yet.
 pub(in crate::http) fn without_result(job: &JobRow, what: &str) -> Problem {
     match job.document.state {
         JobState::Succeeded => {

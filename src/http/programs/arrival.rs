@@ -1,4 +1,5 @@
-//! What every operation on an uploaded program does: takes it, works on it, keeps the job, answers in the form asked for.
+//! The steps of every operation on an uploaded program: take the upload, do the work, store the job, answer in the
+//! requested form.
 
 use std::sync::Arc;
 
@@ -20,11 +21,11 @@ use crate::jobs::{
 };
 use crate::store::{Draft, JobRow};
 
-/// Does an operation on the program of a request and answers in the best of `offers` for the client.
+/// Performs an operation on the program of a request, and answers with the best of `offers` for the client.
 ///
 /// # Errors
-/// No such machine, a key that cannot be taken or was used for another request, an upload that cannot be taken,
-/// parameters that do not fit, work that gives no result.
+/// No such machine; an unreadable key or a key that was used for another request; an unreadable upload; wrong
+/// parameters; work without a result.
 pub(super) async fn operate<P: ProgramParameters>(
     app: &AppState,
     machine_id: String,
@@ -36,7 +37,7 @@ pub(super) async fn operate<P: ProgramParameters>(
     answer::job(app, &job, kind).await
 }
 
-/// The job of a request: the one it made before under the same key, or a new one.
+/// The job of a request: the job that it created before with the same key, or a new one.
 async fn job<P: ProgramParameters>(
     app: &AppState,
     machine_id: String,

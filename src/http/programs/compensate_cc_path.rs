@@ -18,14 +18,14 @@ refusals!(
     ResultTooLarge, Busy
 );
 
-/// What can be answered: the program first.
+/// Media types of the answer, the program first.
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
 
 /// A program with its parameters in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct ProgramForm {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<CcParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
@@ -37,9 +37,9 @@ struct ProgramForm {
 
 /// Compensate the CC path of a program
 ///
-/// The answer is the compensated program, same dialect and line ends; with `Accept: application/json` its report,
-/// with `image/svg+xml` the plot before and after. It is written out and verified before the first byte is
-/// answered, and kept as a job.
+/// The answer is the compensated program, with the same dialect and line ends. With `Accept: application/json` it is
+/// the report, with `image/svg+xml` the plot before and after. The program is written and verified before the first
+/// byte is sent, and stored as a job.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/cc-compensation",
@@ -47,7 +47,7 @@ struct ProgramForm {
     operation_id = "compensate_cc_path",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content(
@@ -60,13 +60,13 @@ struct ProgramForm {
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "The compensated program, its report or its plot, by Accept",
+        (status = 200, description = "The compensated program, its report or its plot, as Accept asks",
             content((String = "text/plain"), (crate::wire::CcReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Tag of what is answered"),
+                ("ETag" = String, description = "Tag of the answer"),
                 ("Content-Disposition" = String, description = "File name of the program"),
-                ("Trunnion-Motions-Checked" = i64, description = "Motions that were looked at; 0 says that nothing was"),
+                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked; 0 means that nothing was checked"),
             )),
         Refusals,
     )

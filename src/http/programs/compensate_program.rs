@@ -1,4 +1,4 @@
-//! Compensates a program for everything its parameters name, in one pass.
+//! Compensates a program in one pass, with all steps that its parameters name.
 
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -18,14 +18,14 @@ refusals!(
     ResultTooLarge, Busy
 );
 
-/// What can be answered: the program first.
+/// Media types of the answer, the program first.
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
 
 /// A program with its parameters in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct CompensationForm {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<CompensationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
@@ -37,11 +37,14 @@ struct CompensationForm {
 
 /// Compensate a program in one pass
 ///
-/// Tool wear, location errors of the machine and the CC path, in any combination: ends of motions are moved for the worn
-/// cutter and from the nominal machine to the calibrated one with one rounding, then the path between them is
-/// compensated. The answer is the program, same dialect and line ends; with `Accept: application/json` its report with
-/// every step's share of the changes and an error budget, with `image/svg+xml` a plot. It is written out and verified
-/// before the first byte is answered, and kept as a job; what became of every motion is in the job's table of changes.
+/// Compensates tool wear, location errors of the machine and the CC path, in any combination. First, ends of motions
+/// are moved for the worn cutter and from the nominal machine to the calibrated machine, with one rounding. Then the
+/// path between the ends is compensated.
+///
+/// The answer is the program, with the same dialect and line ends. With `Accept: application/json` it is the report,
+/// with each step's share of the changes and an error budget; with `image/svg+xml` it is a plot. The program is
+/// written and verified before the first byte is sent, and stored as a job. The job's table of changes has every
+/// motion.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/compensation",
@@ -49,7 +52,7 @@ struct CompensationForm {
     operation_id = "compensate_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content(
@@ -67,13 +70,13 @@ struct CompensationForm {
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "The compensated program, its report or its plot, by Accept",
+        (status = 200, description = "The compensated program, its report or its plot, as Accept asks",
             content((String = "text/plain"), (CompensationReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Tag of what is answered"),
+                ("ETag" = String, description = "Tag of the answer"),
                 ("Content-Disposition" = String, description = "File name of the program"),
-                ("Trunnion-Motions-Checked" = i64, description = "Motions that were looked at; 0 says that nothing was"),
+                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked; 0 means that nothing was checked"),
             )),
         Refusals,
     )

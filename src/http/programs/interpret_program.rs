@@ -1,4 +1,4 @@
-//! Tells what is understood of a program.
+//! Returns the motions that the service understands in a program.
 
 use std::sync::Arc;
 
@@ -26,14 +26,14 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, TooCostly, ResultTooLarge, Busy
 );
 
-/// What can be answered.
+/// Media types of the answer.
 const OFFERS: &[&str] = &["application/json", CSV];
 
 /// A program with its parameters in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct InterpretationUpload {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<InterpretationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
@@ -42,9 +42,10 @@ struct InterpretationUpload {
 
 /// Interpret a program
 ///
-/// Says what is understood of a program, motion by motion: the words at the end of each, where the tip is and how the tool
-/// stands in the workpiece, feed, tool and work offset; and what is left alone, with the reason. Nothing is changed and nothing
-/// is kept. With `Accept: text/csv` the motions as a table.
+/// Returns every motion that the service understands: the words at its end, the position of the tip and the direction
+/// of the tool in the workpiece, feed, tool and work offset. It also returns the motions that a compensation leaves
+/// unchanged, with the reason. Nothing is changed or stored. With `Accept: text/csv` the answer is a table of the
+/// motions.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/interpretation",
@@ -62,8 +63,8 @@ struct InterpretationUpload {
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "What is understood, or the motions as a table, by Accept",
-            headers(("Trunnion-Motions-Left-Alone" = i64, description = "Motions that are not understood; the table does not have them")),
+        (status = 200, description = "The interpretation, or the motions as a table, as Accept asks",
+            headers(("Trunnion-Motions-Left-Alone" = i64, description = "Number of motions that the service does not understand; the table leaves them out")),
             content((InterpretationAnswer = "application/json"), (String = "text/csv"))),
         Refusals,
     )

@@ -1,4 +1,4 @@
-//! NC programs in, compensated programs out. A program leaves whole or not at all.
+//! NC programs in, compensated programs out. A program is sent completely or not at all.
 
 pub(super) mod answer;
 mod arrival;
@@ -16,7 +16,7 @@ use utoipa_axum::routes;
 
 use super::AppState;
 
-/// A pass of a ball of 5 mm, as the description shows it: it states its unit, its tool and its contacts.
+/// A pass of a ball-end cutter of 5 mm, as the description shows it: it states its unit, its tool and its contacts.
 pub(super) const EXAMPLE_PROGRAM: &str = "%
 O1001 (BLADE)
 G21 G90 G17 G54

@@ -15,14 +15,14 @@ refusals!(
     BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, OutOfTravel, TooCostly, Busy
 );
 
-/// What can be answered: the program first.
+/// Media types of the answer, the program first.
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "application/json"];
 
 /// Cutter location data with its parameters in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct PostingForm {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<PostingParameters>,
     /// The cutter location data.
     #[schema(value_type = String, format = Binary)]
@@ -31,11 +31,12 @@ struct PostingForm {
 
 /// Post cutter location data to a machine
 ///
-/// APT points become an ISO program for the machine by the inverse kinematics: tool tips under G43.4, or axis positions with
-/// inverse time. Ways through the rotary axes have the fewest rewinds, then the least travel. The answer is the program; with
-/// `Accept: application/json` its report. Every block is read back and put through the forward kinematics before the first
-/// byte is answered; kept as a job. Plain statements for the post-processor become words, others comments; another tool
-/// behind a cut is refused.
+/// APT points become an ISO program for the machine through the inverse kinematics: tool tips under G43.4, or axis
+/// positions with inverse-time feed. The rotary solutions have the fewest rewinds and then the least travel. The
+/// answer is the program; with `Accept: application/json` it is the report. Every block is read back and put through
+/// the forward kinematics before the first byte is sent. The result is stored as a job. Post-processor statements
+/// that the service understands become words, the others become comments. A change of the tool after a cut is
+/// refused.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/posting",
@@ -43,7 +44,7 @@ struct PostingForm {
     operation_id = "post_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content(
@@ -58,11 +59,11 @@ struct PostingForm {
         description = "Cutter location data as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "The posted program or its report, by Accept",
+        (status = 200, description = "The posted program or its report, as Accept asks",
             content((String = "text/plain"), (PostingReport = "application/json")),
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Tag of what is answered"),
+                ("ETag" = String, description = "Tag of the answer"),
                 ("Content-Disposition" = String, description = "File name of the program"),
             )),
         Refusals,

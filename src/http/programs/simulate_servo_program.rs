@@ -17,14 +17,14 @@ refusals!(
     BodyTooLarge, UnsupportedMediaType, InvalidRequest, ProgramFault, UnitUnknown, UnreachablePose, UnstableLoop, TooCostly, Busy
 );
 
-/// What can be answered.
+/// Media types of the answer.
 const OFFERS: &[&str] = &["application/json", SVG];
 
 /// A program with its parameters in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct ServoProgramForm {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<ServoProgramParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
@@ -33,8 +33,9 @@ struct ServoProgramForm {
 
 /// Simulate the servo drives along a program
 ///
-/// Contour error of tool tip and tool axis along the program's motions at feed, through the machine's kinematics and
-/// the drives of its profile: the report, or with `Accept: image/svg+xml` the contour error over time. Kept as a job.
+/// Contour error of tool tip and tool axis along the program's motions at feed, with the machine's kinematics and the
+/// drives of its profile. The answer is the report; with `Accept: image/svg+xml` it is a plot of the contour error
+/// over time. The result is stored as a job.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/servo-simulation",
@@ -42,7 +43,7 @@ struct ServoProgramForm {
     operation_id = "simulate_servo_program",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content(
@@ -55,11 +56,11 @@ struct ServoProgramForm {
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "The report or its plot, by Accept",
+        (status = 200, description = "The report or its plot, as Accept asks",
             content((ServoReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Tag of what is answered"),
+                ("ETag" = String, description = "Tag of the answer"),
             )),
         Refusals,
     )

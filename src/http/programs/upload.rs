@@ -1,4 +1,4 @@
-//! A program with its parameters and the part's surface, taken from a plain or a multipart body onto the disk.
+//! Stores a program, its parameters and the part's surface from a plain or a multipart body on the disk.
 
 use std::time::Duration;
 
@@ -18,11 +18,11 @@ use crate::jobs::memory;
 use crate::store::Draft;
 use crate::wire::{Fault, read_json, read_query};
 
-/// A program on the disk, and what came with it.
+/// A program on the disk, with the rest of the upload.
 pub(super) struct Upload<P> {
     /// The program.
     pub(super) program: Draft,
-    /// Its name, cleaned; a stand-in where the client gave none.
+    /// Its cleaned name; a default name if the client gave none.
     pub(super) file_name: String,
     /// The part's surface.
     pub(super) surface: Option<Draft>,
@@ -30,12 +30,12 @@ pub(super) struct Upload<P> {
     pub(super) parameters: P,
 }
 
-/// Whether an operation looks at the part.
+/// Whether an operation uses the part's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
-    /// A field `surface` is none of it.
+    /// A field `surface` is not allowed.
     Unseen,
-    /// A field `surface` may be there.
+    /// A field `surface` is allowed.
     Seen,
 }
 
@@ -50,7 +50,7 @@ fn named(given: Option<String>, program: &Draft, media_type: Option<&str>) -> St
 
 const MULTIPART: &str = "multipart/form-data";
 
-/// Takes the upload, up to the limits on bodies and surfaces.
+/// Takes the upload, within the limits of bodies and surfaces.
 pub(super) async fn take<P: DeserializeOwned>(
     app: &AppState,
     parts: &Parts,
@@ -71,7 +71,7 @@ pub(super) async fn take<P: DeserializeOwned>(
         Some(MULTIPART) => multipart(app, parts, incoming, part).await,
         Some(kind) if !kind.starts_with("text/") && kind != "application/octet-stream" => {
             let detail = format!(
-                "a program comes as text/*, application/octet-stream, multipart/form-data or without a type, not as {kind}"
+                "send a program as text/*, application/octet-stream, multipart/form-data or without a type, not as {kind}"
             );
             incoming.swallow().await;
             Err(Problem::new(ProblemType::UnsupportedMediaType, detail))
@@ -112,7 +112,7 @@ async fn multipart<P: DeserializeOwned>(
     let parameters = match document {
         Some(_) if !query.is_empty() => {
             let fault =
-                Fault::new("/parameters", "parameters come in the field or in the query, not in both");
+                Fault::new("/parameters", "give the parameters in the field or in the query, not in both");
             return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
         }
         Some(parameters) => parameters,
@@ -121,9 +121,9 @@ async fn multipart<P: DeserializeOwned>(
     Ok(Upload { program, file_name, surface, parameters })
 }
 
-/// A form of a document in JSON, a program and perhaps the part's surface.
+/// A form with a JSON document, a program and optionally the part's surface.
 pub(in crate::http) struct Form<D> {
-    /// The document, where the form has one.
+    /// The document, if the form has one.
     pub(in crate::http) document: Option<D>,
     /// The program.
     pub(in crate::http) program: Draft,
@@ -133,7 +133,7 @@ pub(in crate::http) struct Form<D> {
     pub(in crate::http) surface: Option<Draft>,
 }
 
-/// Takes a form with its document in the field `name`, up to the limits on bodies and surfaces.
+/// Takes a form with its document in the field `name`, within the limits of bodies and surfaces.
 pub(in crate::http) async fn take_form<D>(
     app: &AppState,
     parts: &Parts,
@@ -144,7 +144,7 @@ pub(in crate::http) async fn take_form<D>(
     let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
     if media_type(&parts.headers).as_deref() != Some(MULTIPART) {
         incoming.swallow().await;
-        let detail = format!("the operation takes {MULTIPART} with the fields {name} and program");
+        let detail = format!("send {MULTIPART} with the fields {name} and program");
         return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
     }
     let limit = app.settings.max_body_bytes.saturating_add(app.settings.max_surface_bytes);
@@ -167,7 +167,7 @@ async fn form<D>(
     let (body, between) = incoming.into_form(app.settings.max_header_bytes);
     let form = fields(app, parts, (body, &between), document_name, part, read).await;
     if let Err(problem) = &form {
-        // A form that does not come in, or comes in as none, has no rest worth waiting for.
+        // A form that does not arrive, or that is not a form, has no rest to wait for.
         if !matches!(problem.kind(), ProblemType::RequestTimeout | ProblemType::MalformedRequest) {
             between.swallow().await;
         }
@@ -185,7 +185,7 @@ async fn fields<D>(
 ) -> Result<Form<D>, Problem> {
     let mut request = Request::from_parts(parts.clone(), body);
     *request.method_mut() = http::Method::POST;
-    // The limits of fields are ours.
+    // The limits of fields are the service's own.
     DefaultBodyLimit::disable().apply(&mut request);
     let mut form = Multipart::from_request(request, app)
         .await
@@ -205,7 +205,8 @@ async fn fields<D>(
                     text.extend_from_slice(&chunk);
                     let limit = app.settings.max_parameters_bytes;
                     if text.len() as u64 > limit {
-                        let detail = format!("the field {document_name} is larger than {limit} bytes");
+                        let detail =
+                            format!("the field {document_name} is larger than the limit of {limit} bytes");
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
@@ -227,8 +228,7 @@ async fn fields<D>(
                     "surface" => part == Part::Seen,
                     name => name == document_name,
                 };
-                let detail =
-                    if known { "the field is there more than once" } else { "there is no such field" };
+                let detail = if known { "the field occurs more than once" } else { "unknown field" };
                 let fault = Fault::new(format!("/{name}"), detail);
                 return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
             }
@@ -262,20 +262,20 @@ async fn paused<T>(
                 .unwrap_or_else(|| Problem::new(ProblemType::MalformedRequest, fault.body_text()))
         }),
         Err(_elapsed) => {
-            let detail = format!("no byte of the body arrived for {pause_s} s");
+            let detail = format!("no byte of the body arrived for {pause_s} s; send the request again");
             Err(Problem::new(ProblemType::RequestTimeout, detail))
         }
     }
 }
 
-/// The name that a plain upload carries in its Content-Disposition.
+/// The name in the Content-Disposition of a plain upload.
 fn given_name(headers: &HeaderMap) -> Option<String> {
     let value = headers.get(http::header::CONTENT_DISPOSITION)?.to_str().ok()?;
     let (_, name) = value.split_once("filename=")?;
     clean_name(name.split(';').next()?.trim().trim_matches('"'))
 }
 
-/// The last part of a path with only characters that are safe in a header and in a shell.
+/// The last part of a path, reduced to characters that are safe in a header and in a shell.
 pub(in crate::http) fn clean_name(name: &str) -> Option<String> {
     let last = name.rsplit(['/', '\\']).next()?;
     let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };

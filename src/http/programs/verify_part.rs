@@ -17,28 +17,28 @@ refusals!(
     ResultTooLarge, Busy
 );
 
-/// What can be answered: the report first.
+/// Media types of the answer, the report first.
 const OFFERS: &[&str] = &["application/json", SVG, CSV];
 
 /// A program with its parameters and the part's surface in one multipart body.
 #[derive(Debug, utoipa::ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct VerificationForm {
-    /// The parameters; in the query where this field is absent.
+    /// The parameters; if this field is absent, they are in the query.
     parameters: Option<VerificationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
-    /// The nominal surface as STL, binary or text; in the parameters where this field is absent.
+    /// The nominal surface as STL, binary or text; if this field is absent, it is in the parameters.
     #[schema(value_type = Option<String>, format = Binary)]
     surface: Option<Vec<u8>>,
 }
 
 /// Verify a program by virtual cutting
 ///
-/// The cutter is swept along the program on the machine, and what it leaves is measured along the normal of every sample
-/// of the nominal surface: excess, gouges, uncut samples. The answer is the report, with `Accept: image/svg+xml` a map of
-/// the residuals, with `text/csv` all of them. Kept as a job.
+/// The cutter is swept along the program on the machine. The residual is measured along the normal at every sample of
+/// the nominal surface: excess, gouges, uncut samples. The answer is the report. With `Accept: image/svg+xml` it is a
+/// map of the residuals, with `text/csv` the table of all residuals. The result is stored as a job.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/verification",
@@ -46,7 +46,7 @@ struct VerificationForm {
     operation_id = "verify_part",
     params(
         ("machine_id" = String, Path, description = "The machine", example = "example-ac-table"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content(
@@ -64,11 +64,11 @@ struct VerificationForm {
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
-        (status = 200, description = "The report, the map of the residuals, or all of them, by Accept",
+        (status = 200, description = "The report, the map of the residuals, or the table of all residuals, as Accept asks",
             content((VerificationReport = "application/json"), (String = "image/svg+xml"), (String = "text/csv")),
             headers(
                 ("Location" = String, description = "The job"),
-                ("ETag" = String, description = "Tag of what is answered"),
+                ("ETag" = String, description = "Tag of the answer"),
             )),
         Refusals,
     )

@@ -11,7 +11,7 @@ use crate::http::refusals::refusals;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
-/// How the process is.
+/// State of the process.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Health {
     /// `ok`.
@@ -27,7 +27,7 @@ pub(super) struct Health {
     path = "/healthz",
     tag = "service",
     operation_id = "get_health",
-    responses((status = 200, description = "It is", body = Health, example = json!({"status": "ok"})), Refusals)
+    responses((status = 200, description = "The process is alive", body = Health, example = json!({"status": "ok"})), Refusals)
 )]
 pub(super) async fn get_health(headers: HeaderMap) -> Result<Json<Health>, Problem> {
     choose(&headers, &["application/json"])?;

@@ -13,9 +13,10 @@ use crate::http::refusals::refusals;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
-/// How the service is doing
+/// Read the metrics
 ///
-/// Requests by operation and status, computations, the store, the process, in the text form that Prometheus reads.
+/// Requests by operation and status, computations, the store and the process, in the text format that Prometheus
+/// reads.
 #[utoipa::path(
     get,
     path = "/metrics",
@@ -31,13 +32,13 @@ pub(super) async fn get_metrics(
     State(app): State<AppState>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    // Scrapers ask for forms of their own first, and take plain text at the end.
+    // Scrapers first ask for formats of their own, and accept plain text last.
     choose(&headers, &["text/plain"])?;
     let readings = Readings {
         abandoned: app.abandoned.get(),
         resident_bytes: resident_bytes(),
         uptime_s: app.began.elapsed().as_secs_f64(),
-        // A store that does not answer shows by what is missing.
+        // If the store does not answer, its values are missing.
         queue: app.queue.reading().await.ok(),
         deliveries: app.courier.reading().await.ok(),
         soundness: app.spool.blobs().soundness().reading(),
@@ -46,7 +47,7 @@ pub(super) async fn get_metrics(
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }
 
-/// Memory of this process \[bytes\], where the system has a table of it.
+/// Memory of this process \[bytes\], if the system reports it.
 fn resident_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

@@ -1,4 +1,4 @@
-//! What a problem means, as a page a person reads.
+//! The explanation of a problem, as a page for people.
 
 use axum::response::Html;
 
@@ -8,9 +8,9 @@ use crate::http::refusals::refusals;
 
 refusals!(Refusals: MalformedRequest, NotFound);
 
-/// The catalogue of problems
+/// List all problems
 ///
-/// Every `type` that a problem document can have, as a page.
+/// A page with every `type` that a problem document can have.
 #[utoipa::path(
     get,
     path = "/problems",
@@ -38,7 +38,7 @@ pub(super) async fn list_problems() -> Html<String> {
     page("Problems", &format!("<ul>\n{rows}</ul>"))
 }
 
-/// What one problem means
+/// Explain one problem
 ///
 /// The page that a problem document's `type` refers to.
 #[utoipa::path(

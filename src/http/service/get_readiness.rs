@@ -17,24 +17,24 @@ refusals!(Refusals: NotAcceptable, ShuttingDown);
 /// Whether the service can work.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Readiness {
-    /// `ready`, or `degraded` where it works and something stored is damaged.
+    /// `ready`; or `degraded` if the service works but some stored data is damaged.
     #[schema(example = "ready")]
     status: &'static str,
-    /// What is damaged, in words; empty where nothing is known to be.
+    /// Known damage in words; empty if none is known.
     reasons: Vec<String>,
 }
 
 /// Can the service work
 ///
-/// 200 when the database answers and the disk takes a file (asked at most once a second); 503 while one of them does not,
-/// and while the service is stopping. Where something stored is known to be damaged the answer is 200 with `degraded` and the
-/// reasons: everything else works, and a restart or another instance would cure nothing.
+/// 200 if the database answers and the disk can be written (checked at most once a second); 503 if not, and while the
+/// service is stopping. If stored data is known to be damaged, the answer is 200 with `degraded` and the reasons:
+/// everything else works, and a restart or another instance would not help.
 #[utoipa::path(
     get,
     path = "/readyz",
     tag = "service",
     operation_id = "get_readiness",
-    responses((status = 200, description = "It can", body = Readiness, example = json!({"status": "ready", "reasons": []})), Refusals)
+    responses((status = 200, description = "The service can work", body = Readiness, example = json!({"status": "ready", "reasons": []})), Refusals)
 )]
 pub(super) async fn get_readiness(
     State(app): State<AppState>,
@@ -48,7 +48,7 @@ pub(super) async fn get_readiness(
         tracing::error!(error = %fault, "the store is not usable");
         Problem::new(ProblemType::StorageUnavailable, detail)
     };
-    app.store.check().await.map_err(|fault| unusable(&fault, "the database does not answer"))?;
+    app.store.check().await.map_err(|fault| unusable(&fault, "the database does not answer; see the log"))?;
     let blobs = app.spool.blobs().clone();
     let written = tokio::task::spawn_blocking(move || blobs.check()).await;
     written.map_err(|fault| Problem::internal(&fault))?.map_err(|fault| {
@@ -58,13 +58,13 @@ pub(super) async fn get_readiness(
     Ok(Json(readiness(app.spool.blobs().soundness().reading())))
 }
 
-/// Whoever asks needs no key, so it is not told which jobs or files are meant.
+/// The caller needs no key, so the answer does not say which jobs or files are damaged.
 fn readiness(known: SoundnessReading) -> Readiness {
     let SoundnessReading { damaged, findings, .. } = known;
-    let cure = "restore from a backup; trunnion doctor --deep names each";
+    let cure = "restore from a backup; trunnion doctor --deep lists each";
     let mut reasons = Vec::new();
     if damaged > 0 {
-        reasons.push(format!("damaged stored files or reports that were met: {damaged}; {cure}"));
+        reasons.push(format!("damaged stored files or reports found so far: {damaged}; {cure}"));
     }
     if findings > 0 {
         reasons.push(format!("findings of the last scrub: {findings}; {cure}"));

@@ -1,4 +1,4 @@
-//! What the service refuses for its size, number, cost or time.
+//! The limits of the service: size, number, cost and time.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -18,7 +18,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest, Busy);
 /// Every limit.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Limits {
-    /// In no particular order.
+    /// The limits, in no particular order.
     items: Vec<Limit>,
 }
 
@@ -31,25 +31,25 @@ pub(super) struct Limit {
     /// Name of its environment variable.
     #[schema(example = "TRUNNION_MAX_BODY_BYTES")]
     environment: &'static str,
-    /// What is limited.
+    /// Meaning of the limit.
     meaning: &'static str,
-    /// The limit, in its unit.
+    /// Value of the limit, in its unit.
     #[schema(example = 268_435_456)]
     value: f64,
-    /// Unit of the value; `1` of a number of things.
+    /// Unit of the value; `1` for a number of things.
     #[schema(example = "bytes")]
     unit: &'static str,
-    /// Status of the answer to what is over it; null where the connection is closed or the thing waits instead.
+    /// Status of the answer if the limit is exceeded; null if the connection is closed or the item waits instead.
     #[schema(example = 413)]
     status: Option<u16>,
-    /// Type of the problem that is answered; null where the connection is closed or the thing waits instead.
+    /// Type of the problem if the limit is exceeded; null if the connection is closed or the item waits instead.
     #[schema(example = "/problems/body-too-large")]
     problem: Option<String>,
 }
 
 type Row = (&'static str, fn(&Settings) -> f64, &'static str, Option<ProblemType>);
 
-/// Each limit with its unit and what is answered over it.
+/// Each limit with its unit and the answer if it is exceeded.
 const LIMITS: &[Row] = &[
     ("max_body_bytes", |s| s.max_body_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
     ("max_surface_bytes", |s| s.max_surface_bytes as f64, "bytes", Some(ProblemType::BodyTooLarge)),
@@ -88,8 +88,8 @@ const LIMITS: &[Row] = &[
 
 /// The limits of the service
 ///
-/// Every limit with the setting that changes it and what is answered to what is over it. A limit that is zero where
-/// the meaning says so sets none.
+/// Every limit, with the setting that changes it and the answer if it is exceeded. A limit of zero means no limit
+/// where its meaning says so.
 #[utoipa::path(
     get,
     path = "/v1/limits",

@@ -1,4 +1,4 @@
-//! The service itself: is it alive, is it ready, how is it doing, what does a problem mean.
+//! The service itself: health, readiness, metrics, limits, version, problems.
 
 mod get_health;
 mod get_metrics;

@@ -21,7 +21,7 @@ pub(super) const SVG: &str = "image/svg+xml";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum SimulationPlot {
-    /// Radius error about the ideal circle; circles only.
+    /// Radius error about the ideal circle; only for circles.
     Polar,
     /// Following errors over time.
     FollowingError,
@@ -29,12 +29,12 @@ pub(super) enum SimulationPlot {
     ContourError,
 }
 
-/// Which figure is drawn where the answer is one.
+/// The figure to draw if the answer is a figure.
 #[derive(Debug, Clone, Copy, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct SimulationFigure {
-    /// With `Accept: image/svg+xml`: polar unless said for a circle, the contour error for other paths.
+    /// With `Accept: image/svg+xml`; default polar for a circle, the contour error for other paths.
     #[param(inline)]
     plot: Option<SimulationPlot>,
 }
@@ -46,11 +46,11 @@ pub(super) enum SweepPlot {
     /// One curve over the feed for each row of gains.
     #[default]
     Curves,
-    /// Gains times feeds as coloured cells.
+    /// Gains and feeds as a grid of coloured cells.
     Map,
 }
 
-/// Which figure is drawn where the answer is one.
+/// The figure to draw if the answer is a figure.
 #[derive(Debug, Clone, Copy, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]

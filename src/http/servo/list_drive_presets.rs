@@ -1,4 +1,4 @@
-//! Lists drives to start from.
+//! Lists drives that profiles can start from.
 
 use http::HeaderMap;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub(super) struct DrivePresets {
 
 /// List the drive presets
 ///
-/// Drives with published constants, to be put into a profile; each says which of its numbers are assumed.
+/// Drives with published constants, to copy into a profile. Each states which of its numbers are assumed.
 #[utoipa::path(
     get,
     path = "/v1/drive-presets",

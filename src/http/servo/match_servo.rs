@@ -1,4 +1,4 @@
-//! What to set instead.
+//! Gains that reach a target.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -19,9 +19,9 @@ refusals!(
 
 /// Match the position gains of a path
 ///
-/// Two answers: the smallest common velocity gain (Kv) with which the contour error keeps the first target at the
-/// given feed, within gain and phase margins; and how fast the path may be run for each target, with the present
-/// gains and with the matched ones.
+/// The answer has two parts. First, the smallest common velocity gain (Kv) with which the contour error keeps the
+/// first target at the given feed, within gain and phase margins. Second, the fastest feed of the path for each
+/// target, with the present gains and with the matched gains.
 #[utoipa::path(
     post,
     path = "/v1/servo-matching",

@@ -1,4 +1,4 @@
-//! Servo simulations, sweeps and matchings; drives to start from.
+//! Servo simulations, sweeps and matchings, and drive presets.
 
 mod figures;
 mod list_drive_presets;
@@ -25,10 +25,11 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(list_drive_presets::list_drive_presets))
 }
 
-/// What a servo operation answers.
+/// Media types that a servo operation answers.
 const OFFERS: &[&str] = &["application/json", figures::SVG];
 
-/// The work of a request, and the machine's revision; `more` adds what only this operation has. Every fault is named.
+/// The work of a request, and the machine's revision; `more` adds the part that only this operation has. Every fault
+/// is reported.
 async fn work<T>(
     app: &AppState,
     caller: &Caller,
@@ -49,7 +50,7 @@ async fn work<T>(
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let task = draft
         .into_task()
-        .ok_or_else(|| Problem::internal(&"a request without faults has neither path nor drives"))?;
+        .ok_or_else(|| Problem::internal(&"a request without faults has no path or no drives"))?;
     let revision = current.as_ref().map(|current| current.revision);
     let machine = current.map(|current| current.machine.clone());
     Ok((revision, ServoWork { task, machine, max_cost_s: app.settings.max_cost_s }, own))

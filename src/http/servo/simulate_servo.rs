@@ -31,22 +31,22 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, KeyReused, ProgramFault, UnitUnknown, UnreachablePose, UnstableLoop, TooCostly, Busy
 );
 
-/// Of a path, or of a program.
+/// The answer for a path or for a program.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "describes the answer")]
 enum PathOrProgram {
-    /// Of a path.
+    /// The answer for a path.
     Path(SimulationAnswer),
-    /// Of a program.
+    /// The answer for a program.
     Program(ServoReport),
 }
 
 /// Simulate the servo drives along a path
 ///
 /// Following error of each axis and contour error of the tool, from the loop gains and the feed; the commanded path
-/// is the reference. With `Accept: image/svg+xml` a figure. A program as path is kept as a job, which `Location`
-/// names; its report is the answer.
+/// is the reference. With `Accept: image/svg+xml` the answer is a figure. If the path is a program, the run is stored
+/// as a job that `Location` names, and its report is the answer.
 #[utoipa::path(
     post,
     path = "/v1/servo-simulations",
@@ -54,7 +54,7 @@ enum PathOrProgram {
     operation_id = "simulate_servo",
     params(
         SimulationFigure,
-        ("Idempotency-Key" = Option<String>, Header, description = "For a program: the same key with the same request is answered as before"),
+        ("Idempotency-Key" = Option<String>, Header, description = "For a program: the same key with the same request returns the same answer"),
     ),
     request_body(
         content((SimulationRequest = "application/json", examples(
@@ -75,9 +75,9 @@ enum PathOrProgram {
         ))),
     ),
     responses(
-        (status = 200, description = "What the path gets",
+        (status = 200, description = "The result of the simulation",
             content((PathOrProgram = "application/json"), (String = "image/svg+xml")),
-            headers(("Location" = String, description = "The job, where the path is a program"))),
+            headers(("Location" = String, description = "The job, if the path is a program"))),
         Refusals,
     )
 )]
@@ -88,7 +88,7 @@ pub(super) async fn simulate_servo(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     let (kind, caller) = (choose(&parts.headers, OFFERS)?, caller(&parts.extensions)?);
-    // One that is none is refused whatever the path is.
+    // A bad choice of figure is refused for every kind of path.
     let key = key(&parts)?;
     let Json(request) =
         Json::<SimulationRequest>::from_request(Request::from_parts(parts.clone(), body), &app).await?;
@@ -107,7 +107,7 @@ pub(super) async fn simulate_servo(
     Ok(Json(answer).into_response())
 }
 
-/// A program: simulated and kept as a job.
+/// A program: it is simulated and stored as a job.
 async fn program(
     app: &AppState,
     caller: &Caller,
@@ -128,14 +128,14 @@ async fn program(
     if let Some(job) = remembered(app, used.as_ref()).await? {
         return answer::job(app, &job, kind).await;
     }
-    // Behind the answer that is remembered, which outlives the machine.
+    // This check comes after the remembered answer, which outlives the machine.
     let current = match &request.machine_id {
         None => None,
         Some(machine_id) => Some((machine_id.clone(), current_machine(app, machine_id).await?)),
     };
     let mut faults = FaultList::default();
     if request.drives.is_some() {
-        let detail = "a program is simulated with the drives of its machine's profile";
+        let detail = "a program is simulated with the drives in its machine's profile; give machine_id and leave this out";
         faults.push(|| Fault::new("/drives", detail));
     }
     if request.laps.is_some() {
@@ -170,11 +170,11 @@ async fn program(
     answer::job(app, &job.map_err(at_the_path)?, kind).await
 }
 
-/// Members of a program that stand in the path, and beside it in the operation on a program alone.
+/// Members that are inside the path here, and outside it in the operation for programs.
 const OF_THE_PATH: [&str; 7] =
     ["interpolation", "unit", "work_offsets_mm", "tool_number", "start", "dialect", "plane"];
 
-/// A fault of the work on a program, where this request has what is wrong.
+/// A fault of the work on a program, with the location of the bad value in this request.
 fn at_the_path(fault: JobFault) -> JobFault {
     let moved = |fault: Fault| {
         let member = fault.pointer.split('/').nth(1).unwrap_or_default();

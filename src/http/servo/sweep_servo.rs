@@ -1,4 +1,4 @@
-//! One path under many gains and feeds.
+//! One path with many gains and feeds.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -21,8 +21,8 @@ refusals!(
 
 /// Sweep gains and feeds over a path
 ///
-/// The contour error of every combination. Rows are gains (`position_gain_scale` has a list for each axis, run
-/// through side by side), columns are feeds. With `Accept: image/svg+xml` a figure.
+/// The contour error of every combination. Rows are gains: `position_gain_scale` has a list for each axis, and the
+/// lists are stepped together. Columns are feeds. With `Accept: image/svg+xml` the answer is a figure.
 #[utoipa::path(
     post,
     path = "/v1/servo-sweeps",

@@ -1,4 +1,4 @@
-//! Takes a tool out of its machine's table.
+//! Deletes a tool from its machine's table.
 
 use axum::extract::State;
 use http::{HeaderMap, StatusCode};
@@ -19,19 +19,19 @@ refusals!(
 
 /// Delete a tool
 ///
-/// Needs `If-Match`. Its revisions stay readable, for the reports that name them, and its wear entries stay; a tool put again
-/// under the same id goes on counting.
+/// `If-Match` is required. The tool's revisions stay readable for the reports that name them, and its wear entries
+/// stay. If a tool is stored again under the same id, the revision numbers continue.
 #[utoipa::path(
     delete,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",
     operation_id = "delete_tool",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
     ),
-    responses((status = 204, description = "The tool is out of the table"), Refusals)
+    responses((status = 204, description = "The tool is deleted"), Refusals)
 )]
 pub(super) async fn delete_tool(
     State(app): State<AppState>,

@@ -17,21 +17,21 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptab
 
 /// Read a tool
 ///
-/// The current revision. With `If-None-Match` of its `ETag` the answer is 304.
+/// The current revision. If `If-None-Match` has its `ETag`, the answer is 304.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",
     operation_id = "get_tool",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
         (status = 200, description = "The current revision", body = ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
-        (status = 304, description = "The revision is the one that is known"),
+        (status = 304, description = "Not changed: your revision is current"),
         Refusals,
     )
 )]

@@ -16,22 +16,22 @@ refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRe
 
 /// Read one revision of a tool
 ///
-/// A revision never changes and stays when its tool or its machine is deleted.
+/// A revision never changes, and stays after its tool or its machine is deleted.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/revisions/{revision}",
     tag = "tools",
     operation_id = "get_tool_revision",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
-        ("revision" = i64, Path, description = "Its number", example = 1),
-        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that is known"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
+        ("revision" = i64, Path, description = "Number of the revision", example = 1),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
         (status = 200, description = "The revision", body = ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
-        (status = 304, description = "The revision is the one that is known"),
+        (status = 304, description = "Not changed: your revision is current"),
         Refusals,
     )
 )]

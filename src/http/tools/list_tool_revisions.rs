@@ -15,15 +15,15 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptab
 
 /// List the revisions of a tool
 ///
-/// Newest first; also of a deleted tool, and of the tools of a deleted machine.
+/// Newest first. Revisions of a deleted tool, and of the tools of a deleted machine, are listed too.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/revisions",
     tag = "tools",
     operation_id = "list_tool_revisions",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         PageQuery,
     ),
     responses(

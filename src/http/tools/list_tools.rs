@@ -16,13 +16,13 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
 
 /// List the tools of a machine
 ///
-/// At their current revisions, newest tool first. A machine without tools has an empty list.
+/// The tools at their current revisions, newest tool first. For a machine without tools the list is empty.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools",
     tag = "tools",
     operation_id = "list_tools",
-    params(("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"), PageQuery),
+    params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), PageQuery),
     responses(
         (status = 200, description = "A page of tools", body = Listed<ToolDocument>,
             example = json!({"items": [], "next_cursor": null})),

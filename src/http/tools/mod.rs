@@ -1,4 +1,4 @@
-//! The tool table of a machine: tools as immutable revisions. Their wear entries stand in `http/wear/history`.
+//! The tool table of a machine: tools as immutable revisions. Their wear entries are in `http/wear/history`.
 
 mod delete_tool;
 mod get_tool;
@@ -23,7 +23,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_tool_revision::get_tool_revision))
 }
 
-/// What a tool that is not there is refused with: the machine may not be there either.
+/// The refusal for a missing tool; the machine may be missing too.
 async fn not_found(app: &AppState, machine_id: &str, tool_id: &str) -> Problem {
     match current_machine(app, machine_id).await {
         Ok(_machine) => Problem::tool_not_found(machine_id, tool_id),

@@ -22,25 +22,26 @@ refusals!(
 
 /// Store a tool
 ///
-/// A new id puts a tool into the machine's table (201). An existing one gets a new revision (200) and needs `If-Match` with the
-/// `ETag` of the revision that was read; an identical tool is the same revision. `If-None-Match: *` refuses to replace. Programs
-/// call a tool by its number or its name, so no other tool of the machine may have the same one; capitals of names do not count.
+/// A new id adds a tool to the machine's table (201). An existing tool gets a new revision (200) and needs `If-Match`
+/// with the `ETag` of the revision that you read. An identical tool keeps the same revision. `If-None-Match: *`
+/// refuses to replace a tool. Programs call a tool by its number or its name, so two tools of a machine cannot share
+/// one; upper and lower case of names count as the same.
 #[utoipa::path(
     put,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",
     operation_id = "put_tool",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool, the same as of its wear entries", example = "T12"),
-        ("If-Match" = Option<String>, Header, description = "ETag of the revision to be replaced"),
-        ("If-None-Match" = Option<String>, Header, description = "`*`: only put a new tool into the table"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client; its wear entries use the same id", example = "T12"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the revision to replace"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: store only a new tool"),
     ),
     request_body(content = TableTool, description = "The tool", example = json!({
         "number": 12, "name": "BALL_10", "kind": "ball", "radius_mm": 5.0, "length_mm": 92.4
     })),
     responses(
-        (status = 201, description = "A new tool of the table", body = ToolDocument,
+        (status = 201, description = "The new tool", body = ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"), ("Location" = String, description = "The tool"))),
         (status = 200, description = "A new revision, or the same for an identical tool", body = ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
@@ -70,7 +71,7 @@ pub(super) async fn put_tool(
     }
 }
 
-/// The tool as it will be kept.
+/// The tool as it will be stored.
 fn checked(tool_id: &str, tool: TableTool) -> Result<TableTool, Problem> {
     let mut faults = FaultList::default();
     check_name(|| "/tool_id".to_owned(), tool_id, &mut faults);
@@ -85,8 +86,10 @@ fn refused(refusal: ToolRefusal, machine_id: &str, tool_id: &str) -> Problem {
         ToolRefusal::NoMachine => Problem::machine_not_found(machine_id),
         ToolRefusal::Taken { number, name } => {
             let fault = |pointer: &str, other: String| {
-                let detail =
-                    format!("tool {other:?} of this machine has this {}", pointer.trim_start_matches('/'));
+                let detail = format!(
+                    "tool {other:?} of this machine already has this {}",
+                    pointer.trim_start_matches('/')
+                );
                 Fault::new(pointer, detail)
             };
             let number = number.map(|other| fault("/number", other));
@@ -95,7 +98,7 @@ fn refused(refusal: ToolRefusal, machine_id: &str, tool_id: &str) -> Problem {
         }
         ToolRefusal::Full { tools } => {
             let detail = format!(
-                "machine {machine_id:?} has {tools} tools, and may not have more (max_tools_per_machine). Delete tools that are no longer used, or raise the limit"
+                "machine {machine_id:?} has {tools} tools, which is the limit (max_tools_per_machine). Delete tools that are no longer used, or raise the limit"
             );
             Problem::new(ProblemType::ToolTableFull, detail)
         }

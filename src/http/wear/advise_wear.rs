@@ -1,4 +1,4 @@
-//! What to do about a worn cutter.
+//! Advice for a worn cutter.
 
 use http::HeaderMap;
 
@@ -15,8 +15,8 @@ refusals!(
 
 /// Advise on a worn cutter
 ///
-/// Keep the program, compensate it, reduce the step-over, or change the tool: the cheapest that keeps the height
-/// allowed, with the predicted residual before and after.
+/// The advice is to keep the program, to compensate it, to reduce the step-over, or to change the tool. It is the
+/// cheapest action that keeps the allowed height. The answer has the predicted residual before and after.
 #[utoipa::path(
     post,
     path = "/v1/wear-advice",

@@ -1,4 +1,4 @@
-//! Scallop heights, what to do about a worn cutter, and how cutters wore.
+//! Scallop heights, advice for a worn cutter, and wear histories.
 
 mod advise_wear;
 mod history;

@@ -22,12 +22,12 @@ refusals!(
     UnsupportedMediaType, InvalidRequest, TooCostly, Busy
 );
 
-/// Which figure is drawn where the answer is one.
+/// The figure to draw if the answer is a figure.
 #[derive(Debug, Clone, Copy, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct ScallopPlot {
-    /// With `Accept: image/svg+xml`: what the height is drawn over, the step-over unless said.
+    /// With `Accept: image/svg+xml`: the variable of the figure; default the step-over.
     #[param(inline)]
     plot: Option<ScallopAxis>,
 }
@@ -36,9 +36,9 @@ const SVG: &str = "image/svg+xml";
 
 /// Compute scallop heights
 ///
-/// What neighbouring passes of a ball, bull-nose or flat cutter leave standing between them on a convex, concave or flat
-/// surface; with `allowed_scallop_um` also the largest step-over and the smallest tool that keep it. Any number may be
-/// an array. With `Accept: image/svg+xml` a figure.
+/// The height of the scallop between neighbouring passes of a ball, bull-nose or flat cutter on a convex, concave or
+/// flat surface. With `allowed_scallop_um` the answer also has the largest step-over and the smallest tool that keep
+/// this height. Any number may be an array. With `Accept: image/svg+xml` the answer is a figure.
 #[utoipa::path(
     post,
     path = "/v1/scallop-height",
@@ -102,7 +102,7 @@ fn figure(request: &ScallopRequest, answer: &ScallopAnswer, axis: ScallopAxis) -
         ScallopAxis::Stepover => "step-over [mm]",
         ScallopAxis::Radius => "tool radius [mm]",
     };
-    // Heights that differ from element to element are no one line.
+    // Heights that vary from element to element are not one line.
     let allowed_um =
         request.allowed_scallop_um.as_ref().filter(|allowed| allowed.count().is_none()).map(|one| one.at(0));
     plot::scallop_heights(&ScallopFigure { title: &title, place, curves: &curves, allowed_um })

@@ -1,40 +1,41 @@
-//! What is sent to receivers, for the description of the interface: an operation that they serve and this service calls.
+//! The messages to receivers, for the description of the interface: an operation that the receiver serves and this
+//! service calls.
 
 use utoipa::openapi::{OpenApi as Document, Paths, RefOr, Schema};
 use utoipa::{OpenApi, PartialSchema, ToSchema};
 
 use crate::wire::JobDocument;
 
-/// The end of a job, as it is told.
+/// The message about the end of a job.
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes what is sent")]
 struct JobEvent {
-    /// What happened.
+    /// The event.
     r#type: EventType,
-    /// When it happened.
+    /// Time of the event.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     timestamp: String,
-    /// The job as it is read, without its progress.
+    /// The job as clients read it, without its progress.
     #[schema(value_type = EndedJob)]
     data: (),
 }
 
-/// What happened to a job.
+/// The way in which a job ended.
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes what is sent")]
 enum EventType {
-    /// Its result is there.
+    /// The job has succeeded; its result is ready.
     #[schema(rename = "job.succeeded")]
     Succeeded,
-    /// It was refused; `problem` says why.
+    /// The job failed; `problem` gives the reason.
     #[schema(rename = "job.failed")]
     Failed,
-    /// Its client cancelled it.
+    /// The client cancelled the job.
     #[schema(rename = "job.cancelled")]
     Cancelled,
 }
 
-/// A job but for its progress.
+/// A job without its progress.
 struct EndedJob;
 
 impl PartialSchema for EndedJob {
@@ -43,7 +44,7 @@ impl PartialSchema for EndedJob {
         if let RefOr::T(Schema::Object(job)) = &mut schema {
             job.properties.remove("progress");
             job.required.retain(|name| name != "progress");
-            job.description = Some("A job that has ended, as its end is told.".to_owned());
+            job.description = Some("A job that has ended.".to_owned());
         }
         schema
     }
@@ -59,19 +60,20 @@ impl ToSchema for EndedJob {
     }
 }
 
-/// Take the end of a job
+/// Receive the end of a job
 ///
-/// Served by the receiver at `callback_url`. Verify the signature over the bytes of the body, keep `webhook-id`, do nothing
-/// when it comes again, and answer 2xx at once; whatever else is answered, the event comes again later (`docs/webhooks.md`).
+/// The receiver at `callback_url` serves this operation. Verify the signature over the bytes of the body, store
+/// `webhook-id`, ignore the message if the same id comes again, and answer 2xx at once. After any other answer the
+/// message comes again later (`docs/webhooks.md`).
 #[utoipa::path(
     post,
     path = "job-ended",
     tag = "webhooks",
     operation_id = "take_job_end",
     params(
-        ("webhook-id" = String, Header, description = "The same in every attempt", example = "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
+        ("webhook-id" = String, Header, description = "Id of the message, the same in every attempt", example = "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
         ("webhook-timestamp" = String, Header, description = "Time of the attempt, seconds since 1970", example = "1773480413"),
-        ("webhook-signature" = String, Header, description = "One `v1,…` for each secret that signs, parted by spaces",
+        ("webhook-signature" = String, Header, description = "One `v1,…` for each secret that signs, separated by spaces",
             example = "v1,K5oZfzN95Z9UVu1EsfQmfVNQhnkZ2pj9o9NDN/H/pI4="),
     ),
     request_body(content = JobEvent, description = "The event", example = json!({
@@ -84,8 +86,8 @@ impl ToSchema for EndedJob {
             "software_version": "0.1.0", "created_at": "2026-03-14T09:26:50.101Z", "started_at": "2026-03-14T09:26:50.104Z",
             "finished_at": "2026-03-14T09:26:53.589Z"}})),
     responses(
-        (status = "2XX", description = "It is taken"),
-        (status = 410, description = "This receiver wants no more of it"),
+        (status = "2XX", description = "The receiver accepts the event"),
+        (status = 410, description = "The receiver wants no more attempts"),
     ),
     security(())
 )]
@@ -96,13 +98,13 @@ fn take_job_end() {}
 #[openapi(paths(take_job_end))]
 struct Sent;
 
-/// Adds what is sent to the description.
+/// Adds the messages to the description.
 pub(in crate::http) fn describe(document: &mut Document) {
     let mut sent = Sent::openapi();
     if let Some(components) = sent.components.take() {
         document.components.get_or_insert_default().schemas.extend(components.schemas);
     }
-    // An entry is named, not found at a path.
+    // An entry is identified by name, not by a path.
     let named = std::mem::take(&mut sent.paths.paths);
     let mut webhooks = Paths::new();
     webhooks.paths =

@@ -16,8 +16,8 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
 /// Read the secret of webhooks
 ///
-/// What receivers verify deliveries with (Standard Webhooks, `v1`). Made at the first start; secrets before it sign beside
-/// it for a day after it was made.
+/// Receivers verify deliveries with this secret (Standard Webhooks, `v1`). It is created at the first start. After a
+/// rotation, the previous secrets sign too for one day.
 #[utoipa::path(
     get,
     path = "/v1/webhooks/secret",

@@ -1,4 +1,4 @@
-//! Webhooks: the secret that signs them. What is delivered stands below each job.
+//! Webhooks: the secret that signs them. The deliveries are listed under each job.
 
 mod described;
 mod get_secret;
@@ -25,7 +25,7 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(rotate_secret::rotate_webhook_secret))
 }
 
-/// The secrets that sign now, for nobody to keep on the way.
+/// The secrets that sign now; the answer must not be cached.
 async fn shown(app: &AppState, status: StatusCode) -> Result<Response, Problem> {
     let now = app.sources.timestamp();
     let kept = app.store.webhook_secrets().await?;

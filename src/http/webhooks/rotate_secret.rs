@@ -1,4 +1,4 @@
-//! Makes a new secret that signs webhooks.
+//! Creates a new secret that signs webhooks.
 
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -20,15 +20,16 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, KeyReused, InvalidRequest);
 
 /// Rotate the secret of webhooks
 ///
-/// Makes a new secret. The one before it signs beside it for 24 hours, so that receivers can be given the new one
-/// meanwhile. Where a secret has leaked, rotate, give receivers the new one, and have them refuse the old.
+/// Creates a new secret. The previous secret signs too for 24 hours, so that you can give the new secret to the
+/// receivers. If a secret has leaked, rotate it, give the new secret to the receivers, and let them refuse the old
+/// one.
 #[utoipa::path(
     post,
     path = "/v1/webhooks/secret/rotation",
     tag = "webhooks",
     operation_id = "rotate_webhook_secret",
     params(
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key makes one new secret; asked again, the answer is the newest"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key creates only one new secret; a repeated request returns the newest secret"),
     ),
     responses(
         (status = 201, description = "The new secret", body = WebhookSecretDocument, example = json!({
@@ -50,7 +51,7 @@ pub(super) async fn rotate_webhook_secret(
         let secret = new_webhook_secret().map_err(|fault| Problem::internal(&fault))?;
         let (now, until) = (app.sources.timestamp(), app.sources.timestamp_after(SECRET_OVERLAP_S));
         let rotated = app.store.rotate_webhook_secret(&secret, &now, &until, used.as_ref(), &actor).await?;
-        // Otherwise the same key came in twice at once, and the other request was first.
+        // Otherwise the same key arrived twice at the same time, and the other request was first.
         if !rotated && !made_before(&app, used.as_ref()).await? {
             return Err(key_reused());
         }
@@ -63,7 +64,7 @@ async fn made_before(app: &AppState, used: Option<&KeyUse>) -> Result<bool, Prob
     match app.store.webhook_secret_made_by(used).await? {
         Some(true) => Ok(true),
         Some(false) => Err(key_reused()),
-        // It may stand for something else that was stored.
+        // The key may belong to something else that was stored.
         None if app.store.remembered(used).await?.is_some() => Err(key_reused()),
         None if app.store.api_key_made_by(used).await?.is_some() => Err(key_reused()),
         None => Ok(false),

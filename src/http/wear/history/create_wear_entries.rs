@@ -1,4 +1,4 @@
-//! Keeps measured wear.
+//! Stores measured wear.
 
 use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
@@ -25,20 +25,20 @@ refusals!(
     BodyTooLarge, UnsupportedMediaType, InvalidRequest, Busy
 );
 
-/// Keep measured wear
+/// Store measured wear
 ///
-/// One entry, or an array of them of which all are kept or none. An entry says how far a cutter, or one of its edges, was
-/// worn once so many parts were cut; it never changes. A new or reground cutter in the same tool has a `cutter_id` of its
-/// own. Entries of one cutter are all of the radius or all of the flank.
+/// Post one entry or an array of entries; either all are stored or none. An entry states the wear of a cutter, or of
+/// one of its edges, after a number of parts. It never changes. A new or reground cutter in the same tool gets a new
+/// `cutter_id`. All entries of one cutter are either of the radius or of the flank.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries",
     tag = "wear",
     operation_id = "create_wear_entries",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and request give the same answer again"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(
         content((WearEntriesRequest = "application/json", examples(
@@ -53,8 +53,8 @@ refusals!(
         ))),
     ),
     responses(
-        (status = 201, description = "What is kept, an array for an array", body = WearEntriesAnswer,
-            headers(("Location" = String, description = "The entry, or the list where several were posted"))),
+        (status = 201, description = "The stored entry, or an array of entries if an array was posted", body = WearEntriesAnswer,
+            headers(("Location" = String, description = "The entry, or the list if several were posted"))),
         Refusals,
     )
 )]
@@ -81,7 +81,8 @@ pub(super) async fn create_wear_entries(
     if added == AddedWear::Stored {
         return created(&request, entries);
     }
-    // The same key may have come in twice at once: then the other request was stored, and stands in this one's way.
+    // The same key may have arrived twice at the same time: then the other request was stored first, and this one
+    // conflicts with it.
     match (answered(&app, used.as_ref()).await?, added) {
         (Some(Remembered::Wear(first)), _) => created(&request, first),
         (_, AddedWear::Refused(conflicts)) => Err(refused(&request, &conflicts)),
@@ -89,7 +90,7 @@ pub(super) async fn create_wear_entries(
     }
 }
 
-/// The entries as they will be kept.
+/// The entries as they will be stored.
 fn checked_entries(
     app: &AppState,
     machine_id: &str,
@@ -139,7 +140,9 @@ fn checked_entries(
     if faults.is_empty() {
         twice.sort_unstable_by_key(|(_, next)| *next);
         for (one, next) in twice {
-            let detail = format!("the same cutter, edge, parts and time as entry {one} of this request");
+            let detail = format!(
+                "has the same cutter, edge, parts and time as entry {one} of this request; remove one of them"
+            );
             faults.push(|| Fault::new(request.pointer(next), detail));
         }
     }
@@ -162,7 +165,7 @@ fn refused(request: &WearEntriesRequest, conflicts: &[WearConflict]) -> Problem 
             }
             WearConflict::AlreadyThere { index, id } => {
                 let detail = format!(
-                    "entry {id} is of the same cutter, edge, parts and time; withdraw it if it is wrong, and send an Idempotency-Key where a request may come twice"
+                    "entry {id} has the same cutter, edge, parts and time; withdraw it if it is wrong, and send an Idempotency-Key if a request may arrive twice"
                 );
                 (index, String::new(), detail)
             }

@@ -8,9 +8,9 @@ use crate::wire::{FollowedWear, PartsOutlookKind, WearEdge, WearQuantity};
 /// Media type of a figure.
 pub(super) const SVG: &str = "image/svg+xml";
 
-/// Entries of an edge beyond which a figure shows no more by drawing more.
+/// A figure with more entries of an edge than this would not show more.
 const MOST_DRAWN: usize = 1000;
-/// Places of the band.
+/// Number of points of the band.
 const BAND: u32 = 40;
 /// Most edges with a band: more would hide each other.
 const MOST_BANDS: usize = 3;
@@ -19,7 +19,7 @@ const MOST_BANDS: usize = 3;
 pub(super) fn figure(followed: &FollowedWear) -> Result<String, PlotFault> {
     let FollowedWear { trend, courses, life } = followed;
     let until = shown_until(followed);
-    // The edge that is first has the band, if there is one.
+    // The edge that reaches the limit first has the band, if there is one.
     let predicted = trend.outlook.as_ref().filter(|outlook| outlook.kind == PartsOutlookKind::Predicted);
     let first_edge = predicted.map(|outlook| &outlook.first_edge);
     let edges: Vec<WearEdgeCurve> = trend
@@ -48,7 +48,7 @@ pub(super) fn figure(followed: &FollowedWear) -> Result<String, PlotFault> {
     wear_trend(&WearTrendFigure { title: &title, wear_name, edges: &edges, limit_um: trend.limit_um, end })
 }
 
-/// Up to where what is to come is drawn: half a stretch further, or a little past the estimate and the early end.
+/// End of the drawn outlook: half the measured range further, or a little past the estimate and the early end.
 fn shown_until(followed: &FollowedWear) -> f64 {
     let now = f64::from(followed.trend.parts_now.unwrap_or(0));
     let courses = followed.courses.iter().flatten();

@@ -17,21 +17,21 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, WearEntryNotFound, NotAcc
 
 /// Read a wear entry
 ///
-/// As it was posted, and whether it was withdrawn since.
+/// The entry as posted, and its withdrawal if it was withdrawn.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}",
     tag = "wear",
     operation_id = "get_wear_entry",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         ("id" = String, Path, description = "The entry", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-None-Match" = Option<String>, Header, description = "ETag that is known"),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The entry", body = WearEntry, headers(("ETag" = String, description = "Its tag"))),
-        (status = 304, description = "It is as you know it"),
+        (status = 200, description = "The entry", body = WearEntry, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )
 )]
@@ -43,7 +43,7 @@ pub(super) async fn get_wear_entry(
 ) -> Result<Response, Problem> {
     choose(&headers, &["application/json"])?;
     if let Some(found) = app.store.wear_entry(&machine_id, &tool_id, &id).await? {
-        // An entry changes once, if ever.
+        // An entry changes at most once.
         let state = if found.withdrawn.is_some() { "-withdrawn" } else { "" };
         return unless_known(&headers, &format!("{id}{state}"), || Json(found));
     }

@@ -1,4 +1,4 @@
-//! How a cutter wore, and the parts that are left to a limit.
+//! The wear of a cutter over time, and the parts left until a limit.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -18,35 +18,36 @@ use crate::wire::{FaultList, FollowedWear, WearTrend, WearTrendHead, wear_trend_
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
-/// Which cutter, and to what limit.
+/// The cutter and the limit.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct WearTrendQuery {
-    /// The cutter; that of the newest entry unless said.
+    /// Id of the cutter; default the cutter of the newest entry.
     cutter_id: Option<String>,
-    /// The wear at which the cutter is to be changed; without it nothing is predicted.
+    /// Wear at which the cutter will be changed; without it there is no prediction.
     #[param(example = 150.0, minimum = 0.001, maximum = 10_000)]
     limit_um: Option<f64>,
 }
 
-/// Limits taken for real \[µm\].
+/// Limits that are accepted \[µm\].
 const LIMIT_UM: [f64; 2] = [1e-3, 10_000.0];
 
 /// Follow the wear of a cutter
 ///
-/// Its entries by edge with the course fitted to them, and with `limit_um` the number of parts that are left, between an
-/// early and a late end that hold 95 % whatever stage of wear comes next. `outlook.basis` says what they rest on. A narrower
-/// interval holds as long as no new stage begins. What cannot be told is null, and `words` says why. `Accept: text/csv` gives
-/// the entries as a table, `Accept: image/svg+xml` a figure with the limit and what is to come.
+/// Entries by edge, with the fitted course. With `limit_um` the answer also has the number of parts left, between an
+/// early and a late end. These ends hold with 95 % for any next stage of wear. `outlook.basis` gives their basis. A
+/// narrower interval is valid as long as no new stage begins. A value that cannot be determined is null, and `words`
+/// gives the reason. `Accept: text/csv` gives the entries as a table, `Accept: image/svg+xml` a figure with the limit
+/// and the outlook.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-trend",
     tag = "wear",
     operation_id = "get_wear_trend",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         WearTrendQuery,
     ),
     responses(

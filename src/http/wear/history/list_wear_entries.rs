@@ -16,31 +16,32 @@ use crate::wire::WearEntry;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
-/// Which entries, and which page of them.
+/// Filters and page.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct WearEntryQuery {
-    /// How many items.
+    /// Number of items.
     #[param(minimum = 1, maximum = 200, default = 50)]
     limit: Option<u64>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
-    /// Only of this cutter.
+    /// Only entries of this cutter.
     cutter_id: Option<String>,
 }
 
 /// List wear entries
 ///
-/// The last stored first, withdrawn ones too; also of a deleted machine. A tool without entries has an empty list.
+/// The last stored entry comes first; withdrawn entries and those of a deleted machine are listed too. For a tool
+/// without entries the list is empty.
 #[utoipa::path(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries",
     tag = "wear",
     operation_id = "list_wear_entries",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         WearEntryQuery,
     ),
     responses(

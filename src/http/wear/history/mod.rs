@@ -1,4 +1,4 @@
-//! Wear histories of a machine's tools: entries posted, listed, withdrawn, followed to a limit.
+//! Wear histories of a machine's tools: post, list and withdraw entries, and follow them to a limit.
 
 mod create_wear_entries;
 mod figure;
@@ -23,13 +23,13 @@ pub(super) fn router() -> OpenApiRouter<AppState> {
         .routes(routes!(get_wear_trend::get_wear_trend))
 }
 
-/// A machine that was deleted keeps its history.
+/// A deleted machine keeps its history.
 async fn ever_existed(app: &AppState, machine_id: &str) -> Result<(), Problem> {
     let first = app.store.machine_revision(machine_id, 1).await?;
     first.map(drop).ok_or_else(|| Problem::machine_not_found(machine_id))
 }
 
-/// A name in the path or the query that no tool or cutter can have.
+/// Refuses a name in the path or the query that no tool or cutter can have.
 fn checked(pointer: &str, name: &str) -> Result<(), Problem> {
     let mut faults = FaultList::default();
     check_name(|| pointer.to_owned(), name, &mut faults);

@@ -1,4 +1,4 @@
-//! Says that a wear entry was wrong.
+//! Withdraws a wrong wear entry.
 
 use axum::extract::State;
 use http::HeaderMap;
@@ -19,19 +19,19 @@ refusals!(
 
 /// Withdraw a wear entry
 ///
-/// The entry stays with the time and the reason, and no trend counts it any more. The same reason again gives the same
-/// answer. Post the right numbers as a new entry.
+/// The entry stays with the time and the reason of the withdrawal, and trends leave it out. The same reason again
+/// returns the same answer. Post the right numbers as a new entry.
 #[utoipa::path(
     post,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}/withdraw",
     tag = "wear",
     operation_id = "withdraw_wear_entry",
     params(
-        ("machine_id" = String, Path, description = "The client's slug", example = "example-ac-table"),
-        ("tool_id" = String, Path, description = "The client's name of the tool", example = "T12"),
+        ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
+        ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
         ("id" = String, Path, description = "The entry", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
     ),
-    request_body(content = WithdrawalRequest, description = "Why", example = json!({"reason": "read the wrong flute"})),
+    request_body(content = WithdrawalRequest, description = "The reason", example = json!({"reason": "read the wrong flute"})),
     responses((status = 200, description = "The entry, withdrawn", body = WearEntry), Refusals)
 )]
 pub(super) async fn withdraw_wear_entry(
